@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
+from slewline.core.time.events import NotYet, ask_at
 from slewline.core.time.timebase import Clock
 
 
@@ -63,5 +64,5 @@ class Early:
         return self.promise.until
 
     def after(self, ps: int):
-        time = self.promise.after(ps)
-        return time if time is None else min(time, ps + self.stride)
+        time = ask_at(self.promise.after(ps))
+        return time if time is None or time <= ps + self.stride else NotYet(ps + self.stride)

@@ -10,10 +10,11 @@ from promises import Asked, Early
 
 from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear, SquareView
 from slewline.core.motion.step_views import PulseView, StrobeView
-from slewline.core.motion.train import OPEN, Playing, StepTrain, TrainEdges
+from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.events import Even, NoEvents, NotYet, Since
 from slewline.core.time.timebase import Clock
 from slewline.core.wires import clocking
-from slewline.core.wires.clocking import NoEdges, ScannedEdges, UniformEdges, clock_edges
+from slewline.core.wires.clocking import WalkedEdges, clock_edges
 from slewline.core.wires.views import Bounded, Repeated
 from slewline.core.wires.wave import Wave
 from tests.ensembles import few
@@ -73,62 +74,72 @@ def test_edges_are_counted_found_and_listed_as_the_promise_shows_them(kind, how,
         since = random.choice([0, random.randrange(last + 1)])
         edges = edges_to(promise, level, since, END)
         shown = Early(promise, 1_500_000) if how == "walked early" else promise
-        clock = clock_edges(shown, level, since) if how == "itself" else ScannedEdges(shown, level, since)
+        clock = clock_edges(shown, level, since) if how == "itself" else WalkedEdges(shown, level, since)
         asked = [random.randrange(since, last + 10**6) for _ in range(20)] + [e + d for e in edges for d in (-1, 0)]
         if random.random() < 0.5:
             asked.sort()
         for ps in asked:
-            k = clock.by(ps)
+            k = clock.count(ps)
             assert k == bisect_right(edges, ps)
-            time = clock.at(k + 1)
-            if time is not None and clock.by(time) <= k:
+            time = clock.time(k + 1)
+            if isinstance(time, NotYet):
                 assert kind is wave or how != "itself"  # a train knows
-                assert ps < time < (edges[k] if k < len(edges) else END)
+                assert ps < time.at < (edges[k] if k < len(edges) else END) and clock.count(time.at) <= k
             else:
                 assert time == (edges[k] if k < len(edges) else None)
             if k:
                 a = random.randrange(1, k + 1)
-                assert clock.many(a, k).tolist() == edges[a - 1 : k]
+                assert clock.times(a, k).tolist() == edges[a - 1 : k]
                 assert clock.few([*range(a, k + 1, 2)]) == edges[a - 1 : k : 2]
 
 
 def test_an_endless_train_is_walked_with_a_bounded_memory(monkeypatch):
     monkeypatch.setattr(clocking, "BLOCK", 64)
     promise = StrobeView(Playing(StepTrain(Clock(1_000_000), 0, [(10, OPEN)])), 3)
-    clock = ScannedEdges(promise, 0, 0)
+    clock = WalkedEdges(promise, 0, 0)
     step = 10_000_000
-    assert clock.by(100_000 * step) == 100_000
+    assert clock.count(100_000 * step) == 100_000
     assert len(clock._starts) < 100_000 / 32 and len(clock._held[-1]) < 1000
-    assert clock.many(500, 503).tolist() == [n * step for n in range(500, 504)]
-    assert clock.at(70_001) == 70_001 * step and clock.by(70_001 * step - 1) == 70_000
+    assert clock.times(500, 503).tolist() == [n * step for n in range(500, 504)]
+    assert clock.time(70_001) == 70_001 * step and clock.count(70_001 * step - 1) == 70_000
 
 
 def test_a_question_about_the_future_looks_ahead_so_far_and_no_further():
     promise = Asked(Wave(1, tuple(range(5, 5005, 5)), (None, 1) * 500))  # no fall at all
-    clock = ScannedEdges(promise, 0, 0)
-    assert clock.at(1) == 5 * clocking.LOOKS and clock.by(5 * clocking.LOOKS) == 0
+    clock = WalkedEdges(promise, 0, 0)
+    assert clock.time(1) == NotYet(5 * clocking.LOOKS) and clock.count(5 * clocking.LOOKS) == 0
     assert promise.asked <= 2 * clocking.LOOKS
-    early = ScannedEdges(Early(promise, 2), 0, 0)
-    assert early.at(1) == 2  # who has looked ahead enough is not asked again
+    early = WalkedEdges(Early(promise, 2), 0, 0)
+    assert early.time(1) == NotYet(2)  # who has looked ahead enough is not asked again
 
 
 def test_trains_answer_by_arithmetic_and_levels_stay():
-    assert isinstance(clock_edges(step_view(Random(1)), 1, 0), TrainEdges)
-    assert isinstance(clock_edges(square_view(Random(1)), 1, 0), TrainEdges)
+    assert isinstance(clock_edges(step_view(Random(1)), 1, 0), Since)
+    assert isinstance(clock_edges(square_view(Random(1)), 1, 0), Since)
     for level in (0, 1, None):
         still = clock_edges(level, 0, 0)
-        assert isinstance(still, NoEdges) and still.by(END) == 0 and still.at(1) is None and not len(still.many(1, 0))
+        assert (
+            isinstance(still, NoEvents)
+            and still.count(END) == 0
+            and still.time(1) is None
+            and not len(still.times(1, 0))
+        )
 
 
 def test_an_even_clock_begins_a_period_after_its_instant():
-    even = UniformEdges(500, 1000)
-    assert [even.by(500), even.by(500 + 10**9 - 1), even.by(500 + 10**9), even.at(2)] == [0, 0, 1, 500 + 2 * 10**9]
-    assert even.many(1, 2).tolist() == [500 + 10**9, 500 + 2 * 10**9]
+    even = Even(500, 1000)
+    assert [even.count(500), even.count(500 + 10**9 - 1), even.count(500 + 10**9), even.time(2)] == [
+        0,
+        0,
+        1,
+        500 + 2 * 10**9,
+    ]
+    assert even.times(1, 2).tolist() == [500 + 10**9, 500 + 2 * 10**9]
 
 
 def test_a_bound_that_moves_ends_a_clock():
     frozen = Repeated(Wave(1, (), ()))
-    clock = Bounded(UniformEdges(0, 1000), frozen)
-    assert clock.by(10**10) == 10 and clock.at(3) == 3 * 10**9
+    clock = Bounded(Even(0, 1000), frozen)
+    assert clock.count(10**10) == 10 and clock.time(3) == 3 * 10**9
     frozen.until = 3 * 10**9
-    assert clock.by(10**10) == 2 and clock.at(3) is None and clock.at(2) == 2 * 10**9
+    assert clock.count(10**10) == 2 and clock.time(3) is None and clock.time(2) == 2 * 10**9

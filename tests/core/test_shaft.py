@@ -11,13 +11,13 @@ import pytest
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.motion.step_views import PulseView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.events import Even, Listed, NoEvents
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock, picoseconds
-from slewline.core.wires.clocking import NoEdges, UniformEdges, clock_edges
+from slewline.core.wires.clocking import clock_edges
 from slewline.parts.shafts.carriage import Carriage, Gear
 from slewline.parts.shafts.sensors import Switch
 from slewline.parts.shafts.shaft import Shaft
-from slewline.parts.shafts.shaft_motion import RecordedEdges
 from tests.ensembles import few
 
 US, MS = 1_000_000, 1_000_000_000
@@ -51,11 +51,11 @@ class Story:
     def edges(self, at, kind, chance):
         random = Random(chance)
         if kind == "even":
-            return UniformEdges(at, random.choice([1_000, 20_000, 150_000]))
+            return Even(at, random.choice([1_000, 20_000, 150_000]))
         if kind == "train":
             runs = [(random.randrange(30, 1500), random.choice([1, 5, 200])), (random.randrange(100, 900), OPEN)]
             return clock_edges(PulseView(Playing(StepTrain(CLOCK, CLOCK.ticks_from(at), runs)), 12), 0, at)
-        return NoEdges()
+        return NoEvents()
 
     def made(self):
         """All edges: (instant, direction)."""
@@ -65,8 +65,8 @@ class Story:
                 found.append((at, sign))
                 continue
             edges = self.edges(at, kind, chance)
-            for k in range(1, edges.by(following[0] - 1) + 1):  # what is cut off at an instant does not come there
-                found.append((int(edges.at(k)), sign))
+            for k in range(1, edges.count(following[0] - 1) + 1):  # what is cut off at an instant does not come there
+                found.append((int(edges.time(k)), sign))
         return found
 
     def naive(self):
@@ -187,7 +187,7 @@ def test_what_slips_in_front_of_a_stop_is_not_lost_there():
     shaft = Shaft(kernel)
     carriage = Carriage(kernel, "carriage", on=Gear(kernel, "gear", on=shaft, wheel=2).shaft, high=5)
     shaft.slip(Fraction(3))
-    shaft.turn(UniformEdges(0, 1_000_000), 1, 0)
+    shaft.turn(Even(0, 1_000_000), 1, 0)
     kernel.run(20 * US)
     assert (shaft.place, carriage.place, carriage.lost) == (10, 5, 20 - 3 - 10)
     carriage.shaft.push(Fraction(-2))
@@ -217,7 +217,7 @@ def test_a_hand_turns_a_shaft_no_further_than_to_a_stop():
 def test_what_is_put_on_a_shaft_that_turns_begins_where_it_is_said_to(sign):
     kernel = Kernel()
     shaft = Shaft(kernel)
-    shaft.turn(UniformEdges(0, 1_000_000), sign, 0)
+    shaft.turn(Even(0, 1_000_000), sign, 0)
     kernel.run(50 * US)
     carriage = Carriage(kernel, "carriage", on=shaft, backlash=7, start=3, low=-60, high=40)
     assert (carriage.place, shaft.place) == (3, 50 * sign)
@@ -236,7 +236,7 @@ def test_only_the_load_that_is_at_its_stop_tells_of_lost_steps():
     free = Carriage(kernel, "free", on=near.shaft, start=7)
     for since, sign in ((0, 1), (20 * US, -1)):
         shaft.cut(since)
-        shaft.turn(UniformEdges(since, 1_000_000), sign, since)
+        shaft.turn(Even(since, 1_000_000), sign, since)
         kernel.run((20 if sign > 0 else 80) * US)
         assert (near.lost, far.lost, free.lost) == ((5, 0, 0) if sign > 0 else (5, 15, 0))
     assert [(carriage.name, len(carriage.findings)) for carriage in (near, far, free)] == [
@@ -271,7 +271,7 @@ def test_an_endless_shaft_keeps_its_latest_courses(there_and_back, monkeypatch):
         shaft.step(n * 10 * US, -1 if there_and_back and n % 5 == 0 else 1)
         places.append(int(shaft.place))
         assert len(shaft.past) <= 21
-        assert all(len(motion.drive.times) <= 4 for motion in shaft.past if isinstance(motion.drive, RecordedEdges))
+        assert all(len(motion.drive.instants) <= 4 for motion in shaft.past if isinstance(motion.drive, Listed))
     kernel.run(9999 * US)
     times = np.arange(985, 1000) * 10 * US
     assert shaft.place_at(times).tolist() == places[985:]

@@ -186,5 +186,5 @@ def test_what_is_played_counts_steps_up_to_its_bound_and_no_further():
             playing = Playing(train, until)
             instants = list(range(0, clock.ps(ticks[-1]) + 5))
             expected = [bisect_right([ps for ps in begins if until is None or ps < until], ps) for ps in instants]
-            assert [playing.begun(ps) for ps in instants] == expected
+            assert [playing.count(ps) for ps in instants] == expected
             assert playing.begun_many(np.array(instants, np.int64)).tolist() == expected

@@ -13,6 +13,7 @@ from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.datasheet.table import Pin
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
+from slewline.core.time.events import NotYet, ask_at
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock
 from slewline.core.wires.clocking import clock_edges
@@ -47,8 +48,8 @@ class Early:
         return self.of.level(ps)
 
     def after(self, ps):
-        edge = self.of.after(ps)
-        return ps + self.ahead if edge is None or edge > ps + self.ahead else edge
+        edge, ahead = self.of.after(ps), ps + self.ahead
+        return edge if isinstance(edge, int) and edge <= ahead else NotYet(ahead)
 
     def edges(self, start, stop):
         return self.of.edges(start, stop)
@@ -144,9 +145,11 @@ def test_a_view_says_what_a_plain_function_of_its_inputs_says(seed):
         asked = start
         following = next((ps for ps, _ in edges if ps > start), None)
         for _ in range(END):
-            asked = view.after(asked)
+            answer = view.after(asked)
+            asked = ask_at(answer)
             if asked is None or asked > END or asked == following:
                 break
+            assert isinstance(answer, NotYet)  # an instant is that of an edge
             assert following is None or start < asked < following
         assert asked == following or (following is None and (asked is None or asked > END))
 
@@ -189,9 +192,9 @@ def test_what_is_behind_a_view_that_has_looked_ahead_enough_does_not_look_ahead_
     view = still = Gated((train, Inverted(train)), (1, 1, 1, 1))  # no edge ever, and no input decides
     for _ in range(3):
         view = Gated((view, Inverted(view)), (1, 1, 1, 1))
-    assert view.after(0) > 100 and train.asked < 1000
+    assert view.after(0).at > 100 and train.asked < 1000
     train.asked = 0
-    assert clock_edges(Counted(clock_edges(still, 1, 0), still, (0, 1)), 1, 0).at(3) > 100
+    assert clock_edges(Counted(clock_edges(still, 1, 0), still, (0, 1)), 1, 0).time(3).at > 100
     assert train.asked < 1000
 
 

@@ -14,8 +14,8 @@ import pytest
 
 from slewline import Bench
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
+from slewline.core.time.events import Events, NotYet
 from slewline.core.time.kernel import Kernel
-from slewline.core.wires.clocking import ClockEdges
 from slewline.parts.shafts.carriage import Carriage
 from slewline.parts.shafts.encoder import Encoder
 from slewline.parts.shafts.sensors import Switch
@@ -28,11 +28,11 @@ AHEAD = 50  # grid points that one question integrates at most
 PARTS = 256  # the rotor is told of so many parts of a step
 
 
-class Swing(ClockEdges):
+class Swing(Events):
     """A rotor with inertia, friction and a spring to the step that is commanded, from an instant on."""
 
     def __init__(self, since, place, speed, target):
-        self.times, self.states, self.target = [since], [(place, speed)], target  # steps, steps/s
+        self.grid, self.states, self.target = [since], [(place, speed)], target  # steps, steps/s
         self.passed, self.back = [], None  # instants of its parts as long as it goes one way; when it turns round
         self.sign = 1 if speed > 0 or (speed == 0 and target > place) else -1
 
@@ -43,33 +43,33 @@ class Swing(ClockEdges):
 
     def grow(self, ps):
         """Integrate as far as an instant."""
-        while self.times[-1] < ps and self.back is None and not self.rests:
+        while self.grid[-1] < ps and self.back is None and not self.rests:
             (place, speed), dt = self.states[-1], GRID_PS / 1e12
             speed += (2e5 * (self.target - place) - 150 * speed) * dt
             if speed * self.sign < 0:
-                self.back = self.times[-1] + GRID_PS
+                self.back = self.grid[-1] + GRID_PS
                 speed = 0.0
-            after, begin = place + speed * dt, self.times[-1]
+            after, begin = place + speed * dt, self.grid[-1]
             low, high = sorted((int(place * PARTS // 1), int(after * PARTS // 1)))
             found = [begin + max(1, int((n / PARTS - place) / speed * 1e12)) for n in range(low + 1, high + 1)]
             self.passed += found if self.sign > 0 else found[::-1]
-            self.times.append(begin + GRID_PS)
+            self.grid.append(begin + GRID_PS)
             self.states.append((after, speed))
 
     # ----------------------------------------------------------------------------- edges of a clock, one for each part
-    def by(self, ps):
+    def count(self, ps):
         self.grow(ps)
         return bisect_right(self.passed, ps)
 
-    def at(self, k):
-        horizon = self.times[-1] + AHEAD * GRID_PS
-        while len(self.passed) < k and self.times[-1] < horizon and self.back is None and not self.rests:
-            self.grow(self.times[-1] + GRID_PS)
+    def time(self, k):
+        horizon = self.grid[-1] + AHEAD * GRID_PS
+        while len(self.passed) < k and self.grid[-1] < horizon and self.back is None and not self.rests:
+            self.grow(self.grid[-1] + GRID_PS)
         if len(self.passed) >= k:
             return self.passed[k - 1]
-        return None if self.rests or self.back is not None else self.times[-1]
+        return None if self.rests or self.back is not None else NotYet(self.grid[-1])
 
-    def many(self, first, last):
+    def times(self, first, last):
         return np.array(self.passed[first - 1 : last], np.int64)
 
 
@@ -88,7 +88,7 @@ class Integrated:
         now, old = self.kernel.now, self.swing
         old.grow(now)
         self.shaft.cut(now - 1)
-        place, speed = old.states[max(bisect_right(old.times, now) - 1, 0)]
+        place, speed = old.states[max(bisect_right(old.grid, now) - 1, 0)]
         swing = self.swing = Swing(now, place, speed, target)
         self.swings.append(swing)
         self.shaft.cut(now)
@@ -98,11 +98,11 @@ class Integrated:
     def _look(self, swing):
         """Look, again and again, whether it turns round."""
         if swing is self.swing:
-            swing.at(len(swing.passed) + 1)
+            swing.time(len(swing.passed) + 1)
             if swing.back is not None and swing.back <= self.kernel.now:
                 self._anew(swing.target)
             elif not swing.rests:
-                self.kernel.call_at(swing.back or swing.times[-1], lambda: self._look(swing))
+                self.kernel.call_at(swing.back or swing.grid[-1], lambda: self._look(swing))
 
 
 def run(shuffle=None, watched=False, asked=()):
@@ -137,7 +137,7 @@ def test_what_sits_on_an_integrated_motor_shows_what_its_rotor_does():
     assert len(motor.swings) > 20  # it swings
     for swing, following in zip(motor.swings, [*motor.swings[1:], None], strict=True):
         for time in swing.passed:
-            if time <= (END if following is None else following.times[0]) and place + swing.sign <= 7 * PARTS:
+            if time <= (END if following is None else following.grid[0]) and place + swing.sign <= 7 * PARTS:
                 place += swing.sign
                 moved = min(max(moved, place / PARTS), place / PARTS + 0.5)
                 now = moved >= 1.9 or (closed and moved >= 1.65)

@@ -185,13 +185,13 @@ class Axis:
     def travel(self) -> int:
         """Net steps, clockwise positive, since time 0 up to the last committed instant; it does not wrap."""
         now = self.past[-1]
-        return now.travel + (now.sign * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
+        return now.travel + (now.sign * now.playing.count(self.kernel.seen) if now.playing is not None else 0)
 
     @property
     def counted(self) -> int:
         """Net steps counted by the position register (homing steps excluded), since time 0."""
         now = self.past[-1]
-        return now.count + (now.counts * now.playing.begun(self.kernel.seen) if now.playing is not None else 0)
+        return now.count + (now.counts * now.playing.count(self.kernel.seen) if now.playing is not None else 0)
 
     @property
     def position(self) -> int:
@@ -202,7 +202,7 @@ class Axis:
     def moving(self) -> bool:
         """True while steps are still to come in the train that is being followed."""
         now = self.past[-1].playing
-        return now is not None and now.begun(1 << 80) > now.begun(self.kernel.seen)
+        return now is not None and now.count(1 << 80) > now.count(self.kernel.seen)
 
     def load(self, position: int) -> None:
         """Set the position register now; the motor does not move.
@@ -241,7 +241,7 @@ class Axis:
     def stands(self) -> tuple[int, int]:
         """Return the position register and the travel at this instant, steps of this instant included."""
         now, stretch = self.kernel.now, self.past[-1]
-        begun = stretch.playing.begun(now) if stretch.playing is not None else 0
+        begun = stretch.playing.count(now) if stretch.playing is not None else 0
         position = self.low + (self.offset + stretch.count + stretch.counts * begun) % self.modulus
         return position, stretch.travel + stretch.sign * begun
 
@@ -263,7 +263,7 @@ class Axis:
         if now.playing is None or not now.counts:
             return None
         train = now.playing.train
-        begun = now.playing.begun(self.kernel.seen)
+        begun = now.playing.count(self.kernel.seen)
         missing = (position - self.position) * now.sign % self.modulus or self.modulus
         step = begun + missing - 1
         return train.clock.ps(train.begin(step)) if step < train.steps else None
@@ -384,7 +384,7 @@ class Axis:
             self.check_kept(ps)
         stretch = self.past[number - 1]
         playing = stretch.playing
-        count = stretch.count + (stretch.counts * playing.begun(ps) if playing is not None else 0)
+        count = stretch.count + (stretch.counts * playing.count(ps) if playing is not None else 0)
         since = max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)
         return self.low + (self.offsets[since][1] + count) % self.modulus
 
@@ -423,7 +423,7 @@ class Axis:
             if playing is None or not counts:
                 found[group] += count
             elif few is not None:
-                found[group] += [count + counts * playing.begun(ps) for ps in few[group]]
+                found[group] += [count + counts * playing.count(ps) for ps in few[group]]
             else:
                 found[group] += count + counts * playing.begun_many(instants[group])
         out = np.empty(at.size, np.int64)

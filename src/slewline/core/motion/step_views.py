@@ -17,8 +17,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..wires.clocking import ClockEdges
-from .train import Playing, TrainEdges
+from ..time.events import Events, Since, When, before
+from .train import Playing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,46 +36,33 @@ class TrainView:
         """The instant before which the promise holds (ps); None: for good."""
         return self.of.until
 
+    @property
+    def rises(self) -> Events:
+        """Its edges to high."""
+        raise NotImplementedError
+
+    def clock(self, level: int, since: int) -> Events:
+        """Return the edges to a level after an instant (ps): it falls when a step begins."""
+        return Since(self.rises if level else self.of, since)
+
 
 class StepView(TrainView):
     """An output that shows each step of a played train: low from its begin until it rises, high outside."""
 
     __slots__ = ()
 
+    @property
+    def rises(self) -> Events:
+        """Its edges to high, one a step."""
+        return Rises(self)
+
     def rise(self, k: int) -> int:
         """Return the tick, since the origin of the train, at which the output rises in step k."""
         raise NotImplementedError
 
-    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+    def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         raise NotImplementedError
-
-    def clock(self, level: int, since: int) -> ClockEdges:
-        """Return the edges to a level after an instant (see clocking.py)."""
-        return TrainEdges(self, level, since)
-
-    def passed(self, level: int, tick: int) -> int:
-        """Return how many edges to a level there are by a tick, that tick included."""
-        k = self.of.train.begun_by(tick)
-        return k - 1 if k and level and tick < self.rise(k - 1) else k
-
-    def edge(self, level: int, k: int) -> int | None:
-        """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
-        if k > self.of.train.steps:
-            return None
-        return self.rise(k - 1) if level else self.of.train.begin(k - 1)
-
-    def few(self, level: int, numbers: list[int]) -> list[int]:
-        """Return the ticks of some edges to a level, all of which come."""
-        return [self.rise(k - 1) for k in numbers] if level else self.of.train.few([k - 1 for k in numbers])
-
-    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last to a level: (n,) int64 ps."""
-        train = self.of.train
-        if not level:
-            return train.begins(first - 1, last)
-        ticks = self.rises(first - 1, last)
-        return train.clock.ps_array(ticks, train.origin, ticks)
 
     def level(self, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included."""
@@ -84,8 +71,8 @@ class StepView(TrainView):
         k = train.begun_by(tick)
         return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
         train = self.of.train
         tick = train.clock.ticks_until(ps)
         k = train.begun_by(tick)
@@ -95,8 +82,30 @@ class StepView(TrainView):
             edge = train.begin(k)
         else:
             return None
-        time = train.clock.ps(edge)
-        return time if self.of.until is None or time < self.of.until else None
+        return before(train.clock.ps(edge), self.of.until)
+
+
+class Rises(Events):
+    """The rises of an output that shows each step of a train."""
+
+    def __init__(self, view: StepView) -> None:
+        self.view, self.clock = view, view.of.train.clock
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+        of, tick = self.view.of, self.clock.ticks_until(self.view.of.bounded(ps))
+        k = of.train.begun_by(tick)
+        return k - 1 if k and tick < self.view.rise(k - 1) else k
+
+    def time(self, k: int) -> When:
+        """Return the instant of rise k (ps); None: the train has fewer, or is cut off before."""
+        of = self.view.of
+        return before(self.clock.ps(self.view.rise(k - 1)), of.until) if k <= of.train.steps else None
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of rises first ... last, all of which come: (n,) int64 ps, ascending."""
+        ticks = self.view.rise_ticks(first - 1, last)
+        return self.clock.ps_array(ticks, self.view.of.train.origin, ticks)
 
 
 class PulseView(StepView):
@@ -111,7 +120,7 @@ class PulseView(StepView):
         """Return the tick, since the origin of the train, at which the output rises in step k."""
         return self.of.train.begin(k + 1) - self.high
 
-    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+    def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         import numpy as np
 
@@ -152,7 +161,7 @@ class StrobeView(StepView):
         """Return the tick, since the origin of the train, at which the output rises in step k."""
         return self.of.train.begin(k) + self.low
 
-    def rises(self, first: int, last: int) -> NDArray[np.int64]:
+    def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         return self.of.train.begin_ticks(first, last) + self.low
 
@@ -194,17 +203,16 @@ class PatternView(TrainView):
 
     def level(self, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included."""
-        return self._after_steps(self.of.begun(ps))
+        return self._after_steps(self.of.count(ps))
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
         train = self.of.train
         k = train.begun(ps)
         here = self._after_steps(k)
         for step in range(k, min(k + len(self.levels) + 1, train.steps)):
             if self._after_steps(step + 1) != here:
-                time = train.clock.ps(train.begin(step))
-                return time if self.of.until is None or time < self.of.until else None
+                return before(train.clock.ps(train.begin(step)), self.of.until)
         return None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -212,7 +220,7 @@ class PatternView(TrainView):
         import numpy as np
 
         train = self.of.train
-        a, b = train.begun(start), self.of.begun(stop)
+        a, b = train.begun(start), self.of.count(stop)
         if b <= a:
             return np.empty(0, np.int64), np.empty(0, np.int8)
         cycle = [self._after_steps(k) for k in range(a + 1, a + 1 + len(self.levels))]  # what follows repeats it

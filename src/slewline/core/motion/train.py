@@ -18,10 +18,10 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
+from ..time.events import Events, When, before
 from ..time.timebase import Clock
-from ..wires.clocking import ClockEdges
 
 if TYPE_CHECKING:
     import numpy as np
@@ -273,8 +273,8 @@ def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
         done += more
 
 
-class Playing:
-    """A train being played, shared by all outputs that show it; valid before the instant `until`, ps, or always."""
+class Playing(Events):
+    """The steps of a train being played, shared by all outputs that show it, valid before `until` (ps), or always."""
 
     __slots__ = ("train", "until")
 
@@ -285,16 +285,29 @@ class Playing:
         """Return an instant (ps), or the last one before `until` if it is later."""
         return ps if self.until is None or ps < self.until else self.until - 1
 
-    def begun(self, ps: int) -> int:
-        """Return how many steps have begun by an instant (ps) under this promise."""
+    def count(self, ps: int) -> int:
+        """Return how many steps have begun by an instant (ps), that instant included."""
         return self.train.begun(self.bounded(ps))
+
+    def time(self, k: int) -> When:
+        """Return the instant at which step k begins (ps); None: the train has fewer, or is cut off before."""
+        train = self.train
+        return before(train.clock.ps(train.begin(k - 1)), self.until) if k <= train.steps else None
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants at which steps first ... last begin, all of which come: (n,) int64 ps, ascending."""
+        return self.train.begins(first - 1, last)
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants at which some steps begin (ps), ascending, all of which come."""
+        return self.train.clock.ps_list(self.train.few([k - 1 for k in numbers]))
 
     def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
         import numpy as np
 
         if len(ps) < FEW:
-            return np.array([self.begun(at) for at in ps.tolist()], np.int64)
+            return np.array([self.count(at) for at in ps.tolist()], np.int64)
         at = ps if self.until is None else np.minimum(ps, self.until - 1)
         return self.train.begun_many(at)
 
@@ -348,53 +361,3 @@ class Playing:
         if rests:
             ticks, speeds = [*ticks, to], [*speeds, 0.0]
         return [start, *(clock.ps(origin + tick) for tick in ticks[1:])], speeds
-
-
-class NumberedEdges(Protocol):
-    """A view of a train that can number its edges to a level from 1 on, since the train began."""
-
-    of: Playing
-
-    def passed(self, level: int, tick: int) -> int:
-        """Return how many edges there are by a tick, that tick included."""
-
-    def edge(self, level: int, k: int) -> int | None:
-        """Return the tick of edge k; None: the train has fewer."""
-
-    def few(self, level: int, numbers: list[int]) -> list[int]:
-        """Return the ticks of some edges, ascending, all of which come: fewer than are worth an array."""
-
-    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last: (n,) int64 ps."""
-
-
-class TrainEdges(ClockEdges):
-    """Edges of a view of a train, by arithmetic."""
-
-    def __init__(self, view: NumberedEdges, level: int, since: int) -> None:
-        self.view, self.level, self.clock = view, level, view.of.train.clock
-        self.first = self._passed(since)
-
-    def _passed(self, ps: int) -> int:
-        return self.view.passed(self.level, self.clock.ticks_until(self.view.of.bounded(ps)))
-
-    def by(self, ps: int) -> int:
-        """Return how many edges there have been by an instant (ps), that instant included."""
-        return max(self._passed(ps) - self.first, 0)
-
-    def at(self, k: int) -> int | None:
-        """Return the instant of edge k (ps); None: the train has fewer, or was cut off before."""
-        tick = self.view.edge(self.level, self.first + k)
-        if tick is None:
-            return None
-        time, until = self.clock.ps(tick), self.view.of.until
-        return time if until is None or time < until else None
-
-    def many(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
-        return self.view.edge_times(self.level, self.first + first, self.first + last)
-
-    def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some edges, all of which come, in ps."""
-        first = self.first
-        return self.clock.ps_list(self.view.few(self.level, [first + k for k in numbers]))

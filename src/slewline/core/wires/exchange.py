@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
+from ..time.events import When
 from .net import Driver, Net
 from .wave import Level, Wave, floats
 
@@ -48,8 +49,8 @@ class DrawnLine:
         """Return the level at an instant (ps), edges at that instant included."""
         return self.shown().level(ps)
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level changes next, strictly after an instant (ps); None: not as things stand."""
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
         return self.shown().after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:

@@ -18,6 +18,7 @@ from heapq import heappush
 from typing import Any, Protocol
 
 from ...errors import WiringError
+from ..time.events import ask_at, earliest
 from ..time.hook import Hook
 from ..time.kernel import Kernel, Task
 from .views import Rested, Wired
@@ -89,7 +90,7 @@ class Driver:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
             promise.before, promise.times, promise.levels = before, times, levels  # nothing holds the old one
-        elif promise is not None and self.kernel.seen < self.kernel.now == promise.after(self.kernel.seen):
+        elif promise is not None and self.kernel.seen < self.kernel.now == ask_at(promise.after(self.kernel.seen)):
             self.drive(Wave(before, times, levels))  # an edge of the old one in this instant has still to be told
         else:
             self.promise = Wave(before, times, levels)
@@ -392,10 +393,9 @@ class Net:
         """Put the next promised edge into the heap if anything watches."""
         if self.waiters or self.observers or self.latched or (self._log is not None and len(self.active) > 1):
             if len(self.active) == 1:
-                time = self.promise.after(ps)  # type: ignore[union-attr]
+                time = ask_at(self.promise.after(ps))  # type: ignore[union-attr]
             else:
-                times = [t for d in self.active if d.promise is not None and (t := d.promise.after(ps)) is not None]
-                time = min(times) if times else None
+                time = earliest([driver.promise.after(ps) for driver in self.active if driver.promise is not None])
             if time is not None:
                 self.token += 1
                 heappush(self.kernel.heap, (time, next(self.kernel.order), self, self.token))

@@ -9,7 +9,7 @@ theirs, so a million steps at the output of a gate cost what they cost at its in
 driven otherwise, the part that promised the view bounds it by `until`, so that no edge shows of what was withdrawn, and
 promises another one in the next round (parts/base/follower.py).
 
-Edges are exact: each a real change, one at an instant.  `after` may be earlier than the next edge: ask again then.
+Edges are exact: each a real change, one at an instant.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
-from .clocking import BoundedEdges, ClockEdges, ScannedEdges, clock_edges
+from ..time.events import Events, NotYet, Until, When, ask_at, before, later
+from .clocking import WalkedEdges, clock_edges
 from .wave import FLOATING, Level, Promise, floats, joined, promised, real_edges
 
 TRIES = 16  # changes of inputs that change nothing; then `after` says where it has come to
@@ -44,7 +45,7 @@ class View:
         """Return the level at an instant (ps), bounded by the inputs alone."""
         raise NotImplementedError
 
-    def after_of(self, ps: int) -> int | None:
+    def after_of(self, ps: int) -> When:
         """Return what `after` does, bounded by the inputs alone."""
         raise NotImplementedError
 
@@ -76,10 +77,9 @@ class View:
         """Return the level at an instant (ps), edges at that instant included."""
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant; None: not as things stand."""
-        time = self.after_of(ps)
-        return time if time is None or self._bound is None or time < self._bound else None
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps), NotYet, or None: as things stand there is none."""
+        return before(self.after_of(ps), self._bound)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
@@ -88,15 +88,15 @@ class View:
         return self.edges_of(start, stop) if stop > start else ([], [])
 
 
-class Bounded(BoundedEdges):
-    """Edges of another clock as long as they lie before the bound of a view, which may still move."""
+class Bounded(Until):
+    """Events as long as they lie before the bound of a view, which may still move."""
 
-    def __init__(self, of: ClockEdges, view: View) -> None:
+    def __init__(self, of: Events, view: View) -> None:
         self.of, self.view = of, view
 
     @property
     def until(self) -> int | None:  # type: ignore[override]
-        """The instant before which edges count."""
+        """The instant before which events count (ps); None: all of them do."""
         return self.view.bound
 
 
@@ -118,7 +118,7 @@ class Repeated(View):
         """Return the promises that the view is made of."""
         return (self.of,)
 
-    def clock(self, level: int, since: int) -> ClockEdges:
+    def clock(self, level: int, since: int) -> Events:
         """Return the edges to a level after an instant (see clocking.py)."""
         return Bounded(clock_edges(self.of, level, since), self)
 
@@ -126,8 +126,8 @@ class Repeated(View):
         """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.of.level(ps)
 
-    def after_of(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+    def after_of(self, ps: int) -> When:
+        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
         return self.of.after(ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -146,13 +146,20 @@ class Rested(Repeated):
         super().__init__(of)
         self.rest = rest
 
-    def clock(self, level: int, since: int) -> ClockEdges:
+    def clock(self, level: int, since: int) -> Events:
         """Return the edges to a level after an instant (ps)."""
-        return ScannedEdges(self, level, since)
+        return WalkedEdges(self, level, since)
 
     def level_of(self, ps: int) -> Level:
         """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.rest if (level := self.of.level(ps)) is None else level
+
+    def after_of(self, ps: int) -> When:
+        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        following = self.of.after(ps)
+        if isinstance(following, int) and self.level_of(following) == self.level_of(ps):
+            return NotYet(following)  # it begins or ceases to float
+        return following
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
@@ -167,7 +174,7 @@ class Inverted(Repeated):
 
     __slots__ = ()
 
-    def clock(self, level: int, since: int) -> ClockEdges:
+    def clock(self, level: int, since: int) -> Events:
         """Return the edges to a level after an instant (ps): those of the input to the other level."""
         return super().clock(1 - level, since)
 
@@ -215,21 +222,23 @@ class Combined(View):
         """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.combined(self._levels(ps))
 
-    def after_of(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+    def after_of(self, ps: int) -> When:
+        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
         levels = self._levels(ps)
         here = self.combined(levels)
         for _ in range(TRIES):
             deciding = [of for n, of in enumerate(self.of) if promised(of) and self.decides(n, levels[n])]
-            asked = [of.after(ps) for of in deciding or self.inputs()]
-            times = [time for time in asked if time is not None]
-            if not times or (deciding and len(times) < len(asked)):
+            times = [ask_at(of.after(ps)) for of in deciding or self.inputs()]
+            coming = [time for time in times if time is not None]
+            if not coming or (deciding and len(coming) < len(times)):
                 return None
-            ps = max(times) if deciding else min(times)  # nothing happens before the last one that decides lets go
+            ps = max(coming) if deciding else min(coming)  # nothing happens before the last one that decides lets go
             before, levels = levels, self._levels(ps)
-            if levels == before or self.combined(levels) != here:  # an input that says "ask again" has tried enough
+            if self.combined(levels) != here:
+                return ps
+            if levels == before:  # an input that has not found its edge has tried enough
                 break
-        return ps
+        return NotYet(ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
@@ -336,14 +345,14 @@ class Delayed(View):
         what = self.pieces[self._piece(ps - self.lag_ps)][1]
         return what.level(ps - self.lag_ps) if promised(what) else what
 
-    def after_of(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
+    def after_of(self, ps: int) -> When:
+        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
         n = self._piece(ps - self.lag_ps)
         what = self.pieces[n][1]
-        time = what.after(ps - self.lag_ps) if promised(what) else None
-        if n + 1 < len(self.pieces) and (time is None or time > self.pieces[n + 1][0]):
-            time = self.pieces[n + 1][0]
-        return None if time is None else time + self.lag_ps
+        following = what.after(ps - self.lag_ps) if promised(what) else None
+        if n + 1 < len(self.pieces) and ((at := ask_at(following)) is None or at > self.pieces[n + 1][0]):
+            following = NotYet(self.pieces[n + 1][0])
+        return later(following, self.lag_ps)
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""

@@ -8,6 +8,8 @@ from itertools import compress
 from operator import ne
 from typing import Any, Protocol
 
+from ..time.events import When, before
+
 Level = Any  # 0, 1 or None on a wire; (mask, value) or None on a bus
 Edges = tuple[Level, tuple[int, ...], tuple[Level, ...]]  # of a wave: the level before, instants in ps, levels
 FLOATING = -1  # in arrays of levels: None
@@ -38,12 +40,8 @@ class Promise(Protocol):
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), edges at that instant included."""
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant: there is no edge before.
-
-        It is the next edge, or an instant at which to ask again: what looks ahead need not find the edge at once.
-        None: at present there is no edge any more.
-        """
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps), NotYet, or None: as things stand there is none."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop: times in ps and the levels after them."""
@@ -81,13 +79,17 @@ class Wave:
         overs = [bisect_left(times, ps) for ps in instants]
         return [levels[over - 1] if over else self.before for over in overs]
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
-        over = bisect_right(self.times, ps)
-        if over == len(self.times):
-            return None
-        time = self.times[over]
-        return time if self.until is None or time < self.until else None
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
+        times, levels = self.times, self.levels
+        over = bisect_right(times, ps)
+        here = levels[over - 1] if over else self.before
+        while over < len(times):
+            time = times[over]
+            over = bisect_right(times, time, over)
+            if levels[over - 1] != here:
+                return before(time, self.until)
+        return None
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
         """Return the edges at start < t <= stop (ps), as two lists."""

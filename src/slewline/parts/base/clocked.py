@@ -16,7 +16,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from ...core.wires.clocking import BoundedEdges, ClockEdges, NoEdges, clock_edges
+from ...core.time.events import Events, NoEvents, Until, earliest
+from ...core.wires.clocking import clock_edges
 from ...core.wires.wave import Level
 from .follower import Follower
 
@@ -52,14 +53,14 @@ class Clocked(Follower):
         acts: tuple[str, ...] = (),
         advance: Callable[[int], None],
         step: Callable[[], None],
-        follow: Callable[[ClockEdges], None],
+        follow: Callable[[Events], None],
     ) -> None:
         super().__init__(part, inputs, schedule=self._promise, react=self._take_edge, cut=self._cut)
         self.clock, self.edge, self.steers, self.acts = clock, edge, steers, acts
         self.advance, self.step, self.follow = advance, step, follow
         self._level: Level = None  # of the clock, up to where the part has come
         self._begun = False
-        self._ahead = BoundedEdges(NoEdges())  # the clock that is followed
+        self._ahead = Until(NoEvents())  # the clock that is followed
         self._again: Call | None = None  # looks at what steers, when that has an edge
 
     def _cut(self, ps: int) -> None:
@@ -84,7 +85,7 @@ class Clocked(Follower):
         """Drive the outputs to the levels that follow from those of the inputs."""
         self.advance(self.kernel.seen)
         self._sample_clock()
-        self.follow(NoEdges())
+        self.follow(NoEvents())
 
     def _sample_clock(self) -> None:
         """Look at the clock: is there an edge between what was up to now, and what is now?"""
@@ -93,20 +94,20 @@ class Clocked(Follower):
             self.step()
         self._level, self._begun = level, True
 
-    def _look_ahead(self) -> ClockEdges:
+    def _look_ahead(self) -> Events:
         """The clock from this instant on, up to the first edge of what steers."""
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more
             self._again = None
         clock = clock_edges(self.lookaheads[self.clock].shown(), self.edge, now)
-        names = self.acts if isinstance(clock, NoEdges) else self.steers
-        times = [time for name in names if (time := self.lookaheads[name].after(now)) is not None]
-        if times:
-            self._again = self.kernel.call_at(min(times), self.look)
-        if isinstance(clock, NoEdges):
+        names = self.acts if isinstance(clock, NoEvents) else self.steers
+        first = earliest([self.lookaheads[name].after(now) for name in names])
+        if first is not None:
+            self._again = self.kernel.call_at(first, self.look)
+        if isinstance(clock, NoEvents):
             return clock
-        self._ahead = BoundedEdges(clock, min(times, default=None))
+        self._ahead = Until(clock, first)
         return self._ahead
 
     def look(self) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ...core.wires.clocking import ClockEdges
+from ...core.time.events import Events, NotYet, When
 from ...core.wires.views import View
 from ...core.wires.wave import Level, Promise, promised, real_edges
 
@@ -29,7 +29,7 @@ class Counted(View):
 
     __slots__ = ("clocked", "levels", "of")
 
-    def __init__(self, clock: ClockEdges, of: Promise | Level, levels: tuple[int, ...]) -> None:
+    def __init__(self, clock: Events, of: Promise | Level, levels: tuple[int, ...]) -> None:
         super().__init__()
         self.clocked, self.of, self.levels = clock, of, levels
 
@@ -39,28 +39,28 @@ class Counted(View):
 
     def level_of(self, ps: int) -> Level:
         """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
-        return self.levels[self.clocked.by(ps) % len(self.levels)]
+        return self.levels[self.clocked.count(ps) % len(self.levels)]
 
-    def after_of(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
-        levels, k = self.levels, self.clocked.by(ps)
+    def after_of(self, ps: int) -> When:
+        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        levels, k = self.levels, self.clocked.count(ps)
         here = levels[k % len(levels)]
         for more in range(1, len(levels)):
             if levels[(k + more) % len(levels)] != here:
-                return self.clocked.at(k + more)
+                return self.clocked.time(k + more)
         return None
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         import numpy as np
 
-        a, b = self.clocked.by(start), self.clocked.by(stop)
+        a, b = self.clocked.count(start), self.clocked.count(stop)
         if a == b:
             return [], []
         cycle = np.array(self.levels, np.int8)
         levels = cycle[np.arange(a, b + 1) % len(cycle)]
         real = levels[1:] != levels[:-1]
-        return self.clocked.many(a + 1, b)[real], levels[1:][real]
+        return self.clocked.times(a + 1, b)[real], levels[1:][real]
 
 
 class Sampled(View):
@@ -74,7 +74,7 @@ class Sampled(View):
 
     __slots__ = ("before", "clocked", "data")
 
-    def __init__(self, clock: ClockEdges, data: Promise | Level, before: int) -> None:
+    def __init__(self, clock: Events, data: Promise | Level, before: int) -> None:
         super().__init__()
         self.clocked, self.data, self.before = clock, data, before
 
@@ -87,24 +87,28 @@ class Sampled(View):
 
     def taken(self, k: int) -> int:
         """Return the level, 0 or 1, after k edges of the clock."""
-        return self._read(int(self.clocked.many(k, k)[0])) if k else self.before
+        return self._read(int(self.clocked.times(k, k)[0])) if k else self.before
 
     def level_of(self, ps: int) -> Level:
         """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
-        return self.taken(self.clocked.by(ps))
+        return self.taken(self.clocked.count(ps))
 
-    def after_of(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps), as `Promise.after`."""
-        return self.clocked.at(self.clocked.by(ps) + 1)
+    def after_of(self, ps: int) -> When:
+        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        k = self.clocked.count(ps)
+        following = self.clocked.time(k + 1)
+        if isinstance(following, int) and self._read(following) == self.taken(k):
+            return NotYet(following)
+        return following
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         import numpy as np
 
-        a, b = self.clocked.by(start), self.clocked.by(stop)
+        a, b = self.clocked.count(start), self.clocked.count(stop)
         if a == b:
             return [], []
-        times = self.clocked.many(a + 1, b)
+        times = self.clocked.times(a + 1, b)
         first = int(times[0])
         own, shown = self.data.edges(first, int(times[-1])) if promised(self.data) else ([], [])
         read = np.array([self._read(first), *(level != 0 for level in shown)], np.int8)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ...core.time.events import When
 from ...core.wires.pin import Terminal
 from ...core.wires.wave import Level, Promise, alike, promised
 
@@ -56,8 +57,8 @@ class Lookahead:
         """Return the level at an instant (ps), present, future or committed."""
         return shown.level(ps) if promised(shown := self.shown()) else shown
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level may change next, as `Promise.after`."""
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps), NotYet, or None, as `Promise.after`."""
         return shown.after(ps) if promised(shown := self.shown()) else None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:

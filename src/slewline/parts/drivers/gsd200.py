@@ -26,9 +26,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.datasheet.option import Option
 from ...core.motion.history import History
+from ...core.time.events import Events, NoEvents
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, moment, moments
-from ...core.wires.clocking import ClockEdges, NoEdges
 from ...core.wires.views import gated
 from ...errors import UsageError
 from ..base.clocked import Clocked
@@ -66,7 +66,7 @@ class GsD200(Part):
         self.axis = axis
         self._state = 0  # 0 to 7, and what the clock makes of it
         self._by = 0
-        self._counted: ClockEdges = NoEdges()
+        self._counted: Events = NoEvents()
         self.add_pin("clock", "in", "step at each rise", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1, active=1)
         self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
@@ -86,7 +86,7 @@ class GsD200(Part):
         """The state of the translator, 1 to 8."""
         if not self.high("reset"):
             return 1
-        by = self._by * self._counted.by(self.kernel.seen) + self._step * self.rule.due
+        by = self._by * self._counted.count(self.kernel.seen) + self._step * self.rule.due
         return (self._state + by) % len(STATES) + 1
 
     @property
@@ -102,23 +102,23 @@ class GsD200(Part):
     # ------------------------------------------------------------------------------------------------------- changes
     def _advance(self, ps: int) -> None:
         """Take the steps up to an instant (ps)."""
-        self._state = (self._state + self._by * self._counted.by(ps)) % len(STATES)
-        self._counted = NoEdges()
+        self._state = (self._state + self._by * self._counted.count(ps)) % len(STATES)
+        self._counted = NoEvents()
 
     def _make_step(self) -> None:
         """Take the step whose edge comes at this instant."""
         self._state = (self._state + self._step) % len(STATES)
 
-    def _follow(self, clock: ClockEdges) -> None:
+    def _follow(self, clock: Events) -> None:
         """Follow another clock from now on."""
         if not self.high("reset"):
-            self._state, clock = 0, NoEdges()
+            self._state, clock = 0, NoEvents()
         self._by, self._counted = self._step, clock
         states = [STATES[(self._state + self._by * n) % len(STATES)] for n in range(len(STATES))]
         enable = self.rule.shown("enable")
         for n, phase in enumerate(PHASES):
             levels = tuple(int(state[n]) for state in states)
-            on = levels[0] if isinstance(clock, NoEdges) else Counted(clock, self.rule.shown("clock"), levels)
+            on = levels[0] if isinstance(clock, NoEvents) else Counted(clock, self.rule.shown("clock"), levels)
             self.rule.put(self.drivers[phase], gated((on, enable), AND))
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from types import MappingProxyType
 
+from ...core.time.events import Events, NoEvents
 from ...core.time.kernel import Kernel
-from ...core.wires.clocking import ClockEdges, NoEdges
 from ...core.wires.net import Net
 from ...core.wires.views import gated
 from ..base.clocked import Clocked
@@ -86,7 +86,7 @@ class PhaseLatch(Part):
         for n in (1, 2, 3, 4):
             self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1, active=0)
             self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1, role=f"phase{n}", active=0)
-        self._coils = [Sampled(NoEdges(), 1, 1) for _ in range(4)]  # what the latch holds, and will
+        self._coils = [Sampled(NoEvents(), 1, 1) for _ in range(4)]  # what the latch holds, and will
         inputs = ("pulse", "off", *(f"phase{n}" for n in (1, 2, 3, 4)))
         self.rule = Clocked(
             self, inputs, clock="pulse", edge=1, advance=self._advance, step=self._step, follow=self._follow
@@ -112,13 +112,13 @@ class PhaseLatch(Part):
         self._hold(self._read())
 
     def _hold(self, levels: Iterable[int]) -> None:
-        self._coils = [Sampled(NoEdges(), level, level) for level in levels]
+        self._coils = [Sampled(NoEvents(), level, level) for level in levels]
 
-    def _follow(self, clock: ClockEdges) -> None:
+    def _follow(self, clock: Events) -> None:
         """Follow another clock from now on."""
         off = self.rule.shown("off")
         for n, coil in enumerate(self._coils, 1):
             sampled = Sampled(clock, self.rule.shown(f"phase{n}"), coil.before)
             self._coils[n - 1] = sampled
-            held = coil.before if isinstance(clock, NoEdges) else sampled
+            held = coil.before if isinstance(clock, NoEvents) else sampled
             self.rule.put(self.drivers[f"coil{n}"], gated((held, off), OR))

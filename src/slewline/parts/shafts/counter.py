@@ -14,12 +14,11 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any, Protocol, TypeAlias, cast
+from typing import Any, Protocol, cast
 
-from ...core.wires.clocking import BoundedEdges
+from ...core.time.events import Until, When, ask_at, later
 from .shaft_motion import ShaftMotion
 
-Shown: TypeAlias = tuple[int, Any, Any]
 DWELL_PS = 800_000  # the counts of one step follow each other so fast, where a step is several of them
 MANY = 64  # counts; more are worth arrays
 
@@ -71,7 +70,10 @@ UNKNOWN = Marks(0, 0, 1, ())
 
 
 class Counter(Protocol):
-    """What a motion passes on a scale; a part that turns a shaft in another way brings one of its own."""
+    """What a motion passes on a scale: a wave whose level is the count (core/wires/wave.py).
+
+    A part that turns a shaft in another way brings one of its own.
+    """
 
     scale: CountScale
     lag_ps: int
@@ -80,21 +82,17 @@ class Counter(Protocol):
     def way(self) -> int:
         """Which way it counts: 1 up, -1 down, 0: it may turn round."""
 
-    def at(self, ps: int) -> int:
+    def level(self, ps: int) -> int:
         """Return the count that is shown at an instant (ps)."""
 
-    def after(self, ps: int, changes: int = 1) -> int | None:
-        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way.
+    def after(self, ps: int, changes: int = 1) -> When:
+        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
 
-        It may be an instant at which to ask again.  None: as things stand never.
-        """
-
-    def between(self, start: int, stop: int) -> Shown:
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
 
         Returns:
-            The count before, the instants of its changes, ascending, and the counts from there on: two lists, or two
-                int64 arrays.
+            The instants of its changes, ascending, and the counts from there on: two lists, or two int64 arrays.
         """
 
     def onward(self, ps: int) -> Counter:
@@ -120,7 +118,7 @@ class StepCounter:
     marks: Marks = UNKNOWN  # the scale in parts of the motion
     count: int = field(init=False)  # when everything that was coming is through
     several: int = field(init=False)  # a step may be so many counts, and each is shown: 0: they are not
-    _recent: tuple[int, int, int, Shown] | None = field(init=False, default=None)  # A and B ask for the same windows
+    _recent: tuple[int, int, int, tuple[Any, Any]] | None = field(init=False, default=None)  # A and B ask alike
 
     def __post_init__(self) -> None:
         if self.marks.unit != self.motion.unit:
@@ -149,25 +147,26 @@ class StepCounter:
             return None
         return self.motion.edge_by(self._parts(j))
 
-    def _due(self, j: int) -> int | None:
-        """When change j is shown, or an earlier instant at which to ask again; None: never, as things stand."""
+    def _due(self, j: int) -> When:
+        """When change j is shown."""
         k = self._edge(j)
-        if k is None or (ps := self.motion.when(k)) is None:
+        if k is None:
             return None
-        if self.several and (late := j - 1 - self._changes(k - 1)):
-            due = ps + late * DWELL_PS
-            following = self.motion.when(k + 1) if self.motion.edges(due) > k else None
-            ps = due if following is None else min(due, following)  # the next step takes the shaft further at once
-        return ps + self.lag_ps
+        due = self.motion.time(k)
+        if self.several and isinstance(due, int) and (late := j - 1 - self._changes(k - 1)):
+            due += late * DWELL_PS
+            following = ask_at(self.motion.time(k + 1)) if self.motion.count(due) > k else None
+            due = due if following is None else min(due, following)  # the next step takes the shaft further at once
+        return later(due, self.lag_ps)
 
     def _shown(self, ps: int) -> int:
         """How many changes of this motion are shown at an instant."""
         ps -= self.lag_ps
-        k = self.motion.edges(ps)
+        k = self.motion.count(ps)
         if k <= 0:
             return 0
         over = self._changes(k)
-        if self.several and (begun := self.motion.when(k)) is not None:  # the last step may be under way
+        if self.several and isinstance(begun := self.motion.time(k), int):  # the last step may be under way
             over = min(over, self._changes(k - 1) + 1 + (ps - begun) // DWELL_PS)
         return over
 
@@ -177,7 +176,7 @@ class StepCounter:
         """Which way it counts."""
         return self.motion.sign
 
-    def at(self, ps: int) -> int:
+    def level(self, ps: int) -> int:
         """Return the count that is shown at an instant (ps)."""
         return self._after_changes(self._shown(ps), ps)
 
@@ -189,7 +188,7 @@ class StepCounter:
         over = bisect_right(times, ps)
         return counts[over - 1] if over else cast("int", self.before)
 
-    def after(self, ps: int, changes: int = 1) -> int | None:
+    def after(self, ps: int, changes: int = 1) -> When:
         """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
         j = self._shown(ps)
         times = self.coming[0]
@@ -197,14 +196,14 @@ class StepCounter:
         if j or over == len(times):
             return self._due(j + changes)
         due = self._due(1)
-        return due if due is not None and due <= times[over] else times[over]
+        at = ask_at(due)
+        return due if at is not None and at <= times[over] else times[over]
 
-    def between(self, start: int, stop: int) -> Shown:
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
 
         Returns:
-            The count before, the instants of its changes, ascending, and the counts from there on: two lists, or two
-                int64 arrays.
+            The instants of its changes, ascending, and the counts from there on: two lists, or two int64 arrays.
         """
         recent = self._recent
         if recent is not None and recent[:2] == (start, stop):
@@ -215,9 +214,8 @@ class StepCounter:
         if not a and held:
             part = slice(bisect_right(held, start), bisect_right(held, int(times[0]) if b else stop))
             times, counts = _joined(held[part], times), _joined(shown[part], counts)
-        found = self._after_changes(a, start), times, counts
-        self._recent = start, stop, b, found
-        return found
+        self._recent = start, stop, b, (times, counts)
+        return times, counts
 
     def _own(self, a: int, b: int) -> tuple[Any, Any]:
         """Changes a+1 ... b of this motion, all of which come: instants, and the counts from there on."""
@@ -226,7 +224,7 @@ class StepCounter:
             sign, step, first, lag = motion.sign, motion.step, motion.first, self.lag_ps
             counts = range(self.count + sign * (a + 1), self.count + sign * (b + 1), sign)
             if self.several:
-                return [self._due(j) for j in range(a + 1, b + 1)], [*counts]
+                return [ask_at(self._due(j)) for j in range(a + 1, b + 1)], [*counts]
             entered = counts if sign > 0 else range(counts.start + 1, counts.stop + 1, -1)
             rest = motion.slack - sign * motion.place + (sign < 0)
             edges = [first - -(sign * place + rest) // step for place in self.marks.places(entered)]  # as _parts has it
@@ -238,7 +236,7 @@ class StepCounter:
         k = -(-(parts + motion.slack) // motion.step)
         first, last = int(k[0]), int(k[-1])
         k -= first
-        instants = motion.drive.many(motion.first + first, motion.first + last)
+        instants = motion.drive.times(motion.first + first, motion.first + last)
         times = instants[k]
         if self.several:
             begins = np.searchsorted(k, k)
@@ -252,13 +250,13 @@ class StepCounter:
         """Return a counter that begins at an instant (ps); what the drive does afterwards may still change."""
         motion = self.motion.onward(ps)
         held = self.coming[0]
-        over = self._changes(self.motion.edges(ps))
+        over = self._changes(self.motion.count(ps))
         if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is on its way
-            return StepCounter(motion, self.scale, self.lag_ps, self.at(ps), ([], []), self.marks)
-        past = replace(self, motion=replace(self.motion, drive=BoundedEdges(self.motion.drive, ps + 1)))
-        _, times, counts = past.between(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))
+            return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), ([], []), self.marks)
+        past = replace(self, motion=replace(self.motion, drive=Until(self.motion.drive, ps + 1)))
+        times, counts = past.edges(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))
         coming = [int(time) for time in times], [int(count) for count in counts]
-        return StepCounter(motion, self.scale, self.lag_ps, self.at(ps), coming, self.marks)
+        return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), coming, self.marks)
 
     def on(self, motion: ShaftMotion, now: int) -> StepCounter:
         """Return a counter for a motion that continues this one, or begins where the shaft was pushed at `now` (ps)."""

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ...core.datasheet.option import Option
 from ...core.messages.instead import missing
+from ...core.time.events import Even, NoEvents
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
-from ...core.wires.clocking import NoEdges, UniformEdges
 from ...errors import UsageError
 from ..base.part import Part
 from .counter import CountScale
@@ -66,7 +66,7 @@ class CountOutputs:
     @property
     def count(self) -> int:
         """The count that the outputs show; neither A nor B is high at 0."""
-        return self.rule.counter.at(self.rule.kernel.seen)
+        return self.rule.counter.level(self.rule.kernel.seen)
 
     def steps(self, counts: int) -> Fraction:
         """Return how many steps of the shaft some counts are."""
@@ -265,7 +265,7 @@ class Quadrature(ShowsCounts, Part):
         self.input("run", rate)
         now = self.kernel.now
         self.shaft.cut(now)  # what comes at this instant is known: nothing else turns the shaft
-        self.shaft.turn(UniformEdges(now, abs(rate)) if rate else NoEdges(), 1 if rate > 0 else -1, now)
+        self.shaft.turn(Even(now, abs(rate)) if rate else NoEvents(), 1 if rate > 0 else -1, now)
         self.kernel.settle()
 
 

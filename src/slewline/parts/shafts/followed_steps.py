@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
+from ...core.time.events import Events, NotYet, When
 from ...core.time.timebase import PS_PER_S
-from ...core.wires.clocking import BLOCK, LOOKS, ClockEdges
+from ...core.wires.clocking import BLOCK, LOOKS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -90,14 +91,14 @@ class MotorLimits:
         return len(times) if good.all() else int(np.argmin(good)) + 1
 
 
-class FollowedSteps(ClockEdges):
+class FollowedSteps(Events):
     """Clock edges that become steps: the pulses that a motor follows, at their instants.
 
     `_firsts` and `_lasts` are the runs of pulses that are followed, counting from 1, and `_before` how many steps come
     before each.
     """
 
-    def __init__(self, clock: ClockEdges, limits: MotorLimits, of: PulseFollowing, sign: int) -> None:
+    def __init__(self, clock: Events, limits: MotorLimits, of: PulseFollowing, sign: int) -> None:
         self.clock, self.limits, self.of, self.sign = clock, limits, of, sign
         self._known, self._state = 0, of  # pulses that are processed, and what came of them
         self._firsts: list[int] = []
@@ -114,7 +115,7 @@ class FollowedSteps(ClockEdges):
         """Work off the pulses up to number n."""
         while self._known < n:
             last = min(n, self._known + BLOCK)
-            times: Any = [self.clock.at(last)] if last == self._known + 1 else self.clock.many(self._known + 1, last)
+            times: Any = [self.clock.time(last)] if last == self._known + 1 else self.clock.times(self._known + 1, last)
             done = 0
             while done < len(times):
                 done += self._work_some(times[done : done + self._many])
@@ -153,25 +154,27 @@ class FollowedSteps(ClockEdges):
         return self._firsts[i] + k - 1 - self._before[i]
 
     # ---------------------------------------------------------------------------------------------- the steps made
-    def by(self, ps: int) -> int:
+    def count(self, ps: int) -> int:
         """Return how many steps have been made by an instant (ps), that instant included."""
-        n = self.clock.by(ps)
+        n = self.clock.count(ps)
         self._work(n)
         return self._made(n)
 
-    def at(self, k: int) -> int | None:
-        """Return the instant of step k (ps), or an earlier one at which to ask again; None: it does not come."""
-        time: int | None = None
+    def time(self, k: int) -> When:
+        """Return the instant of step k (ps), NotYet, or None: as things stand it does not come."""
+        following: When = None
         for _ in range(LOOKS):
             if k <= self._made(self._known):
-                return self.clock.at(self._pulse(k))
-            time = self.clock.at(self._known + 1)
-            if time is None or self.clock.by(time) <= self._known:
-                return time
+                break
+            following = self.clock.time(self._known + 1)
+            if not isinstance(following, int):
+                return following
             self._work(self._known + 1)
-        return time if k > self._made(self._known) else self.clock.at(self._pulse(k))
+        if k <= self._made(self._known):
+            return self.clock.time(self._pulse(k))
+        return NotYet(following) if isinstance(following, int) else None
 
-    def many(self, first: int, last: int) -> NDArray[np.int64]:
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of steps first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
@@ -180,25 +183,25 @@ class FollowedSteps(ClockEdges):
         k = np.arange(first, last + 1)
         i = np.searchsorted(np.array(self._before, np.int64), k - 1, side="right") - 1
         pulses = np.array(self._firsts, np.int64)[i] + k - 1 - np.array(self._before, np.int64)[i]
-        times: NDArray[np.int64] = self.clock.many(int(pulses[0]), int(pulses[-1]))[pulses - pulses[0]]
+        times: NDArray[np.int64] = self.clock.times(int(pulses[0]), int(pulses[-1]))[pulses - pulses[0]]
         return times
 
     def onward(self, ps: int) -> PulseFollowing:
         """Return the state at an instant (ps)."""
-        n = self.clock.by(ps)
+        n = self.clock.count(ps)
         self._work(n)
         if n == self._known:
             return self._state
         if n == 0:
             return self.of
         made = self._made(n)
-        times = self.clock.many(max(n - 1, 1), n)
+        times = self.clock.times(max(n - 1, 1), n)
         last, before = int(times[-1]), int(times[0]) if n > 1 else self.of.pulsed_ps
         follows = made > self._made(n - 1)
         arrives, way = self.of.arrives_ps, self.of.way
         if made:
             pulse = self._pulse(made)
-            arrives, way = int(self.clock.many(pulse, pulse)[0]) + self.limits.lag_ps, self.sign
+            arrives, way = int(self.clock.times(pulse, pulse)[0]) + self.limits.lag_ps, self.sign
         return PulseFollowing(
             self.of.pulses + n, self.of.lost + n - made, self.sign, PS_PER_S / (last - before) if follows else 0.0,
             last, arrives, way, follows,

@@ -8,9 +8,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ...core.datasheet.option import Option
+from ...core.time.events import Events, Later, earliest
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
-from ...core.wires.clocking import ClockEdges, DelayedEdges, ScanWindow
+from ...core.wires.clocking import ScanWindow
 from ...core.wires.views import Repeated
 from ...errors import UsageError
 from ..base.clocked import Clocked
@@ -19,7 +20,7 @@ from ..base.part import AXIS, Part
 from .counter import CountScale, StepCounter
 from .followed_steps import FollowedSteps, MotorLimits, PulseFollowing
 from .shaft import Shaft, forget_shaft, shaft_quantities
-from .shaft_motion import SingleEdge
+from .shaft_motion import Once
 from .shown import EncoderChannel, LevelPattern
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class StepDrive:
         *,
         advance: Callable[[int], None] | None = None,
         step: Callable[[], None] | None = None,
-        follow: Callable[[ClockEdges], None] | None = None,
+        follow: Callable[[Events], None] | None = None,
     ) -> None:
         self.part, self.shaft = part, Shaft(part.kernel)
         self._chosen = edge is not None
@@ -93,7 +94,7 @@ class StepDrive:
     def _step(self) -> None:
         self.shaft.step(self.part.kernel.now, self.sign)
 
-    def _follow(self, clock: ClockEdges) -> None:
+    def _follow(self, clock: Events) -> None:
         self.shaft.turn(clock, self.sign, self.part.kernel.now)
 
 
@@ -250,24 +251,24 @@ class Motor(Part):
             self.shaft.step(self.kernel.now, self._under_way)
             self._under_way = 0
 
-    def _follow(self, clock: ClockEdges) -> None:
+    def _follow(self, clock: Events) -> None:
         """Follow another clock from now on."""
         now = self.kernel.now
         self._arrive()
         self._made = FollowedSteps(clock, self._limits, self._pulsed, self.drive.sign)
         if self._under_way:
-            self.shaft.turn(SingleEdge(self._pulsed.arrives_ps), self._under_way, now)
+            self.shaft.turn(Once(self._pulsed.arrives_ps), self._under_way, now)
             self.kernel.call_at(self._pulsed.arrives_ps, self.rule.look)
         elif self._limits.free:
             self.shaft.turn(clock, self.drive.sign, now)
         else:
-            self.shaft.turn(DelayedEdges(self._made, self._limits.lag_ps), self.drive.sign, now)
+            self.shaft.turn(Later(self._made, self._limits.lag_ps), self.drive.sign, now)
 
     def _show(self) -> None:
         """Promise the detector's signals under the present motion of the shaft."""
         counter = StepCounter(self.shaft.motion, CountScale(Fraction(1)), 0)
         for name, code in DETECTOR.items():
-            level = code[counter.at(self.kernel.seen)]
+            level = code[counter.level(self.kernel.seen)]
             self.rule.put(
                 self.drivers[name], level if self.rule.edge_driven else Repeated(EncoderChannel(counter, code))
             )
@@ -350,10 +351,8 @@ class Rotor(Part):
             self._strides.told(count)
             self._read_ps = since = stop
             if not count:
-                ahead = [
-                    time for lookahead in self.rule.lookaheads.values() if (time := lookahead.after(stop)) is not None
-                ]
-                self._read_ps = since = max(stop, min([ps, *(time - 1 for time in ahead)]))
+                following = earliest([lookahead.after(stop) for lookahead in self.rule.lookaheads.values()])
+                self._read_ps = since = max(stop, ps if following is None else min(ps, following - 1))
                 self._strides.skipped(since - stop)
 
     def _turn(self, since: int, edges: list[tuple[Any, Any]]) -> None:

@@ -21,10 +21,10 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Protocol, cast
 
 from ...core.motion.history import Staircase
+from ...core.time.events import Events, Listed
 from ...core.time.hook import Hook
-from ...core.wires.clocking import ClockEdges, NoEdges
 from .counter import counter_of
-from .shaft_motion import BLOCKED, RecordedEdges, ShaftMotion, SingleEdge, common
+from .shaft_motion import BLOCKED, Once, ShaftMotion, common
 
 if TYPE_CHECKING:
     import numpy as np
@@ -72,7 +72,7 @@ class Shaft:
             if self.motion is not motion:
                 self._keep(motion, ps)
 
-    def turn(self, drive: ClockEdges, sign: int, since: int) -> None:
+    def turn(self, drive: Events, sign: int, since: int) -> None:
         """Follow other edges after an instant, forward (1) or back (-1)."""
         motion = self.motion
         self._take(ShaftMotion(drive, since, motion.place, sign, motion.step, motion.unit, motion.slack, None))
@@ -80,7 +80,7 @@ class Shaft:
     def step(self, ps: int, sign: int) -> None:
         """Make a step at an instant, which is not before the last one that was cut at."""
         self.cut(ps - 1)
-        self.turn(SingleEdge(ps), sign, ps - 1)
+        self.turn(Once(ps), sign, ps - 1)
         self.cut(ps)
 
     # --------------------------------------------------------------------------------------------------- a user's hands
@@ -149,9 +149,9 @@ class Shaft:
         """Report steps that were lost up to an instant, the last committed one at most."""
         motion, told = self.motion, self._told
         new = motion.lost(ps) - told
-        self._held &= not motion.moved(motion.edges(ps)) or bool(told)
+        self._held &= not motion.moved(motion.count(ps)) or bool(told)
         if new > 0:
-            first = cast("int", motion.when((motion.room or 0) + told + 1))
+            first = cast("int", motion.time((motion.room or 0) + told + 1))
             anew, self._held = not self._held, True
             self._told += new
             self.lost += new
@@ -179,7 +179,7 @@ class Shaft:
 
         found, before = [], None
         for motion, until in self._motions(start, stop):
-            times, places = motion.changes(max(start, motion.since), until)
+            times, places = motion.edges(max(start, motion.since), until)
             if motion.since > start and before is not None:
                 place = Fraction(motion.place, motion.unit)
                 if before.steps_at(motion.since) != place:  # it was pushed
@@ -224,17 +224,21 @@ class Shaft:
         if len(self.past) > 2 * KEPT:
             del self.past[:-KEPT]
         last = self.past[-1] if self.past else None
-        if last is None or not isinstance(last.drive, NoEdges):
+        if last is None or not isinstance(last.drive, Listed):
             self.past.append(motion)
-        elif last.at(motion.since) * motion.unit == motion.place * last.unit:
-            if not motion.edges(ps):
+        elif last.level(motion.since) * motion.unit == motion.place * last.unit:
+            if not motion.count(ps):
                 return
-            if isinstance(motion.drive, SingleEdge) and motion.moved(1) == motion.step:
-                made = last.drive.times if isinstance(last.drive, RecordedEdges) else None
-                if made and len(made) < SINGLE and (last.sign, last.step) == (motion.sign, motion.step):
-                    made.append(motion.drive.ps)
+            if isinstance(motion.drive, Once) and motion.moved(1) == motion.step:
+                made = last.drive.instants
+                if (
+                    isinstance(made, list)
+                    and len(made) < SINGLE
+                    and (last.sign, last.step) == (motion.sign, motion.step)
+                ):
+                    made += motion.drive.instants
                     return
-                motion = replace(motion, drive=RecordedEdges([motion.drive.ps]), room=None)
+                motion = replace(motion, drive=Listed([*motion.drive.instants]), room=None)
             self.past.append(motion)
         else:
             self.past.append(motion)
@@ -278,7 +282,7 @@ class DrivenShaft(Shaft):
         """Return the steps of the driving shaft that correspond to steps of this one."""
         return steps
 
-    def turn(self, drive: ClockEdges, sign: int, since: int) -> None:
+    def turn(self, drive: Events, sign: int, since: int) -> None:
         """Refuse: this shaft is turned by the one under it.
 
         Raises:

@@ -12,13 +12,12 @@ A `Counter` (counter.py) tells what a motion passes, on a scale.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import lcm
 from typing import TYPE_CHECKING
 
-from ...core.wires.clocking import ClockEdges, NoEdges
+from ...core.time.events import Events, Listed, NoEvents, When
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,46 +28,11 @@ FEW = 16  # edges an instant: where they are fewer, all of them are laid out at 
 
 
 # --------------------------------------------------------------------------------------------------- what turns a shaft
-class SingleEdge(NoEdges):
-    """A single edge."""
+class Once(Listed):
+    """A single event, at an instant (ps)."""
 
     def __init__(self, ps: int) -> None:
-        self.ps = ps
-
-    def by(self, ps: int) -> int:
-        """Return how many edges there have been by an instant (ps), that instant included."""
-        return int(ps >= self.ps)
-
-    def at(self, k: int) -> int | None:
-        """Return the instant of edge k (ps); None for any but the first."""
-        return self.ps if k == 1 else None
-
-    def many(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
-        import numpy as np
-
-        return np.array([self.ps][first - 1 : last], np.int64)
-
-
-class RecordedEdges(NoEdges):
-    """Edges that have been made, one by one; a list that grows."""
-
-    def __init__(self, times: list[int]) -> None:
-        self.times = times
-
-    def by(self, ps: int) -> int:
-        """Return how many edges there have been by an instant (ps), that instant included."""
-        return bisect_right(self.times, ps)
-
-    def at(self, k: int) -> int | None:
-        """Return the instant of edge k (ps); None: it has not been made."""
-        return self.times[k - 1] if k <= len(self.times) else None
-
-    def many(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
-        import numpy as np
-
-        return np.array(self.times[first - 1 : last], np.int64)
+        super().__init__((ps,))
 
 
 # ------------------------------------------------------------------------------------------------------- the motion
@@ -81,7 +45,7 @@ class ShaftMotion:
     `room` of these steps: then it stands at a stop, and further edges are lost.
     """
 
-    drive: ClockEdges = field(default_factory=NoEdges)
+    drive: Events = field(default_factory=NoEvents)
     since: int = 0
     place: int = 0  # parts
     sign: int = 1
@@ -92,12 +56,12 @@ class ShaftMotion:
     first: int = field(init=False)  # edges of the drive that were before this motion
 
     def __post_init__(self) -> None:
-        self.first = self.drive.by(self.since)
+        self.first = self.drive.count(self.since)
 
     # ------------------------------------------------------------------------------------------------------- questions
-    def edges(self, ps: int) -> int:
+    def count(self, ps: int) -> int:
         """Return how many edges of this motion there have been by an instant (ps), lost ones included."""
-        return max(0, self.drive.by(ps) - self.first)
+        return max(0, self.drive.count(ps) - self.first)
 
     def moved(self, k: int) -> int:
         """Return by how many parts its first k edges move the shaft."""
@@ -105,48 +69,48 @@ class ShaftMotion:
             k = min(k, self.room)
         return max(0, k * self.step - self.slack)
 
-    def at(self, ps: int) -> int:
+    def level(self, ps: int) -> int:
         """Return the place at an instant (ps), in parts of a step."""
-        return self.place + self.sign * self.moved(self.edges(ps))
+        return self.place + self.sign * self.moved(self.count(ps))
 
     def steps_at(self, ps: int) -> Fraction:
         """Return the place at an instant (ps), in steps."""
-        return Fraction(self.at(ps), self.unit)
+        return Fraction(self.level(ps), self.unit)
 
     def edge_by(self, parts: int) -> int | None:
         """Return the number of the edge by which the shaft has moved so many parts, 1 and more; None: no edge does."""
         k = -(-(parts + self.slack) // self.step)
         return k if self.room is None or k <= self.room else None
 
-    def when(self, k: int) -> int | None:
-        """Return the instant of edge k of this motion (ps), or one at which to ask again; None: it does not come."""
-        return self.drive.at(self.first + k)
+    def time(self, k: int) -> When:
+        """Return the instant of edge k of this motion (ps), NotYet, or None: as things stand it does not come."""
+        return self.drive.time(self.first + k)
 
     def lost(self, ps: int) -> int:
         """Return how many edges have been lost at a stop by an instant (ps)."""
-        return 0 if self.room is None else max(0, self.edges(ps) - self.room)
+        return 0 if self.room is None else max(0, self.count(ps) - self.room)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the places at instants of this motion (int64 ps), in steps: (n,) float64."""
         import numpy as np
 
-        edges = self.edges(int(times.max(initial=self.since)))
+        edges = self.count(int(times.max(initial=self.since)))
         if edges < FEW * len(times):
-            k = np.searchsorted(self.drive.many(self.first + 1, self.first + edges), times, "right")
+            k = np.searchsorted(self.drive.times(self.first + 1, self.first + edges), times, "right")
         else:
-            k = np.array([self.edges(int(ps)) for ps in times], np.int64)
+            k = np.array([self.count(int(ps)) for ps in times], np.int64)
         return self._places(k)
 
-    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    def edges(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the steps at start < t <= stop: (n,) int64 ps, and the places from there on, (n,) float64 steps."""
         import numpy as np
 
-        first, last = self.edges(start) + 1, self.edges(stop)
+        first, last = self.count(start) + 1, self.count(stop)
         first = max(first, self.edge_by(1) or last + 1)
         last = last if self.room is None else min(last, self.room)
         if last < first:
             return np.empty(0, np.int64), np.empty(0)
-        return self.drive.many(self.first + first, self.first + last), self._places(np.arange(first, last + 1))
+        return self.drive.times(self.first + first, self.first + last), self._places(np.arange(first, last + 1))
 
     def _places(self, k: NDArray[np.int64]) -> NDArray[np.float64]:
         """Places after some numbers of edges, in steps."""
@@ -163,7 +127,7 @@ class ShaftMotion:
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> ShaftMotion:
         """Return the motion from an instant (ps) on; what the drive does afterwards may still change."""
-        k = self.edges(ps)
+        k = self.count(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)
         return ShaftMotion(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)

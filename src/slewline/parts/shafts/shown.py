@@ -6,6 +6,7 @@ from bisect import bisect_right
 from functools import cached_property
 from typing import Any
 
+from ...core.time.events import NotYet, When, ask_at
 from ...core.wires.wave import Level, real_edges
 from .counter import Counter
 
@@ -55,31 +56,31 @@ class EncoderChannel:
 
     def level(self, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included."""
-        return self.code[self.counter.at(ps)]
+        return self.code[self.counter.level(ps)]
 
-    def after(self, ps: int) -> int | None:
-        """Return the next edge (ps), or an earlier instant at which to ask again; None: as things stand never.
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps), NotYet, or None: as things stand there is none.
 
         The counts of a shaft that is too fast may jump for ever without an edge.
         """
         counter, code, time = self.counter, self.code, ps
-        count = counter.at(ps)
+        count = counter.level(ps)
         here = code[count]
         for _ in range(LOOKS + 1):
             changes = code.distance(count, counter.way) if counter.way and code[count] == here else 1
-            following = counter.after(time, changes)
+            following = ask_at(counter.after(time, changes))
             if following is None:
                 return None
-            count, time = counter.at(following), following
+            count, time = counter.level(following), following
             if code[count] != here:
-                break
-        return time
+                return time
+        return NotYet(time)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
-        before, times, counts = self.counter.between(start, stop)
+        times, counts = self.counter.edges(start, stop)
         levels = self.code.levels
-        level, size = self.code[before], len(levels)
+        level, size = self.level(start), len(levels)
         if isinstance(times, list):
             return real_edges(times, [levels[count % size] for count in counts], level)
         return real_edges(times, self.code.array[counts % size], level)
@@ -114,8 +115,8 @@ class SwitchZone:
     def closed_at(self, ps: int) -> bool:
         """Return whether the switch is closed at an instant (ps)."""
         since, closed = self._known if ps >= self._known[0] else (self.since, self.closed)
-        before, _, counts = self.counter.between(since, max(ps, since))
-        closed = self._after([before, *counts], closed)
+        _, counts = self.counter.edges(since, max(ps, since))
+        closed = self._after([self.counter.level(since), *counts], closed)
         if ps > since:
             self._known = ps, closed
         return closed
@@ -127,14 +128,15 @@ class SwitchZone:
         """Return the level at an instant (ps), edges at that instant included."""
         return self.levels[self.closed_at(ps)]
 
-    def after(self, ps: int) -> int | None:
-        """Return when the count changes next (ps), before which there is no edge; None: as things stand never."""
-        return self.counter.after(ps)
+    def after(self, ps: int) -> When:
+        """Return NotYet with the next change of the count (ps), or None: as things stand there is no edge."""
+        following = ask_at(self.counter.after(ps))
+        return None if following is None else NotYet(following)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
         """Return the edges at start < t <= stop (ps), as two lists."""
         closed = self.closed_at(start)
-        _, times, counts = self.counter.between(start, stop)
+        times, counts = self.counter.edges(start, stop)
         levels = []
         for count in counts:
             says = self.says[int(count)]

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ...core.time.events import earliest
 from ...core.wires.wave import Level, Promise, alike, promised
 
 if TYPE_CHECKING:
@@ -41,10 +42,9 @@ class Piece(NamedTuple):
         """Return the levels at an instant (ps)."""
         return [what.level(ps) if promised(what) else what for what in self.shown]
 
-    def after(self, ps: int) -> int | None:
-        """Return when a pin may change next (ps), or an instant at which to ask again; None: as things stand never."""
-        times = [time for what in self.shown if promised(what) and (time := what.after(ps)) is not None]
-        return min(times, default=None)
+    def look_after(self, ps: int) -> int | None:
+        """Return when to look again for an edge of a pin after an instant (ps); None: as things stand there is none."""
+        return earliest([what.after(ps) for what in self.shown if promised(what)])
 
     @property
     def until(self) -> int | None:

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from ...core.time.events import NotYet, When
 from ..motors.integration import Point
 from ..motors.law import MotorLaw
 from .linkage import Linkage
@@ -314,14 +315,14 @@ class Passings:
             yield before.t + found, n if rising else n - 1
 
     # -------------------------------------------------------------------------------------------------------- questions
-    def at(self, ps: int) -> int:
+    def level(self, ps: int) -> int:
         """Return the count at an instant (ps)."""
         self.look(ps)
         n = bisect_right(self.times, ps)
         return self.counts[n - 1] if n else self.first
 
-    def after(self, ps: int, number: int = 1) -> int | None:
-        """Return the next change after an instant (ps), or an instant at which to ask again; None: none comes."""
+    def after(self, ps: int, number: int = 1) -> When:
+        """Return the next change after an instant (ps), or a later one by its number; NotYet, or None: none comes."""
         self.look(ps)
         n = bisect_right(self.times, ps) + number - 1
         farthest = ps + AHEAD_PS
@@ -329,12 +330,12 @@ class Passings:
             known, feed = self.known, self.run.feed.now
             until = feed.until
             if until is not None and ps < until <= known + 1:
-                return until
+                return NotYet(until)
             if known >= farthest:
-                return known
+                return NotYet(known)
             ahead = known + self._block
             if self.run.rests(known):
-                following = feed.after(known)
+                following = feed.look_after(known)
                 if following is None:
                     return None
                 ahead = max(ahead, following)
@@ -344,11 +345,11 @@ class Passings:
             self.look(max(ahead, known + 1))
         return self.times[n]
 
-    def between(self, start: int, stop: int) -> tuple[int, list[int], list[int]]:
-        """Return the count at one instant, and the changes up to another: instants (ps), and counts from there on."""
+    def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:
+        """Return the changes at start < t <= stop (ps): instants, and the counts from there on."""
         self.look(stop)
         a, b = bisect_right(self.times, start), bisect_right(self.times, stop)
-        return (self.counts[a - 1] if a else self.first), self.times[a:b], self.counts[a:b]
+        return self.times[a:b], self.counts[a:b]
 
     def forget(self, before: int) -> None:
         """Drop the changes before an instant (ps) that has been reached."""

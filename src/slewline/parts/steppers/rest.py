@@ -24,7 +24,7 @@ class RestCondition(Condition):
     def met(self) -> bool:
         """Return whether it rests now, and no input promises an edge."""
         run, seen = self.run, self.kernel.seen
-        return run.rests(seen) and seen >= run.known_to_rest and run.feed.now.after(seen) is None
+        return run.rests(seen) and seen >= run.known_to_rest and run.feed.now.look_after(seen) is None
 
     def when(self) -> int | None:
         """Return when it will rest, or an instant at which to ask again (ps)."""

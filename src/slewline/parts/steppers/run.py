@@ -156,7 +156,7 @@ class Run:
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
-        following = now.after(self.reached)
+        following = now.look_after(self.reached)
         return NEVER_PS if following is None else following
 
     def _go_on(self, ps: int) -> None:
@@ -258,7 +258,7 @@ class Run:
 
     def comes_to_rest(self, ps: int) -> int:
         """Return when it rests, after an instant (ps), if no input has an edge until then; or when to ask again."""
-        following = self.feed.now.after(ps)
+        following = self.feed.now.look_after(ps)
         until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
         return max(self.known_to_rest, ps + 1) if self.rests(until) else until
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from ...core.motion.history import Polyline
-from ...core.wires.clocking import ClockEdges
+from ...core.time.events import Events, When, later
 from ...errors import UsageError
 from ..shafts.counter import CountScale
 from ..shafts.shaft import Place, Shaft
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from ...core.time.kernel import Kernel
     from ..motors.law import MotorLaw
-    from ..shafts.counter import Counter, Shown
+    from ..shafts.counter import Counter
     from .run import Run
 
 FINEST = Fraction(1, 1 << 20)  # step, of places that are told as fractions
@@ -61,7 +61,7 @@ class LinkageMotion:
 
         return np.array([self.place(int(ps)) for ps in times])
 
-    def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    def edges(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the grid points at start < t <= stop: (n,) int64 ps, and the places there, (n,) float64 steps."""
         import numpy as np
 
@@ -88,7 +88,7 @@ class LinkageMotion:
         """Return 0: it has no edges."""
         return 0
 
-    def edges(self, ps: int) -> int:
+    def count(self, ps: int) -> int:
         """Return 0: it has no edges."""
         return 0
 
@@ -120,19 +120,18 @@ class RunCounter:
     def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
         self.passings, self.scale, self.lag_ps = passings, scale, lag_ps
 
-    def at(self, ps: int) -> int:
+    def level(self, ps: int) -> int:
         """Return the count that is shown at an instant (ps)."""
-        return self.passings.at(ps - self.lag_ps)
+        return self.passings.level(ps - self.lag_ps)
 
-    def after(self, ps: int, changes: int = 1) -> int | None:
-        """Return when the count changes next (ps), or an instant at which to ask again; None: as things stand never."""
-        found = self.passings.after(ps - self.lag_ps, changes)
-        return None if found is None else found + self.lag_ps
+    def after(self, ps: int, changes: int = 1) -> When:
+        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
+        return later(self.passings.after(ps - self.lag_ps, changes), self.lag_ps)
 
-    def between(self, start: int, stop: int) -> Shown:
-        """Return the count at an instant (ps), and its changes up to another: instants, and counts from there on."""
-        before, times, counts = self.passings.between(start - self.lag_ps, stop - self.lag_ps)
-        return before, [time + self.lag_ps for time in times], counts
+    def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:
+        """Return what has been shown at start < t <= stop (ps): instants, and counts from there on."""
+        times, counts = self.passings.edges(start - self.lag_ps, stop - self.lag_ps)
+        return [time + self.lag_ps for time in times], counts
 
     way = 0  # it may turn round
 
@@ -179,7 +178,7 @@ class MotorShaft(Shaft):
         """Tell all that sit on it that the rotor goes on otherwise than foreseen."""
         self.on_turn()
 
-    def turn(self, drive: ClockEdges, sign: int, since: int) -> None:
+    def turn(self, drive: Events, sign: int, since: int) -> None:
         """Refuse: the rotor turns it.
 
         Raises:
@@ -217,7 +216,7 @@ class MotorShaft(Shaft):
         motion = self.rotor
 
         def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-            times, places = motion.changes(start, stop)
+            times, places = motion.edges(start, stop)
             return times, places * scale
 
         return Polyline(self.kernel, name, unit, lambda times: motion.places(times) * scale, changes, from_zero=False)

@@ -18,6 +18,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+from ...core.time.events import ask_at
 from ...core.time.hook import Hook
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import readable
@@ -189,7 +190,7 @@ class Recorder:
                 if level != before:
                     yield time, level
                     before = level
-                time = what.after(time) if _promised(what) else None
+                time = ask_at(what.after(time)) if _promised(what) else None
 
     def _window(self, probe: Probe, start: int, stop: int) -> tuple[EdgeLog, int]:
         """The log of a window, and the end of it as far as something is known."""

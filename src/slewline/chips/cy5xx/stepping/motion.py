@@ -216,7 +216,7 @@ class Motion:
     def settle(self) -> None:
         """The train so far is over: keep where it left the phases."""
         if self.playing is not None:
-            steps = self.playing.begun(self.kernel.seen)
+            steps = self.playing.count(self.kernel.seen)
             if steps:
                 self.outputs.step(self.sign * steps)
             self.playing = None

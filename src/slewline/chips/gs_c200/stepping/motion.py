@@ -125,7 +125,7 @@ class Motion:
         self.counter.mark_deviation()
         if self.moving and self.playing is not None:
             train, now = self.playing.train, self.kernel.now
-            begun = self.playing.begun(now)
+            begun = self.playing.count(now)
             end = max(now, train.begin(begun - 1) + self.width) if begun else now
             self.end_by(end + 1)
             await until(self.kernel, end)

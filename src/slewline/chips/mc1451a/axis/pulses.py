@@ -192,6 +192,6 @@ class Pulses:
     def _load(self, n: int, value: int) -> None:
         """Set the emitted position to this, and what has been emitted since cycle n began."""
         if self.playing is not None:
-            begun = self.playing.begun(self.kernel.now) - self.playing.begun(self.cycle_clock.ps(n))
+            begun = self.playing.count(self.kernel.now) - self.playing.count(self.cycle_clock.ps(n))
             value += self.sign * begun
         self.axis.load(signed(value, 31))

@@ -26,14 +26,13 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ....core.motion.step_views import TrainView
-from ....core.motion.train import Playing, Train, TrainEdges
+from ....core.motion.train import Playing, Train
+from ....core.time.events import Events, When, before
 from ....core.time.timebase import Clock
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from ....core.wires.clocking import ClockEdges
 
 ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
@@ -355,45 +354,23 @@ class SquareView(TrainView):
         self.halves: CycleTrain = train.halves
         self.of, self.high = of, high
 
-    def clock(self, level: int, since: int) -> ClockEdges:
-        """Return the edges to a level after an instant (see clocking.py)."""
-        return TrainEdges(self, level, since)
-
-    def passed(self, level: int, tick: int) -> int:
-        """Return how many edges to a level there are by a tick, that tick included."""
-        over = self.halves.begun_by(tick)
-        return max((over + 1) // 2 - self.high, 0) if level else over // 2
-
-    def edge(self, level: int, k: int) -> int | None:
-        """Return the tick of edge k to a level, counting from 1; None: there are fewer."""
-        half = 2 * (k - 1 + self.high) if level else 2 * k - 1
-        return self.halves.begin(half) if half < self.halves.steps else None
-
-    def few(self, level: int, numbers: list[int]) -> list[int]:
-        """Return the ticks of some edges to a level, all of which come."""
-        ahead = 2 * (1 - self.high) if level else 1
-        return self.halves.few([2 * k - ahead for k in numbers])
-
-    def edge_times(self, level: int, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last to a level: (n,) int64 ps."""
-        if not level:
-            return self.of.train.begins(first - 1, last)
-        high = int(self.high)
-        return self.halves.begins(2 * (first - 1 + high), 2 * (last + high) - 1)[::2]
+    @property
+    def rises(self) -> Events:
+        """Its edges to high: every other half step."""
+        return SquareRises(self)
 
     def level(self, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included."""
         over = self.halves.begun(self.of.bounded(ps))
         return over % 2 if over else int(self.high)
 
-    def after(self, ps: int) -> int | None:
-        """Return when the level may change next, strictly after an instant (ps); None: as things stand never."""
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
         halves = self.halves
         k = max(halves.begun(ps), int(self.high))  # what is high does not rise
         if k >= halves.steps:
             return None
-        time = halves.clock.ps(halves.begin(k))
-        return time if self.of.until is None or time < self.of.until else None
+        return before(halves.clock.ps(halves.begin(k)), self.of.until)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
@@ -404,3 +381,27 @@ class SquareView(TrainView):
         levels = np.empty(len(times), np.int8)
         levels[::2], levels[1::2] = (a + 1) % 2, a % 2
         return times, levels
+
+
+class SquareRises(Events):
+    """The rises of PULSE of a train of cycles."""
+
+    def __init__(self, view: SquareView) -> None:
+        self.view, self.halves, self.high = view, view.halves, int(view.high)
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+        return max((self.halves.begun(self.view.of.bounded(ps)) + 1) // 2 - self.high, 0)
+
+    def time(self, k: int) -> When:
+        """Return the instant of rise k (ps); None: the train has fewer, or is cut off before."""
+        half, halves = 2 * (k - 1 + self.high), self.halves
+        return before(halves.clock.ps(halves.begin(half)), self.view.until) if half < halves.steps else None
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of rises first ... last, all of which come: (n,) int64 ps, ascending."""
+        return self.halves.begins(2 * (first - 1 + self.high), 2 * (last + self.high) - 1)[::2]
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants of some rises (ps), ascending, all of which come."""
+        return self.halves.clock.ps_list(self.halves.few([2 * (k - 1 + self.high) for k in numbers]))

@@ -1,0 +1,224 @@
+"""Events in time, asked by number and by instant: steps, edges of a wire, what a shaft passes, what was recorded.
+
+    instant      0         a         b    c                d
+    events       ----------|---------|----|----------------|------
+    number                 1         2    3                4
+
+    count(ps)            how many by an instant            count(c) = 3
+    time(k)              when number k comes               time(3) = c
+    times(first, last)   all of some numbers, an array     times(2, 3) = [b, c]
+
+This is the one way in which the house asks for what happens many times.  A source of events is a value: a train of
+steps answers by arithmetic, a wire is walked along, a list is looked up, and whoever asks cannot tell them apart.  What
+is made of events is again events: later by a constant (`Later`), up to an instant (`Until`), counted anew (`Since`).
+
+The answer to "when?" is `When`: an instant; `NotYet`, if a search has been given up for now, with the instant at which
+to ask again, before which nothing happens; or None: as things stand, never.  NotYet is no number, so a type checker
+finds whoever takes it for an instant; who only wants to wake up then says `ask_at`.
+
+Rules of this file: events are numbered from 1; an event at an instant is one by that instant; nothing has an effect.
+What a wire shows between its events is a wave (core/wires/wave.py).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from .timebase import Clock
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class NotYet:
+    """No event is known, and none comes before an instant: ask again then (`at`, ps)."""
+
+    __slots__ = ("at",)
+
+    def __init__(self, at: int) -> None:
+        self.at = at
+
+    def __repr__(self) -> str:
+        return f"NotYet({self.at})"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, NotYet) and other.at == self.at
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+When: TypeAlias = "int | NotYet | None"
+
+
+def ask_at(when: When) -> int | None:
+    """Return when to look again (ps): at the event, or when a search goes on; None: not as things stand."""
+    return when.at if isinstance(when, NotYet) else when
+
+
+def earliest(whens: Sequence[When]) -> int | None:
+    """Return when to look again for the first of some events (ps); None: for none of them."""
+    return min((at for when in whens if (at := ask_at(when)) is not None), default=None)
+
+
+def later(when: When, lag_ps: int) -> When:
+    """Return an answer about an event that comes `lag_ps` later."""
+    if isinstance(when, NotYet):
+        return NotYet(when.at + lag_ps)
+    return None if when is None else when + lag_ps
+
+
+def before(when: When, until: int | None) -> When:
+    """Return an answer about an event that comes only before an instant (ps); None: at any."""
+    if until is None or when is None:
+        return when
+    at = when.at if isinstance(when, NotYet) else when
+    return when if at < until else None
+
+
+class Events(Protocol):
+    """Events in time, numbered from 1."""
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+
+    def time(self, k: int) -> When:
+        """Return the instant of event k (ps), NotYet, or None: as things stand it does not come.
+
+        An instant at which `count` is less than k is one at which to ask again.
+        """
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants of some events (ps), ascending, all of which come: fewer than are worth an array."""
+        return [at for k in numbers if isinstance(at := self.time(k), int)]
+
+
+class Listed(Events):
+    """Events whose instants are known, one by one: a list, which may grow."""
+
+    def __init__(self, instants: Sequence[int]) -> None:
+        self.instants = instants
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+        return bisect_right(self.instants, ps)
+
+    def time(self, k: int) -> When:
+        """Return the instant of event k (ps); None: it is not in the list."""
+        return self.instants[k - 1] if k <= len(self.instants) else None
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
+        import numpy as np
+
+        return np.array(self.instants[first - 1 : last], np.int64)
+
+
+class NoEvents(Listed):
+    """No events: a level that stays."""
+
+    def __init__(self) -> None:
+        super().__init__(())
+
+
+class Even(Events):
+    """Events at an even rate (1/s), the first one a period after `since`."""
+
+    def __init__(self, since: int, rate: int) -> None:
+        self.since, self.clock = since, Clock(rate)
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+        return max(self.clock.ticks_until(ps - self.since), 0)
+
+    def time(self, k: int) -> When:
+        """Return the instant of event k, rounded down to a whole picosecond."""
+        return self.since + self.clock.ps(k)
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of events first ... last: (n,) int64 ps, ascending."""
+        import numpy as np
+
+        return self.since + self.clock.ps_array(np.arange(first, last + 1))
+
+
+class Until(Events):
+    """Events that lie before an instant, `until`; None: all of them."""
+
+    until: int | None
+
+    def __init__(self, of: Events, until: int | None = None) -> None:
+        self.of, self.until = of, until
+
+    def cut(self, ps: int) -> None:
+        """Count only what lies before an instant or at it (ps)."""
+        self.until = ps + 1
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+        until = self.until
+        return self.of.count(ps if until is None or ps < until else until - 1)
+
+    def time(self, k: int) -> When:
+        """Return the instant of event k (ps), NotYet, or None from `until` on."""
+        return before(self.of.time(k), self.until)
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
+        return self.of.times(first, last)
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants of some events (ps), ascending, all of which come."""
+        return self.of.few(numbers)
+
+
+class Later(Events):
+    """Events, each so many picoseconds later."""
+
+    def __init__(self, of: Events, lag_ps: int) -> None:
+        self.of, self.lag_ps = of, lag_ps
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+        return self.of.count(ps - self.lag_ps)
+
+    def time(self, k: int) -> When:
+        """Return the instant of event k (ps), NotYet, or None: as things stand it does not come."""
+        return later(self.of.time(k), self.lag_ps)
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
+        return self.of.times(first, last) + self.lag_ps
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants of some events (ps), ascending, all of which come."""
+        return [at + self.lag_ps for at in self.of.few(numbers)]
+
+
+class Since(Events):
+    """Events counted anew after an instant (ps): the next one is number 1."""
+
+    def __init__(self, of: Events, ps: int) -> None:
+        self.of, self.first = of, of.count(ps)
+
+    def count(self, ps: int) -> int:
+        """Return how many there have been by an instant (ps), that instant included."""
+        return max(self.of.count(ps) - self.first, 0)
+
+    def time(self, k: int) -> When:
+        """Return the instant of event k (ps), NotYet, or None: as things stand it does not come."""
+        return self.of.time(self.first + k)
+
+    def times(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
+        return self.of.times(self.first + first, self.first + last)
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants of some events (ps), ascending, all of which come."""
+        first = self.first
+        return self.of.few([first + k for k in numbers])
