@@ -49,9 +49,9 @@ def checked(law: Law, hz: int) -> CycleTrain:
     for i in range(0, CYCLES, STRETCH):
         here = slice(i, i + STRETCH)
         first, last = int(steps[i]), int(steps[here][-1])
-        times = train.begins(first, last)
+        times = train.times(first + 1, last)
         assert (first + np.searchsorted(times, begins[here], side="right") == steps[here]).all()
-        assert times[-1] == train.clock.ps(train.begin(last - 1))
+        assert times[-1] == train.clock.ps(train.end(last - 1))
     return train
 
 
@@ -61,7 +61,7 @@ def expanding(train: CycleTrain) -> float:
 
     def expand() -> None:
         for first in range(0, train.steps, WINDOW):
-            train.begins(first, first + WINDOW, buffer)
+            train.times(first + 1, first + WINDOW, buffer)
 
     return best(expand)
 

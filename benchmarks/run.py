@@ -71,7 +71,7 @@ def plans() -> list[Row]:
         return StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 200, 1).runs)
 
     train = planned()
-    ticks = train.begin_ticks()
+    ticks = train.ends()
     assert len(ticks) == 65535 and train.length == sum(
         i * n for i, n in zip(train.intervals, train.counts, strict=True)
     )
@@ -138,7 +138,7 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
     made = np.empty(train.steps, np.int64)
     with tempfile.TemporaryDirectory() as folder:
         generate = compiling.step_generator(Path(folder))
-        assert generate(segments, made) == train.steps and (made == train.begin_ticks()).all()
+        assert generate(segments, made) == train.steps and (made == train.ends()).all()
         for what, ours, bound in cases:
             sides = by_turns(lambda: generate(segments, made), ours, 21)
             yield Row(name.format(what), None, unit, None, True, bound, sides)

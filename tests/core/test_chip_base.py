@@ -394,11 +394,11 @@ class Travel:
             train = StepTrain(clock, start, [(random.randrange(5, 30), random.randrange(1, 9)) for _ in range(3)])
             playing = Playing(train)
             axis.follow(playing, sign)
-            end = train.begin(train.steps)
+            end = train.end(train.steps)
             if random.random() < 0.5:
                 end = random.randrange(start + 1, end + 1)
             playing.until = clock.ps(end)
-            self.steps += [(int(ps), sign) for ps in train.begins() if ps < playing.until]
+            self.steps += [(int(ps), sign) for ps in train.times(1, train.steps) if ps < playing.until]
             for tick in [*sorted(random.sample(range(start, end), min(6, end - start))), end]:
                 self.kernel.run(clock.ps(tick))
                 self.check_now()
@@ -452,7 +452,7 @@ def test_an_axis_says_when_it_arrives():
     playing = Playing(train)
     assert axis.arrives(3) is None
     axis.follow(playing, 1)
-    begins = train.begins().tolist()
+    begins = train.times(1, train.steps).tolist()
     assert [axis.arrives(position) for position in (65_535, 0, 1, 8)] == [begins[n] for n in (0, 1, 2, 9)]
     assert axis.arrives(9) is None
     assert axis.arrives(65_534) is None  # only after 65536 steps

@@ -122,35 +122,37 @@ def test_every_question_is_answered_as_by_counting_tick_by_tick(cycle, number):
             ticks = tick_by_tick(displaced, train.lead, cycle, train.unit)
             begins, end = [train.origin + tick for tick in ticks], train.origin + len(displaced) * cycle
             assert (train.steps, train.origin + train.length) == (len(ticks), end)
-            assert [train.begin(k) for k in range(train.steps)] == begins
-            assert [train.begin(train.steps + n) for n in (0, 1, 9)] == [end] * 3
+            assert [train.end(k) for k in range(train.steps)] == begins
+            assert [train.end(train.steps + n) for n in (0, 1, 9)] == [end] * 3
             for first in range(min(train.steps, 3) + 1):
-                assert train.few([*range(first, train.steps, 3)]) == begins[first::3]
+                assert train.few([*range(first + 1, train.steps + 1, 3)]) == [
+                    train.clock.ps(tick) for tick in begins[first::3]
+                ]
             asked = list(range(train.origin - 3, end + 40))
             random.shuffle(asked)
             expected = [bisect_right(begins, tick) for tick in asked]
             for tick, begun in zip(asked, expected, strict=True):
-                assert train.begun_by(tick) == begun
-                assert train.begin(begun) == (begins[begun] if begun < len(begins) else end)  # the next one
-                assert begun == 0 or train.begin(begun - 1) == begins[begun - 1]
-            assert train.begun_counts(np.array(asked) - train.origin).tolist() == expected
+                assert train.step_at(tick) == begun
+                assert train.end(begun) == (begins[begun] if begun < len(begins) else end)  # the next one
+                assert begun == 0 or train.end(begun - 1) == begins[begun - 1]
+            assert train.steps_at(np.array(asked) - train.origin).tolist() == expected
             for first in range(train.steps + 2):
                 for last in [None, *range(train.steps + 3)]:
-                    assert train.begin_ticks(first, last).tolist() == ticks[first:last]
+                    assert train.ends(first, last).tolist() == ticks[first:last]
 
 
 @rows("hz", CRYSTALS)
 def test_instants_are_those_of_the_ticks_under_any_crystal(hz):
     clock = Clock(hz)
     for _, train, _ in short_trains(CYCLE, clock):
-        instants = [clock.ps(train.begin(k)) for k in range(train.steps)]
+        instants = [clock.ps(train.end(k)) for k in range(train.steps)]
         for first in range(train.steps + 1):
-            assert train.begins(first).tolist() == instants[first:]
+            assert train.times(first + 1, train.steps).tolist() == instants[first:]
         asked = [ps + d for ps in instants for d in (-1, 0, 1)] + [clock.ps(train.origin + train.length)]
         expected = [bisect_right(instants, ps) for ps in asked]
-        assert [train.begun(ps) for ps in asked] == expected
-        assert train.begun_many(np.array(asked, np.int64)).tolist() == expected
-        assert train.window(0, train.steps).tolist() == instants
+        assert [train.count(ps) for ps in asked] == expected
+        assert train.count_many(np.array(asked, np.int64)).tolist() == expected
+        assert train.times(1, train.steps).tolist() == instants
 
 
 def long_trains():
@@ -181,16 +183,16 @@ def test_long_trains_are_expanded_exactly():
     for law, displaced, lead in long_trains():
         for train in (one := CycleTrain(MHZ25, 12_345, law, len(displaced), lead), one.halves):
             ticks = cycle_by_cycle(displaced, lead, CYCLE, train.unit)
-            assert train.begin_ticks().tolist() == ticks
+            assert train.ends().tolist() == ticks
             for k in (random.randrange(train.steps) for _ in range(10 if ticks else 0)):
-                assert train.begin(k) == 12_345 + ticks[k]
-                assert (train.begun_by(12_344 + ticks[k]), train.begun_by(12_345 + ticks[k])) == (
+                assert train.end(k) == 12_345 + ticks[k]
+                assert (train.step_at(12_344 + ticks[k]), train.step_at(12_345 + ticks[k])) == (
                     bisect_right(ticks, ticks[k] - 1),
                     bisect_right(ticks, ticks[k]),
                 )
                 last = random.randrange(k, train.steps + 1)
-                assert train.begin_ticks(k, last).tolist() == ticks[k:last]
-                assert train.begins(k, k + 9).tolist() == [MHZ25.ps(12_345 + tick) for tick in ticks[k : k + 9]]
+                assert train.ends(k, last).tolist() == ticks[k:last]
+                assert train.times(k + 1, k + 9).tolist() == [MHZ25.ps(12_345 + tick) for tick in ticks[k : k + 9]]
 
 
 def test_positions_stand_at_the_begins_of_cycles():
@@ -207,15 +209,15 @@ def test_positions_stand_at_the_begins_of_cycles():
 @rows("speed", [1, 20_467_547, TOP - 1, TOP])
 def test_a_speed_without_end_is_exact_after_a_hundred_days(hz, speed):
     train = CycleTrain(Clock(hz), 77, Linear(speed), OPEN, 65_000)
-    first = train.begun_by(9 * 10**6 * hz)  # 104 days
+    first = train.step_at(9 * 10**6 * hz)  # 104 days
     assert first > 100
     ticks = [-(-((k + 1) * ONE - 65_000) * CYCLE // speed) for k in range(first, first + 1000)]
-    assert [train.begin(k) for k in range(first, first + 1000)] == [77 + tick for tick in ticks]
-    assert train.begin_ticks(first, first + 1000).tolist() == ticks
-    near = [ps for k in range(first - 100, first + 1) if (ps := train.clock.ps(train.begin(k))) < 9 * 10**18]
-    assert train.begins(first - 100, first - 100 + len(near)).tolist() == near
-    assert train.begun_many(np.array(near)).tolist() == list(range(first - 99, first - 99 + len(near)))
-    assert train.steps > train.begun(1 << 80) > first + 10**6
+    assert [train.end(k) for k in range(first, first + 1000)] == [77 + tick for tick in ticks]
+    assert train.ends(first, first + 1000).tolist() == ticks
+    near = [ps for k in range(first - 100, first + 1) if (ps := train.clock.ps(train.end(k))) < 9 * 10**18]
+    assert train.times(first - 99, first - 100 + len(near)).tolist() == near
+    assert train.count_many(np.array(near)).tolist() == list(range(first - 99, first - 99 + len(near)))
+    assert train.steps > train.count(1 << 80) > first + 10**6
 
 
 @rows("speed", [1, 3, 7, 1021, ONE + 1, 1_000_003, TOP - 3])
@@ -223,23 +225,23 @@ def test_rounding_up_is_exact_at_every_speed(speed):
     steps = BLOCK + 1000
     ticks = [-(-((k + 1) * ONE + 12_345) * CYCLE // speed) for k in range(steps)]
     train = CycleTrain(MHZ25, 0, Linear(speed), OPEN, -12_345)
-    assert train.begin_ticks(0, steps).tolist() == ticks
-    assert train.begin_ticks(500, steps).tolist() == ticks[500:]
+    assert train.ends(0, steps).tolist() == ticks
+    assert train.ends(500, steps).tolist() == ticks[500:]
 
 
 def test_what_stands_still_takes_no_steps():
     for law in (Linear(0), SCurve([JerkPiece(0, 1, ONE << PLACES, 0, 0, 0), JerkPiece(9, 7, ONE << PLACES, 0, 0, 0)])):
         train = CycleTrain(MHZ25, 5, law, 9, ONE - 1)
-        assert (train.steps, train.begin(0), train.begun(10**15)) == (0, 5 + 9 * CYCLE, 0)
-        assert train.begins().tolist() == []
+        assert (train.steps, train.end(0), train.count(10**15)) == (0, 5 + 9 * CYCLE, 0)
+        assert train.times(1, train.steps).tolist() == []
         assert train.positions(0, 10).tolist() == [ONE - 1] * 10
 
 
 def test_begins_go_into_a_buffer():
     for train in (CycleTrain(MHZ25, 9, Linear(0, 9999), 500, 777), StepTrain(MHZ25, 9, ((8192, 900), (77, 2000)))):
         buffer = np.full(3000, -1)
-        found = train.begins(300, 1900, buffer)
-        assert found.base is buffer and np.array_equal(found, train.begins(300, 1900))
+        found = train.times(301, 1900, buffer)
+        assert found.base is buffer and np.array_equal(found, train.times(301, 1900))
         assert np.array_equal(buffer[:1600], found) and (buffer[1600:] == -1).all()
 
 
@@ -278,7 +280,7 @@ def test_long_s_curves_are_exact_where_products_overflow(most):
         assert law.travels(np.array([*asked, end])).tolist() == [law.travel(i) for i in [*asked, end]]
         assert law.velocities(np.array(asked)).tolist() == [law.velocity(i) for i in asked]
         i = random.randrange(1, end)
-        assert CycleTrain(MHZ25, 0, law, end).begun_by(i * CYCLE) == law.travel(i) // ONE
+        assert CycleTrain(MHZ25, 0, law, end).step_at(i * CYCLE) == law.travel(i) // ONE
 
 
 # ---------------------------------------------------------------------------------------------------------------- PULSE
@@ -328,9 +330,9 @@ def test_an_axis_follows_trains_of_cycles_to_and_fro():
             until = random.choice([None, MHZ25.ps(origin + random.randrange(1, 4 * CYCLE))])
             axis.follow(Playing(train, until), sign)
             for k in range(train.steps):
-                if until is None or MHZ25.ps(train.begin(k)) < until:
+                if until is None or MHZ25.ps(train.end(k)) < until:
                     position = (position + sign + 100) % 200 - 100
-                    past.append((MHZ25.ps(train.begin(k)), sign, position))
+                    past.append((MHZ25.ps(train.end(k)), sign, position))
             kernel.now = kernel.seen = MHZ25.ps((n + 1) * 4 * CYCLE)
             if random.randrange(3) == 0:
                 position = random.randrange(-100, 100)

@@ -43,8 +43,8 @@ def test_begins_and_intervals_are_those_of_the_list(hz):
     for _, train, ticks in trains(hz):
         assert train.steps == len(ticks) - 1
         assert train.length == ticks[-1] - train.origin
-        assert [train.begin(k) for k in range(len(ticks))] == ticks
-        assert train.begin(len(ticks) + 5) == ticks[-1]
+        assert [train.end(k) for k in range(len(ticks))] == ticks
+        assert train.end(len(ticks) + 5) == ticks[-1]
         assert [train.interval(k) for k in range(train.steps)] == np.diff(ticks).tolist()
 
 
@@ -53,16 +53,16 @@ def test_steps_begun_are_counted_at_every_tick_and_every_picosecond_around_it(hz
     for random, train, ticks in trains(hz):
         clock, begins = train.clock, ticks[:-1]
         for tick in range(ticks[0] - 3, ticks[-1] + 40):
-            assert train.begun_by(tick) == bisect_right(begins, tick)
+            assert train.step_at(tick) == bisect_right(begins, tick)
         instants = [clock.ps(tick) for tick in begins]
         asked = [ps + d for ps in instants for d in (-1, 0, 1)] + [
             random.randrange(clock.ps(ticks[-1]) + 10**6) for _ in range(30)
         ]
         expected = [bisect_right(instants, ps) for ps in asked]
-        assert [train.begun(ps) for ps in asked] == expected
+        assert [train.count(ps) for ps in asked] == expected
         if train.steps:
             random.shuffle(asked)  # any order
-            assert train.begun_many(np.array(asked, np.int64)).tolist() == [bisect_right(instants, ps) for ps in asked]
+            assert train.count_many(np.array(asked, np.int64)).tolist() == [bisect_right(instants, ps) for ps in asked]
 
 
 @rows("hz", [*CRYSTALS, 999_983, 7_919_999])
@@ -70,11 +70,11 @@ def test_steps_begun_after_a_hundred_days_are_exact(hz):
     clock = Clock(hz)
     origin = 9 * 10**6 * hz + 12_347  # 104 days
     train = StepTrain(clock, origin, ((17, 1000), (11, 960), (1_000_003, 40)))  # the last ones span seconds
-    begins = [clock.ps(train.begin(k)) for k in range(2000)]
+    begins = [clock.ps(train.end(k)) for k in range(2000)]
     asked = np.array([ps + d for ps in begins for d in (-1, 0, 1)], np.int64)
-    assert train.begun_many(asked).tolist() == [train.begun(int(ps)) for ps in asked]
-    assert train.begun_many(asked)[1::3].tolist() == list(range(1, 2001))
-    assert train.begins().tolist() == begins
+    assert train.count_many(asked).tolist() == [train.count(int(ps)) for ps in asked]
+    assert train.count_many(asked)[1::3].tolist() == list(range(1, 2001))
+    assert train.times(1, train.steps).tolist() == begins
 
 
 @pytest.mark.parametrize("hz", CRYSTALS)
@@ -84,10 +84,8 @@ def test_every_window_of_begins_is_a_slice_of_the_list(hz, number):
         begins = [train.clock.ps(tick) for tick in ticks[:-1]]
         for first in range(train.steps + 2):
             for last in [None, *range(train.steps + 3)]:
-                assert train.begins(first, last).tolist() == begins[first:last]
-                assert train.begin_ticks(first, last).tolist() == [
-                    tick - train.origin for tick in ticks[:-1][first:last]
-                ]
+                assert train.times(first + 1, last).tolist() == begins[first:last]
+                assert train.ends(first, last).tolist() == [tick - train.origin for tick in ticks[:-1][first:last]]
 
 
 def test_windows_of_long_runs_are_slices_of_the_list():
@@ -97,27 +95,27 @@ def test_windows_of_long_runs_are_slices_of_the_list():
     random = Random(3)
     for _ in range(50):
         first, last = sorted(random.sample(range(84_001), 2))
-        assert np.array_equal(train.begin_ticks(first, last), whole[first:last])
+        assert np.array_equal(train.ends(first, last), whole[first:last])
 
 
 def test_an_empty_train_has_no_steps_and_ends_where_it_begins():
     train = StepTrain(Clock(11_000_000), 50, ())
-    assert (train.steps, train.begin(0), train.length) == (0, 50, 0)
-    assert train.begins().tolist() == []
+    assert (train.steps, train.end(0), train.length) == (0, 50, 0)
+    assert train.times(1, train.steps).tolist() == []
 
 
 def test_a_run_without_end_is_asked_in_any_window():
     clock = Clock(11_000_000)
     train = StepTrain(clock, 100, ((50, 3), (20, OPEN)))
     assert train.steps == OPEN + 3
-    assert train.begin(10**12) == 250 + 20 * (10**12 - 3)
-    assert train.begun_by(250 + 20 * 10**12) == 10**12 + 4
+    assert train.end(10**12) == 250 + 20 * (10**12 - 3)
+    assert train.step_at(250 + 20 * 10**12) == 10**12 + 4
     assert train.interval(10**15) == 20
-    begins = train.begins(10**11, 10**11 + 4)
+    begins = train.times(10**11 + 1, 10**11 + 4)
     assert begins.tolist() == [clock.ps(250 + 20 * (10**11 - 3 + n)) for n in range(4)]
     asked = begins.repeat(2)
     asked[::2] -= 1
-    assert train.begun_many(asked).tolist() == [10**11 + n for n in (0, 1, 1, 2, 2, 3, 3, 4)]
+    assert train.count_many(asked).tolist() == [10**11 + n for n in (0, 1, 1, 2, 2, 3, 3, 4)]
 
 
 # -------------------------------------------------------------------------------------------------------------- views
@@ -133,7 +131,7 @@ def small_trains(number=7):
         for _ in range(number):
             runs = [(random.randrange(5, 12), random.choice([0, 1, 2, 4])) for _ in range(random.randrange(1, 5))]
             train = StepTrain(Clock(hz), random.choice([2, 9]), runs)
-            yield random, train, [train.begin(k) for k in range(train.steps + 1)]
+            yield random, train, [train.end(k) for k in range(train.steps + 1)]
 
 
 @some
@@ -187,4 +185,4 @@ def test_what_is_played_counts_steps_up_to_its_bound_and_no_further():
             instants = list(range(0, clock.ps(ticks[-1]) + 5))
             expected = [bisect_right([ps for ps in begins if until is None or ps < until], ps) for ps in instants]
             assert [playing.count(ps) for ps in instants] == expected
-            assert playing.begun_many(np.array(instants, np.int64)).tolist() == expected
+            assert playing.count_many(np.array(instants, np.int64)).tolist() == expected

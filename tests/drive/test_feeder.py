@@ -252,7 +252,7 @@ def test_an_output_that_changes_right_before_a_step_changes_before_it():
     each.run(250 * MS)  # at the beginning of the ramp
     train = each.x.motor.past[-1].playing.train
     for number, before in ((4, 2 * 10**6), (40, 40 * 10**6)):
-        step = train.clock.ps(train.begin(train.begun(each.bench.now_ps) + number))
+        step = train.clock.ps(train.end(train.count(each.bench.now_ps) + number))
         each.bench.at(f"{step - before} ps", lambda: each.feeder.change(1, 1))
         each.bench.at(f"{step + 2000 * 10**6} ps", lambda: each.feeder.change(1, 0))
     each.run(400 * MS)

@@ -34,7 +34,7 @@ def test_instants_must_ascend():
 
 def test_runs_of_a_train_whose_period_is_no_whole_number_of_picoseconds():
     train = StepTrain(Clock(11_000_000), 3, [(137, 400), (100, 300), (137, 2)])
-    first, count = runs(train.begins())
+    first, count = runs(train.times(1, train.steps))
     assert first.tolist() == [0, 400, 700]
     assert count.tolist() == [400, 300, 1]
     for few in (at(), at(5)):
@@ -60,13 +60,13 @@ def test_glitches_are_shorter_than_asked():
 
 def test_ramp_of_a_move():
     train = StepTrain(Clock(10**12), 7, [(50, 2), (40, 3), (20, 10), (40, 3), (50, 2)])
-    assert ramp(train.begins()) == MeasuredRamp(
+    assert ramp(train.times(1, train.steps)) == MeasuredRamp(
         up_ps=220, plateau_ps=200, down_ps=170, plateau_first=5, plateau_steps=10, peak_sps=5e10
     )
 
 
 def test_plateau_is_the_longest_stretch_at_the_top():
-    measured = ramp(StepTrain(Clock(10**12), 0, [(50, 2), (20, 3), (30, 1), (20, 9), (50, 3)]).begins())
+    measured = ramp(StepTrain(Clock(10**12), 0, [(50, 2), (20, 3), (30, 1), (20, 9), (50, 3)]).times(1, 18))
     assert (measured.plateau_first, measured.plateau_steps, measured.up_ps) == (6, 9, 190)
 
 

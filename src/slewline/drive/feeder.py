@@ -233,7 +233,7 @@ class Feeder:
                 continue
             flags = half | (DOWN if stretch.sign < 0 else 0)
             for first, end, way, slope in self.ways(stretch, a, b):
-                ticks16 = self.ticks.many(train.begins(first, end)) + horizon16
+                ticks16 = self.ticks.many(train.times(first + 1, end)) + horizon16
                 while outputs and outputs[0].tick16 < ticks16[-1]:
                     before = int(ticks16.searchsorted(outputs[0].tick16, "right"))
                     if before:

@@ -152,7 +152,7 @@ class Move(ABC):
         """Return the start of every step: (n,) int64 ps, ascending."""
         import numpy as np
 
-        return np.concatenate([train.begins() for train in self.trains()])
+        return np.concatenate([train.times(1, train.steps) for train in self.trains()])
 
 
 class Ramp(ABC):

@@ -34,7 +34,7 @@ def test_cycles_are_counted_from_the_origin():
     assert [cycle_clock.tick(n) for n in (0, 1, 5)] == [100, 8292, 41060]
     begin = cycle_clock.ps(5)
     assert begin == 41060 * 40_000
-    assert [cycle_clock.begun(ps) for ps in (begin - 1, begin, cycle_clock.ps(0) - 1)] == [4, 5, -1]
+    assert [cycle_clock.cycle_at(ps) for ps in (begin - 1, begin, cycle_clock.ps(0) - 1)] == [4, 5, -1]
 
 
 class Line:

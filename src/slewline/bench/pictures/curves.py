@@ -73,9 +73,9 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
     if not played:
         return None
     train, a, _ = played[0]
-    begin = max(train.clock.ps(train.begin(a) if a else train.origin), start)
+    begin = max(train.clock.ps(train.end(a) if a else train.origin), start)
     train, _, b = played[-1]
-    last = train.clock.ps(train.begin(b - 1))
+    last = train.clock.ps(train.end(b - 1))
     times, values = axis.quantities()[0].outline(last, stop, 100)
     rests = times[values == 0]
     return begin, int(rests[0]) if len(rests) else stop
@@ -83,7 +83,7 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
 
 def first_step(axis: OneAxis, stop: int) -> int | None:
     """Return the instant (ps) of the first step of an axis; None: it makes no step."""
-    return next((train.clock.ps(train.begin(a)) for _, train, a, _ in axis.motor.played(0, stop)), None)
+    return next((train.clock.ps(train.end(a)) for _, train, a, _ in axis.motor.played(0, stop)), None)
 
 
 def moments_of(times: Time | Iterable[Time]) -> list[int]:

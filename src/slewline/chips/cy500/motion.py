@@ -62,7 +62,7 @@ class Motion(sloped.Motion):
 
     def first_sample_after(self, net: Net) -> tuple[int, None]:
         """Every input is sampled as the next step begins."""
-        return self.train.begin(self.train.begun(self.kernel.now)), None
+        return self.train.end(self.train.count(self.kernel.now)), None
 
     async def look(self, plan: Plan, step: int) -> Plan:
         """Look at the inputs before a step begins; returns the plan to go on with (an empty one: stop)."""

@@ -83,9 +83,9 @@ class Motion(sloped.Motion):
         if net is not self.terminate:
             return super().first_sample_after(net)
         now, train = self.kernel.now, self.train
-        step = train.begun(now)
-        look = max(train.begin(step - 1) + self.least, self.clock.ticks_until(now) + 1)
-        end = train.begin(step)
+        step = train.count(now)
+        look = max(train.end(step - 1) + self.least, self.clock.ticks_until(now) + 1)
+        end = train.end(step)
         return (look, self.terminated) if look < end - self.high else (end, None)
 
     async def terminated(self) -> bool:

@@ -99,7 +99,7 @@ class GscMove(Move):
     @cached_property
     def time_ps(self) -> int:  # type: ignore[override]
         """The time of the move."""
-        return self.train.begin(self.steps - 1) + TIMES["clock"].ticks
+        return self.train.end(self.steps - 1) + TIMES["clock"].ticks
 
     def trains(self) -> tuple[StepTrain]:
         """The pulses of the move, as one train."""

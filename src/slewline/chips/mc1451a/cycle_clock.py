@@ -25,10 +25,10 @@ class CycleClock:
         """Return the instant at which a cycle begins."""
         return self.clock.ps(self.origin + n * self.cycle_ticks)
 
-    def begun(self, ps: int) -> int:
+    def cycle_at(self, ps: int) -> int:
         """Return the last cycle that has begun by an instant; below 0 before cycle 0."""
-        return self.begun_by(self.clock.ticks_until(ps))
+        return self.cycle_at_tick(self.clock.ticks_until(ps))
 
-    def begun_by(self, tick: int) -> int:
+    def cycle_at_tick(self, tick: int) -> int:
         """Return the last cycle that has begun by a tick; below 0 before cycle 0."""
         return (tick - self.origin) // self.cycle_ticks

@@ -69,7 +69,7 @@ class Motion:
         """Show the present cycle in the registers, which an observer is about to read or write."""
         if not self.running:
             return
-        n = self.cycle_clock.begun(self.kernel.now)
+        n = self.cycle_clock.cycle_at(self.kernel.now)
         if min(trajectory.due for trajectory in self.trajectories) <= n:
             self._work(n)
             self._schedule()
@@ -81,7 +81,7 @@ class Motion:
     def attend(self) -> None:
         """Make the next cycle due: something has been written, or an input has changed."""
         if self.running:
-            due = max(self.cycle, self.cycle_clock.begun(self.kernel.now)) + 1
+            due = max(self.cycle, self.cycle_clock.cycle_at(self.kernel.now)) + 1
             for trajectory in self.trajectories:
                 trajectory.due = min(trajectory.due, due)
             self._schedule()

@@ -137,7 +137,7 @@ class Segment:
             return
         train, until = self.playing.train, self.playing.until
         for leg in self.plan.legs:
-            begin, end = (train.clock.ps(train.begin(max(k - self.step, 0))) for k in (leg.first, leg.end))
+            begin, end = (train.clock.ps(train.end(max(k - self.step, 0))) for k in (leg.first, leg.end))
             if until is not None:
                 end = min(end, until)
             if begin < end:
@@ -266,7 +266,7 @@ class Axis:
         begun = now.playing.count(self.kernel.seen)
         missing = (position - self.position) * now.sign % self.modulus or self.modulus
         step = begun + missing - 1
-        return train.clock.ps(train.begin(step)) if step < train.steps else None
+        return train.clock.ps(train.end(step)) if step < train.steps else None
 
     @property
     def since(self) -> int:
@@ -333,7 +333,7 @@ class Axis:
         for stretch in self.past[first : bisect_right(self.past, stop, key=_start)]:
             if stretch.playing is not None:
                 train = stretch.playing.train
-                a, b = train.begun(start - 1), train.begun(stretch.playing.bounded(stop))
+                a, b = train.count(start - 1), stretch.playing.count(stop)
                 if b > a:
                     yield stretch, train, a, b
 
@@ -355,7 +355,7 @@ class Axis:
         out = np.empty(count, np.int64) if out is None else out[:count]
         at = 0
         for _, train, a, b in played:
-            train.begins(a, b, out[at:])
+            train.times(a + 1, b, out[at:])
             at += b - a
         return out
 
@@ -425,7 +425,7 @@ class Axis:
             elif few is not None:
                 found[group] += [count + counts * playing.count(ps) for ps in few[group]]
             else:
-                found[group] += count + counts * playing.begun_many(instants[group])
+                found[group] += count + counts * playing.count_many(instants[group])
         out = np.empty(at.size, np.int64)
         out[order] = found
         return out.reshape(at.shape)
@@ -451,7 +451,7 @@ class Axis:
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
         train = cast("Playing", stretch.playing).train
-        return train.clock.ps(train.begin((unwrapped - offset - stretch.count) * stretch.counts - 1))
+        return train.clock.ps(train.end((unwrapped - offset - stretch.count) * stretch.counts - 1))
 
     # -------------------------------------------------------------------------------------------------------- velocity
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:

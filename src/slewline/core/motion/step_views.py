@@ -67,19 +67,19 @@ class StepView(TrainView):
     def level(self, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included."""
         train = self.of.train
-        tick = train.clock.ticks_until(self.of.bounded(ps))
-        k = train.begun_by(tick)
+        tick = train.clock.ticks_until(self.of.within(ps))
+        k = train.step_at(tick)
         return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
     def after(self, ps: int) -> When:
         """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
         train = self.of.train
         tick = train.clock.ticks_until(ps)
-        k = train.begun_by(tick)
+        k = train.step_at(tick)
         if k and tick < (rise := self.rise(k - 1)):
             edge = rise
         elif k < train.steps:
-            edge = train.begin(k)
+            edge = train.end(k)
         else:
             return None
         return before(train.clock.ps(edge), self.of.until)
@@ -93,8 +93,8 @@ class Rises(Events):
 
     def count(self, ps: int) -> int:
         """Return how many there have been by an instant (ps), that instant included."""
-        of, tick = self.view.of, self.clock.ticks_until(self.view.of.bounded(ps))
-        k = of.train.begun_by(tick)
+        of, tick = self.view.of, self.clock.ticks_until(self.view.of.within(ps))
+        k = of.train.step_at(tick)
         return k - 1 if k and tick < self.view.rise(k - 1) else k
 
     def time(self, k: int) -> When:
@@ -118,14 +118,14 @@ class PulseView(StepView):
 
     def rise(self, k: int) -> int:
         """Return the tick, since the origin of the train, at which the output rises in step k."""
-        return self.of.train.begin(k + 1) - self.high
+        return self.of.train.end(k + 1) - self.high
 
     def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         import numpy as np
 
         train = self.of.train
-        ends = train.begin_ticks(first + 1, last + 1)
+        ends = train.ends(first + 1, last + 1)
         return (np.append(ends, train.length) if last >= train.steps else ends) - self.high
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -133,10 +133,10 @@ class PulseView(StepView):
         import numpy as np
 
         train, clock = self.of.train, self.of.train.clock
-        stop = self.of.bounded(stop)
-        a, b = train.begun(start), train.begun(stop)
-        ends = train.begin_ticks(max(a - 1, 0), min(b + 1, train.steps))  # begins around the window
-        falls = train.window(a, b)
+        stop = self.of.within(stop)
+        a, b = train.count(start), train.count(stop)
+        ends = train.ends(max(a - 1, 0), min(b + 1, train.steps))  # begins around the window
+        falls = train.times(a + 1, b)
         first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
         last_begin = np.append(ends, train.length) if b + 1 > train.steps else ends
         rises = clock.ps_array(last_begin[1 : b - first + 1] - self.high, train.origin)
@@ -159,21 +159,21 @@ class StrobeView(StepView):
 
     def rise(self, k: int) -> int:
         """Return the tick, since the origin of the train, at which the output rises in step k."""
-        return self.of.train.begin(k) + self.low
+        return self.of.train.end(k) + self.low
 
     def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
-        return self.of.train.begin_ticks(first, last) + self.low
+        return self.of.train.ends(first, last) + self.low
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
-        train, stop = self.of.train, self.of.bounded(stop)
-        a, b = train.begun(start), train.begun(stop)
+        train, stop = self.of.train, self.of.within(stop)
+        a, b = train.count(start), train.count(stop)
         first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
-        falls = train.begins(first, b)
-        rises = train.clock.ps_array(train.begin_ticks(first, b) + self.low, train.origin)
+        falls = train.times(first + 1, b)
+        rises = train.clock.ps_array(train.ends(first, b) + self.low, train.origin)
         times = np.empty(2 * len(falls), np.int64)
         levels = np.empty(len(times), np.int8)
         times[::2], times[1::2] = falls, rises
@@ -208,11 +208,11 @@ class PatternView(TrainView):
     def after(self, ps: int) -> When:
         """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
         train = self.of.train
-        k = train.begun(ps)
+        k = train.count(ps)
         here = self._after_steps(k)
         for step in range(k, min(k + len(self.levels) + 1, train.steps)):
             if self._after_steps(step + 1) != here:
-                return before(train.clock.ps(train.begin(step)), self.of.until)
+                return before(train.clock.ps(train.end(step)), self.of.until)
         return None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -220,7 +220,7 @@ class PatternView(TrainView):
         import numpy as np
 
         train = self.of.train
-        a, b = train.begun(start), self.of.count(stop)
+        a, b = train.count(start), self.of.count(stop)
         if b <= a:
             return np.empty(0, np.int64), np.empty(0, np.int8)
         cycle = [self._after_steps(k) for k in range(a + 1, a + 1 + len(self.levels))]  # what follows repeats it
@@ -228,4 +228,4 @@ class PatternView(TrainView):
         cycles = -(-(b - a) // len(cycle))
         keep = np.tile(np.array(changes), cycles)[: b - a]
         keep[0] = cycle[0] != self._after_steps(a)
-        return train.window(a, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]
+        return train.times(a + 1, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]

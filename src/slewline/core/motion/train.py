@@ -3,7 +3,7 @@
 A move of a hundred thousand steps is a few hundred runs.  "How many steps by t?" is a bisection and a division;
 arrays are made only of the window asked for.
 
-    begin k                begin k+1
+    end k-1                  end k
       |<----- interval ------>|
       |______________      ___|______
     __|              |____|          PULSE is low from the start of a step to `high` before its end
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
-from ..time.events import Events, When, before
+from ..time.events import Events, Until, When
 from ..time.timebase import Clock
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ FEW = 12  # instants: to ask for each costs less than arrays
 LONG = 512  # steps: filling such a run costs less than cumulating it
 
 
-class Train:
+class Train(Events):
     """Steps that begin at ticks of a clock: `steps` of them, from tick `origin` on, over in `length` ticks."""
 
     __slots__ = ("_recent", "clock", "length", "origin", "steps")
@@ -43,21 +43,21 @@ class Train:
         self.clock, self.origin = clock, origin
         self._recent: tuple[int, int, NDArray[np.int64]] | None = None
 
-    # ----------------------------------------------------------------------------------- questions that a train answers
-    def begin(self, k: int) -> int:
-        """Return the tick at which step `k`, counted from 0, begins; with k = `steps`, the end of the train."""
+    # ------------------------------------------------------------------------------ what a kind of train says, in ticks
+    def end(self, k: int) -> int:
+        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
         raise NotImplementedError
 
-    def begun_by(self, tick: int) -> int:
-        """Return how many steps have begun by a tick, that tick included."""
+    def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return `end` of steps first ... last-1, which begin after it: (n,) int64, ticks since `origin`, ascending."""
         raise NotImplementedError
 
-    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
+    def step_at(self, tick: int) -> int:
+        """Return the step that is in progress at a tick, or the last one: how many have begun by it."""
         raise NotImplementedError
 
-    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+    def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return `step_at` for ticks since `origin`, any order: (n,) int64."""
         raise NotImplementedError
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -83,34 +83,41 @@ class Train:
         raise NotImplementedError
 
     # ------------------------------------------------------------------------------------------- what follows from them
-    def few(self, numbers: list[int]) -> list[int]:
-        """Return the ticks at which some steps begin, ascending, none the end: fewer than are worth an array."""
-        return [self.begin(k) for k in numbers]
-
-    def begun(self, ps: int) -> int:
+    def count(self, ps: int) -> int:
         """Return how many steps have begun by an instant (ps), that instant included."""
-        return self.begun_by(self.clock.ticks_until(ps))
+        return self.step_at(self.clock.ticks_until(ps))
 
-    def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+    def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
-        return self.begun_counts(self.clock.ticks_array(ps + 1) - 1 - self.origin)
+        return self.steps_at(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
-    def window(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return `begins(first, last)`, cached and read-only: five views of a train ask for the same window."""
-        if self._recent is None or self._recent[:2] != (first, last):
-            self._recent = (first, last, self.begins(first, last))
-        return self._recent[2]
+    def time(self, k: int) -> When:
+        """Return the instant at which step k begins (ps); None: the train has fewer."""
+        return self.clock.ps(self.end(k - 1)) if k <= self.steps else None
 
-    def begins(
-        self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
-    ) -> NDArray[np.int64]:
-        """Return the begins of steps first ... last-1: (n,) int64 ps, ascending.
+    def times(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+        """Return the instants at which steps first ... last begin: (n,) int64 ps, ascending.
 
         Args:
-            first, last: numbers of steps, from 0.
-            out: a buffer of that length or longer, whose beginning is returned.
+            first, last: numbers of steps.
+            out: a buffer of that length or longer, whose beginning is returned; without one the array is kept, and
+                read-only: five views of a train ask for the same window.
         """
-        ticks = self.begin_ticks(first, last)
+        if out is not None:
+            return self._instants(first - 1, last, out)
+        if self._recent is None or self._recent[:2] != (first, last):
+            found = self._instants(first - 1, last)
+            found.flags.writeable = False
+            self._recent = first, last, found
+        return self._recent[2]
+
+    def few(self, numbers: list[int]) -> list[int]:
+        """Return the instants at which some steps begin (ps), ascending, all of which come."""
+        return self.clock.ps_list([self.end(k - 1) for k in numbers])
+
+    def _instants(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+        """The instants of `ends`."""
+        ticks = self.ends(first, last)
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
 
 
@@ -155,7 +162,7 @@ def shown(intervals: list[int]) -> list[int]:
 
 
 class StepTrain(Train):
-    """A step train: runs of steps at equal intervals, in ticks of a clock; step 0 begins at tick `origin`.
+    """A step train: runs of steps at equal intervals, in ticks of a clock; the first begins at tick `origin`.
 
     `runs` are (interval in ticks, number of steps), the last number OPEN for no end; `steps` is the number of all.
     """
@@ -168,8 +175,8 @@ class StepTrain(Train):
         self.starts, self.intervals, self.counts, self.firsts = own.starts, own.intervals, own.counts, own.firsts
         self.steps, self.length = own.steps, own.length  # ticks from the start of step 0 to the end of the last
 
-    def begin(self, k: int) -> int:
-        """Return the tick at which step `k`, counted from 0, begins; with k = `steps`, the end of the train."""
+    def end(self, k: int) -> int:
+        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
         if k >= self.steps:
             return self.origin + self.length
         i = bisect_right(self.firsts, k) - 1
@@ -179,8 +186,8 @@ class StepTrain(Train):
         """Return the length of step `k`, counted from 0, in ticks."""
         return self.intervals[bisect_right(self.firsts, k) - 1]
 
-    def begun_by(self, tick: int) -> int:
-        """Return how many steps have begun by a tick, that tick included."""
+    def step_at(self, tick: int) -> int:
+        """Return the step that is in progress at a tick, or the last one: how many have begun by it."""
         x = tick - self.origin
         if x < 0:
             return 0
@@ -188,8 +195,8 @@ class StepTrain(Train):
         n = (x - self.starts[i]) // self.intervals[i] + 1
         return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
 
-    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
+    def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return `step_at` for ticks since `origin`, any order: (n,) int64."""
         import numpy as np
 
         starts = np.array(self.starts, np.int64)
@@ -204,7 +211,7 @@ class StepTrain(Train):
 
     def rests(self, until: int) -> int:
         """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
-        return self.begin(begun) - self.origin if (begun := self.begun(until - 1)) else 0
+        return self.end(begun) - self.origin if (begun := self.count(until - 1)) else 0
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the velocities from tick `since` to before tick `to`, both counted from `origin`.
@@ -226,8 +233,8 @@ class StepTrain(Train):
         chosen = self.table.shown if whole else [i + n for n in shown(self.intervals[i:j])]
         return [since, *(self.starts[n] for n in chosen[1:])], [self.clock.hz / self.intervals[n] for n in chosen]
 
-    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+    def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return `end` of steps first ... last-1, which begin after it: (n,) int64, ticks since `origin`, ascending."""
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)
@@ -273,43 +280,22 @@ def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
         done += more
 
 
-class Playing(Events):
-    """The steps of a train being played, shared by all outputs that show it, valid before `until` (ps), or always."""
+class Playing(Until):
+    """A train being played, shared by all outputs that show it; valid before the instant `until`, ps, or always."""
 
-    __slots__ = ("train", "until")
+    __slots__ = ("train",)
 
     def __init__(self, train: Train, until: int | None = None) -> None:
-        self.train, self.until = train, until
+        super().__init__(train, until)
+        self.train = train
 
-    def bounded(self, ps: int) -> int:
-        """Return an instant (ps), or the last one before `until` if it is later."""
-        return ps if self.until is None or ps < self.until else self.until - 1
-
-    def count(self, ps: int) -> int:
-        """Return how many steps have begun by an instant (ps), that instant included."""
-        return self.train.begun(self.bounded(ps))
-
-    def time(self, k: int) -> When:
-        """Return the instant at which step k begins (ps); None: the train has fewer, or is cut off before."""
-        train = self.train
-        return before(train.clock.ps(train.begin(k - 1)), self.until) if k <= train.steps else None
-
-    def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants at which steps first ... last begin, all of which come: (n,) int64 ps, ascending."""
-        return self.train.begins(first - 1, last)
-
-    def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants at which some steps begin (ps), ascending, all of which come."""
-        return self.train.clock.ps_list(self.train.few([k - 1 for k in numbers]))
-
-    def begun_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
+    def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
         import numpy as np
 
         if len(ps) < FEW:
             return np.array([self.count(at) for at in ps.tolist()], np.int64)
-        at = ps if self.until is None else np.minimum(ps, self.until - 1)
-        return self.train.begun_many(at)
+        return self.train.count_many(ps if self.until is None else np.minimum(ps, self.until - 1))
 
     @property
     def moves(self) -> int | None:

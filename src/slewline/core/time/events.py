@@ -159,10 +159,14 @@ class Until(Events):
         """Count only what lies before an instant or at it (ps)."""
         self.until = ps + 1
 
+    def within(self, ps: int) -> int:
+        """Return an instant (ps), or the last one before `until` if it is later."""
+        until = self.until
+        return ps if until is None or ps < until else until - 1
+
     def count(self, ps: int) -> int:
         """Return how many there have been by an instant (ps), that instant included."""
-        until = self.until
-        return self.of.count(ps if until is None or ps < until else until - 1)
+        return self.of.count(self.within(ps))
 
     def time(self, k: int) -> When:
         """Return the instant of event k (ps), NotYet, or None from `until` on."""

@@ -67,6 +67,6 @@ def travelled(axis: Axis, start: int, stop: int) -> tuple[list[int], list[int], 
     for stretch, train, a, b in axis.played(start, stop):
         if b > a:
             sign = stretch.sign
-            times += train.begins(a, b).tolist()
+            times += train.times(a + 1, b).tolist()
             travel += [stretch.travel + sign * (number + 1) for number in range(a, b)]
     return times, travel, sign

@@ -231,7 +231,7 @@ class Motion:
         train, playing, clock = self.train, cast("Playing", self.playing), self.clock
         departures = self.watched()
         while True:
-            last = None if stop >= OPEN else train.begin(stop - self.base)
+            last = None if stop >= OPEN else train.end(stop - self.base)
             within: Within | None = None
             watched = departures
             while True:
@@ -247,8 +247,8 @@ class Motion:
                     last, within = look, way
             self.chip.tick = last = cast("int", last)  # or the wait would not have ended
             if within is None:
-                return self.base + train.begun_by(last - 1), False
-            step = self.base + train.begun_by(last)
+                return self.base + train.step_at(last - 1), False
+            step = self.base + train.step_at(last)
             if await within():
                 return step, True
 
@@ -258,13 +258,13 @@ class Motion:
         None beside it: that is the start of a step.  Else the look lies within a step, and this is done there.
         """
         train, now = self.train, self.kernel.now
-        step = train.begun(now)  # steps begun; the running one is step - 1
-        end = train.begin(step)
+        step = train.count(now)  # steps begun; the running one is step - 1
+        end = train.end(step)
         if net is not self.inhibit:
             return end, None
         if self.clock.ps(end - self.high) > now:
             return end - self.high, self.hold
-        return (train.begin(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
+        return (train.end(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
         """At the end of a step: while STEP INHIBIT is high, PULSE stays as it is held; then the step ends.

@@ -126,7 +126,7 @@ class Motion:
         if self.moving and self.playing is not None:
             train, now = self.playing.train, self.kernel.now
             begun = self.playing.count(now)
-            end = max(now, train.begin(begun - 1) + self.width) if begun else now
+            end = max(now, train.end(begun - 1) + self.width) if begun else now
             self.end_by(end + 1)
             await until(self.kernel, end)
         self.counter.cut()
@@ -181,7 +181,7 @@ class Motion:
             step, fresh = await self.until_sample(leg.end, plan.steps, switch), False
         if not plan.steps:
             return kernel.now
-        return cast("Playing", self.playing).train.begin(plan.steps)  # its steps have been played
+        return cast("Playing", self.playing).train.end(plan.steps)  # its steps have been played
 
     def schedule(self, plan: Plan, step: int, sign: int) -> None:
         """Promise a train whose first step begins now."""
@@ -202,11 +202,11 @@ class Motion:
         kernel, playing = self.kernel, cast("Playing", self.playing)
         train, lines = playing.train, self.lines
         last = stop >= steps
-        playing.until = None if last else train.begin(stop - self.base)
+        playing.until = None if last else train.end(stop - self.base)
         lines.clock.renew()
         decision = None if steps >= OPEN and last else playing.until
         if last and steps < OPEN:
-            decision = train.begin(steps - 1 - self.base) + self.width
+            decision = train.end(steps - 1 - self.base) + self.width
         watched: list[tuple[Net, int | None]] = [(lines.enable, 0)]
         if self.stop_net.level != 1:
             watched.append((self.stop_net, 1))
@@ -214,11 +214,11 @@ class Motion:
             watched.append((switch, 0))
         if await first_of(kernel, decision, *watched) is None:
             return stop
-        following = train.begun(kernel.now)
+        following = train.count(kernel.now)
         if following + self.base >= stop:  # nothing begins before the decision
             await until(kernel, decision or kernel.now)
             return stop
-        look = train.begin(following)
+        look = train.end(following)
         playing.until = look
         lines.clock.renew()
         await until(kernel, look)

@@ -60,7 +60,7 @@ class Feedback:
         import numpy as np
 
         clock, pulses, law = self.cycle_clock, self.pulses, self.pulses.law
-        cycles = np.arange(n, clock.begun_by(window.stop) + 1)
+        cycles = np.arange(n, clock.cycle_at_tick(window.stop) + 1)
         error8 = (window.coming(clock.origin + cycles * clock.cycle_ticks) - self.counts) * 256
         if law is not None:
             whole = (pulses.x0 + pulses.sign * law.travels(cycles - pulses.since)) // ONE

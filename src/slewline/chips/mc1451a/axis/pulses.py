@@ -125,7 +125,7 @@ class Pulses:
 
     def forget(self, before: int) -> None:
         """Forget the cycles before an instant, which will not be asked for any more."""
-        cycle = self.cycle_clock.begun(before)
+        cycle = self.cycle_clock.cycle_at(before)
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def end(self) -> None:

@@ -166,8 +166,8 @@ class CycleTrain(Train):
         return self.lead + self.law.travels(np.arange(i, j))
 
     # ------------------------------------------------------------------------------------------------------ questions
-    def begin(self, k: int) -> int:
-        """Return the tick at which step k begins; k = `steps` gives the end of the train."""
+    def end(self, k: int) -> int:
+        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
         distance = (k + 1) * self.unit - self.lead
         i, before, after = self._near
         if not before < distance <= after:
@@ -179,14 +179,14 @@ class CycleTrain(Train):
         return self.origin + i * self.cycle - (before - distance) * self.cycle // (after - before)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the ticks at which some steps begin, ascending, none of them the end."""
-        speed, unit, rest, cycle = self.law.steady, self.unit, self.unit - self.lead, self.cycle
-        if not speed or numbers[:1] == [0]:  # step 0 may be due before the train begins
+        """Return the instants at which some steps begin (ps), ascending, all of which come."""
+        speed, unit, lead, cycle = self.law.steady, self.unit, self.lead, self.cycle
+        if not speed or numbers[:1] == [1]:  # step 1 may be due before the train begins
             return super().few(numbers)
         origin = self.origin
-        return [origin - -(k * unit + rest) * cycle // speed for k in numbers]
+        return self.clock.ps_list([origin - -(k * unit - lead) * cycle // speed for k in numbers])
 
-    def begun_by(self, tick: int) -> int:
+    def step_at(self, tick: int) -> int:
         """Return how many steps have begun by a tick, that tick included."""
         i, part = divmod(tick - self.origin, self.cycle)
         if i < 0:
@@ -196,7 +196,7 @@ class CycleTrain(Train):
         _, before, after = self._enter(i)
         return max((self.lead + before + (after - before) * part // self.cycle) // self.unit, 0)
 
-    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by ticks since `origin`, any order: (n,) int64."""
         import numpy as np
 
@@ -252,8 +252,8 @@ class CycleTrain(Train):
         return self._near
 
     # --------------------------------------------------------------------------------------------------------- arrays
-    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return the begins of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
+    def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+        """Return `end` of steps first ... last-1, which begin after it: (n,) int64, ticks since `origin`, ascending."""
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)
@@ -262,19 +262,10 @@ class CycleTrain(Train):
             part += since
         return out
 
-    def begins(
-        self, first: int = 0, last: int | None = None, out: NDArray[np.int64] | None = None
-    ) -> NDArray[np.int64]:
-        """Return the begins of steps first ... last-1: (n,) int64 ps, ascending.
-
-        Args:
-            first, last: numbers of steps, from 0.
-            out: a buffer of that length or longer, whose beginning is returned.
-        """
+    def _instants(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
         import numpy as np
 
-        last = self.steps if last is None else min(last, self.steps)
-        count = max(last - first, 0)
+        count = max(min(last, self.steps) - first, 0)
         out = np.empty(count, np.int64) if out is None else out[:count]
         for since, part in self._parts(first, out):
             self.clock.ps_array(part, self.origin + since, part)
@@ -361,23 +352,23 @@ class SquareView(TrainView):
 
     def level(self, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included."""
-        over = self.halves.begun(self.of.bounded(ps))
+        over = self.halves.count(self.of.within(ps))
         return over % 2 if over else int(self.high)
 
     def after(self, ps: int) -> When:
         """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
         halves = self.halves
-        k = max(halves.begun(ps), int(self.high))  # what is high does not rise
+        k = max(halves.count(ps), int(self.high))  # what is high does not rise
         if k >= halves.steps:
             return None
-        return before(halves.clock.ps(halves.begin(k)), self.of.until)
+        return before(halves.clock.ps(halves.end(k)), self.of.until)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop: (n,) int64 ps and (n,) int8 levels."""
         import numpy as np
 
-        a = max(self.halves.begun(start), int(self.high))
-        times = self.halves.begins(a, self.halves.begun(self.of.bounded(stop)))
+        a = max(self.halves.count(start), int(self.high))
+        times = self.halves.times(a + 1, self.halves.count(self.of.within(stop)))
         levels = np.empty(len(times), np.int8)
         levels[::2], levels[1::2] = (a + 1) % 2, a % 2
         return times, levels
@@ -391,17 +382,16 @@ class SquareRises(Events):
 
     def count(self, ps: int) -> int:
         """Return how many there have been by an instant (ps), that instant included."""
-        return max((self.halves.begun(self.view.of.bounded(ps)) + 1) // 2 - self.high, 0)
+        return max((self.halves.count(self.view.of.within(ps)) + 1) // 2 - self.high, 0)
 
     def time(self, k: int) -> When:
         """Return the instant of rise k (ps); None: the train has fewer, or is cut off before."""
-        half, halves = 2 * (k - 1 + self.high), self.halves
-        return before(halves.clock.ps(halves.begin(half)), self.view.until) if half < halves.steps else None
+        return before(self.halves.time(2 * (k + self.high) - 1), self.view.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of rises first ... last, all of which come: (n,) int64 ps, ascending."""
-        return self.halves.begins(2 * (first - 1 + self.high), 2 * (last + self.high) - 1)[::2]
+        return self.halves.times(2 * (first + self.high) - 1, 2 * (last + self.high) - 1)[::2]
 
     def few(self, numbers: list[int]) -> list[int]:
         """Return the instants of some rises (ps), ascending, all of which come."""
-        return self.halves.clock.ps_list(self.halves.few([2 * (k - 1 + self.high) for k in numbers]))
+        return self.halves.few([2 * (k + self.high) - 1 for k in numbers])

@@ -45,8 +45,8 @@ class ChipsetAxis(AxisOfChip):
         cycle_clock, pulses = motion.cycle_clock, motion.trajectories[self.number - 1].pulses
         if not pulses.past:  # the supply has just come, or never did: no cycle has begun
             return cycles_of(pulses, 0, 0)
-        first = max(cycle_clock.begun(begin - 1) + 1, pulses.past[0].first)
-        return cycles_of(pulses, first, cycle_clock.begun(end) + 1)
+        first = max(cycle_clock.cycle_at(begin - 1) + 1, pulses.past[0].first)
+        return cycles_of(pulses, first, cycle_clock.cycle_at(end) + 1)
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return velocity and position, and where cycles are kept what follows from them.

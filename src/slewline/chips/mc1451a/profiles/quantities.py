@@ -61,7 +61,7 @@ class Forces:
         import numpy as np
 
         cycle_clock = self.cycle_clock
-        numbers = np.arange(max(cycle_clock.begun(start), 0), cycle_clock.begun(stop) + 1)
+        numbers = np.arange(max(cycle_clock.cycle_at(start), 0), cycle_clock.cycle_at(stop) + 1)
         return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
     def stretches(self, start: int, stop: int) -> list[JerkSegment]:
@@ -72,7 +72,7 @@ class Forces:
         found = [JerkSegment(0, 0.0, 0.0)]
         if not past or stop < self.ps(past[0].first):
             return found
-        cycle = self.cycle_clock.begun(start)
+        cycle = self.cycle_clock.cycle_at(start)
         first = max(bisect_right(past, cycle, key=lambda entry: entry.first) - 2, 0)
         for entry, before, following in zip(
             past[first:], [None, *past[first:]], [*past[first + 1 :], None], strict=False

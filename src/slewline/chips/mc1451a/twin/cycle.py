@@ -23,19 +23,19 @@ class OneCycle(Train):
         self.steps, self.length = len(steps), sheet.CYCLE_TICKS
         self.speed = displaced / ONE * clock.hz / self.length
 
-    def begin(self, k: int) -> int:
-        """Return the tick at which step k begins; for the number of steps, the end of the cycle."""
+    def end(self, k: int) -> int:
+        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
         return self.origin + (self.ticks[k] if k < self.steps else self.length)
 
-    def begun_by(self, tick: int) -> int:
+    def step_at(self, tick: int) -> int:
         """Return how many steps have begun by a tick."""
         return sum(at <= tick - self.origin for at in self.ticks)
 
-    def begun_counts(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return how many steps have begun by each of some ticks, (n,) int64."""
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
-    def begin_ticks(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
+    def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
         """Return the ticks at which steps begin, counted from the start of the cycle, (n,) int64."""
         import numpy as np
 
