@@ -37,4 +37,4 @@ def sampled(bench, pin, count):
     """The level of a pin at the end of every unit of time."""
     times, levels = bench.edges(pin)
     before = np.searchsorted(times, (np.arange(count) + 1) * UNIT_PS)
-    return np.maximum(np.concatenate([[bench._signals.recorder.level_at(bench.pin(pin), 0)], levels])[before], 0)
+    return np.maximum(np.concatenate([[bench._signals.recorder.level(bench.pin(pin), 0)], levels])[before], 0)

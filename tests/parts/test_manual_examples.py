@@ -87,7 +87,7 @@ def test_three_steps_forth_and_back_until_dowhile_is_high(circuit):
     for number, (time, sign) in enumerate(zip(steps.times_ps.tolist(), steps.directions.tolist(), strict=True)):
         marked = [level for t, level in outputs if t < time][-1]
         assert marked == (1 if sign > 0 else 0), number
-        assert c.bench._signals.recorder.level_at(c.x.pin("direction").net, time) == (1 if sign > 0 else 0)
+        assert c.bench._signals.recorder.level(c.x.pin("direction").net, time) == (1 if sign > 0 else 0)
     (last_high, _), (last_low, _) = outputs[-2:]
     assert last_low - last_high < MS
     assert c.rises("x.run")[0] > last_low

@@ -235,10 +235,10 @@ def test_a_follower_steps_only_as_the_pulse_of_the_leader_lets_it():
     ticks, ps = follow.clock.ticks_until, follow.clock.ps
     steps = falls(bench, "follow.pulse")
     assert len(steps) == follow.position
-    assert recorder.level_at(lead.pin("pulse").net, steps[0] - 1) == 0
+    assert recorder.level(lead.pin("pulse").net, steps[0] - 1) == 0
     for begin in steps[1:]:
         look = ps(ticks(begin) - 28)  # 2.5 us before the next step: the end of PULSE
-        assert recorder.level_at(lead.pin("pulse").net, look - 1) == 0
+        assert recorder.level(lead.pin("pulse").net, look - 1) == 0
     leader = falls(bench, "lead.pulse")
     done = [0]
     for first, last in ((0, 6), (7, 9), (10, 21)):

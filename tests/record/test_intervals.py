@@ -61,7 +61,7 @@ def test_every_change_of_a_pin_and_of_a_bus_is_found():
     assert bus.edges("appears").tolist() == [10, 40]
     assert bus.edges("vanishes").tolist() == [30]
     assert bus.edges("changes").tolist() == [10, 20, 30, 40]
-    assert bus.level_at([9, 10, 35]).tolist() == [-1, 65, -1]
+    assert bus.levels_at([9, 10, 35]).tolist() == [-1, 65, -1]
 
 
 def test_the_edge_that_is_asked_for():

@@ -27,7 +27,7 @@ def drawn(recorder: Recorder, probe: Any, start: int, stop: int, *, whole: bool)
     else:
         times, levels = outlines.edges(recorder, probe, start, stop)
     since = max(recorder.since(probe), start)
-    (at, what), bands = outlines.logic(times, levels, recorder.level_at(probe, since), start, stop, since)
+    (at, what), bands = outlines.logic(times, levels, recorder.level(probe, since), start, stop, since)
     return at.tolist(), np.nan_to_num(what, nan=99).tolist(), bands.tolist()
 
 

@@ -423,7 +423,7 @@ def rounded(rig, name, unit, stop):
     changes = {}
     for ps, level in rig.edges(name, 0, stop):
         changes[ps // unit * unit] = level
-    before = rig.recorder.level_at(rig.nets[name], unit - 1)
+    before = rig.recorder.level(rig.nets[name], unit - 1)
     out = []
     for ps, level in changes.items():
         if ps and level != before:
@@ -444,7 +444,7 @@ def test_edges_of_our_writer(lively, tmp_path, seed, timescale, monkeypatch):
     assert found.timescale_ps == unit
     for name in rig.nets:
         assert edges(found, name) == rounded(rig, name, unit, 80_000_000)
-        assert found.level_at(name, 0) == rig.recorder.level_at(rig.nets[name], min(unit - 1, 80_000_000))
+        assert found.level_at(name, 0) == rig.recorder.level(rig.nets[name], min(unit - 1, 80_000_000))
 
 
 UNCHECKED = HealthCheck.function_scoped_fixture, HealthCheck.too_slow

@@ -70,7 +70,7 @@ def test_floating_is_minus_one(rig):
     rig.on(4, x_prog=None)
     rig.kernel.run(5)
     assert rig.edges("x.prog") == [(3, 1), (4, -1)]
-    assert [rig.recorder.level_at(rig.nets["x.prog"], ps) for ps in (0, 2, 3, 4, 5)] == [-1, -1, 1, -1, -1]
+    assert [rig.recorder.level(rig.nets["x.prog"], ps) for ps in (0, 2, 3, 4, 5)] == [-1, -1, 1, -1, -1]
 
 
 def test_pulse_of_a_train_to_the_picosecond(rig):
@@ -80,8 +80,8 @@ def test_pulse_of_a_train_to_the_picosecond(rig):
     rig.kernel.run(40_000_000)
     ticks = [(10, 0), (82, 1), (110, 0), (182, 1), (210, 0), (242, 1), (270, 0), (302, 1)]
     assert rig.edges("x.pulse") == [(tick * 1_000_000 // 11, level) for tick, level in ticks]
-    assert rig.recorder.level_at(rig.nets["x.pulse"], 909_089) == 1
-    assert rig.recorder.level_at(rig.nets["x.pulse"], 909_090) == 0
+    assert rig.recorder.level(rig.nets["x.pulse"], 909_089) == 1
+    assert rig.recorder.level(rig.nets["x.pulse"], 909_090) == 0
 
 
 def test_withdrawn_promise_ends_before_its_bound(rig):
@@ -101,10 +101,10 @@ def test_nothing_past_the_last_committed_instant(rig):
     rig.on(0, x_pulse=rig.pulses(MHZ, 1, (10, 100), high=2))
     rig.kernel.run(11_000_000)
     assert rig.edges("x.pulse") == [(1_000_000, 0), (9_000_000, 1), (11_000_000, 0)]
-    assert rig.recorder.level_at(net, 1 << 60) == 0
+    assert rig.recorder.level(net, 1 << 60) == 0
     seen = []
     # in round 1 everything still reads as it was before the instant
-    rig.at(19_000_000, lambda: seen.append((rig.edges("x.pulse")[-1], rig.recorder.level_at(net, 19_000_000))))
+    rig.at(19_000_000, lambda: seen.append((rig.edges("x.pulse")[-1], rig.recorder.level(net, 19_000_000))))
     rig.kernel.run(19_000_000)
     assert seen == [((11_000_000, 0), 0)]
     assert rig.edges("x.pulse")[-1] == (19_000_000, 1)
@@ -116,7 +116,7 @@ def test_recording_that_begins_under_a_promise(rig):
     rig.kernel.run(15_000_000)
     rig.recorder.record(net)
     rig.kernel.run(22_000_000)
-    assert rig.recorder.level_at(net, 15_000_000) == 0
+    assert rig.recorder.level(net, 15_000_000) == 0
     assert rig.edges("x.pulse", 15_000_000) == [(19_000_000, 1), (21_000_000, 0)]
 
 
@@ -166,7 +166,7 @@ def test_recording_that_begins_while_a_promise_is_held_down(rig):
     rig.recorder.record(net)
     rig.kernel.run(25_000_000)
     assert rig.edges("x.pulse", 9_500_000) == []
-    assert rig.recorder.level_at(net, 9_500_000) == 0
+    assert rig.recorder.level(net, 9_500_000) == 0
     second.drive(None)
     rig.kernel.run(40_000_000)
     assert rig.edges("x.pulse", 9_500_000) == [(29_000_000, 1)]
@@ -179,7 +179,7 @@ def test_promise_that_lets_go_rests_on_the_pull(rig):
     rig.kernel.run(40)
     assert rig.edges("x.wait") == [(10, 0), (20, 1), (30, 0)]
     assert rig.edges("x.prog") == [(10, 1), (20, 0), (30, 1)]
-    assert rig.recorder.level_at(rig.nets["x.wait"], 25) == 1
+    assert rig.recorder.level(rig.nets["x.wait"], 25) == 1
 
 
 def test_bus_and_its_wires(rig):
@@ -200,7 +200,7 @@ def test_bus_and_its_wires(rig):
         times, levels = rig.recorder.edges(pin, 0, 50)
         assert list(zip(times.tolist(), levels.tolist(), strict=True)) == edges
         assert levels.dtype == np.int8
-        assert rig.recorder.level_at(pin, 22) == {1: 0, 7: -1}[bit]
+        assert rig.recorder.level(pin, 22) == {1: 0, 7: -1}[bit]
 
 
 @rows("seed", range(40))
@@ -224,7 +224,7 @@ def test_recorder_agrees_with_an_observer(lively, seed):
     assert sum(map(len, told.values())) > 30
     for name, heard in told.items():
         last = dict(heard)  # of each instant the last one
-        first = rig.recorder.level_at(rig.nets[name], 0)
+        first = rig.recorder.level(rig.nets[name], 0)
         real, before = [], first
         for time, level in last.items():
             if level != before:
@@ -242,10 +242,10 @@ def test_windows_add_up(lively, seed):
         cuts = sorted({0, 80_000_001, *(random.randrange(80_000_000) for _ in range(20)), *(t for t, _ in whole[::3])})
         parts = [edge for a, b in pairwise(cuts) for edge in rig.edges(name, a, b - 1)]
         assert parts == whole
-        level = rig.recorder.level_at(net, 0)
+        level = rig.recorder.level(net, 0)
         for time, after in whole:
-            assert rig.recorder.level_at(net, time - 1) == level
-            assert rig.recorder.level_at(net, time) == after
+            assert rig.recorder.level(net, time - 1) == level
+            assert rig.recorder.level(net, time) == after
             level = after
 
 
@@ -284,7 +284,7 @@ def test_not_recorded_says_what_to_do(rig):
     net = rig.net("x.slew", pull=1)
     for question in (
         lambda: rig.edges("x.slew"),
-        lambda: rig.recorder.level_at(net, 0),
+        lambda: rig.recorder.level(net, 0),
         lambda: rig.recorder.since(net),
     ):
         with pytest.raises(
@@ -313,7 +313,7 @@ def test_keep_forgets_to_the_picosecond_whenever_the_log_was_trimmed(rig):
             assert rig.recorder.since(net) == 10 * n - 1000
             if n % 97 == 0:
                 assert rig.edges("x.slew", 10 * n - 1000) == [(10 * m, m % 2) for m in range(n - 100, n + 1)]
-                assert rig.recorder.level_at(net, 10 * n - 1000) == n % 2
+                assert rig.recorder.level(net, 10 * n - 1000) == n % 2
                 with pytest.raises(NotRecorded, match="or with more than keep='1 ns'"):
                     rig.edges("x.slew", 10 * n - 1001)
     assert len(net.log) < 2 * TRIM_FROM

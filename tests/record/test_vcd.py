@@ -140,7 +140,7 @@ def by_pyvcd(rig, start: int, stop: int, timescale: str, buses: str = "bits") ->
     with VCDWriter(file, timescale=timescale, version="slewline", date="", init_timestamp=start // unit) as writer:
         variables = []
         for name, net in nets.items():
-            init = value(net, rig.recorder.level_at(net, first))
+            init = value(net, rig.recorder.level(net, first))
             variables.append(writer.register_var(*name.rsplit(".", 1), "wire", size=width_of(net), init=init))
         for (at, order), level in sorted(changes.items()):
             writer.change(variables[order], at, level)
@@ -192,7 +192,7 @@ def test_read_back_in_picoseconds_gives_the_recorded_edges(lively, tmp_path):
     for name in rig.nets:
         values = [(at, -1 if v == "z" else int(v, 2)) for at, what, v in changes if what == name]
         assert values[1:] == rig.edges(name, 1)
-        assert values[0] == (0, rig.recorder.level_at(rig.nets[name], 0))
+        assert values[0] == (0, rig.recorder.level(rig.nets[name], 0))
 
 
 def test_pyvcd_can_read_it(rig, tmp_path):

@@ -170,7 +170,7 @@ class Window:
             before = bisect_right(strobes, end)
             if not before or value not in rows or end - (strobe := strobes[before - 1]) >= STAYS:
                 return ""
-            return rows[value].name if command.level_at(strobe - 1) == 1 else ""
+            return rows[value].name if command.levels_at(strobe - 1) == 1 else ""
 
         return says
 

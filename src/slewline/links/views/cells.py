@@ -78,4 +78,4 @@ def sign(recorder: Recorder, probe: Net | Terminal, start: int, stop: int, since
         return UNKNOWN
     if next(recorder.each_edge(probe, first + 1, stop), None) is not None:
         return BOTH
-    return SIGNS.get(recorder.level_at(probe, first), UNKNOWN)
+    return SIGNS.get(recorder.level(probe, first), UNKNOWN)

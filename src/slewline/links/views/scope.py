@@ -109,7 +109,7 @@ class Scope:
         if first > stop:
             found[name] = shape | {"columns": UNKNOWN * columns}
             return
-        times, levels = [first], [recorder.level_at(probe, first)]
+        times, levels = [first], [recorder.level(probe, first)]
         for time, level in recorder.each_edge(probe, first + 1, stop):
             times.append(time)
             levels.append(level)
@@ -193,13 +193,13 @@ class Scope:
         if start > stop:
             return None
         at = stop if last else start
-        if self.recorder.level_at(probe, at) == level:
+        if self.recorder.level(probe, at) == level:
             return at
         begun = self._edge(name, "rises" if level else "falls", start, stop, last)
         if not last:
             return begun
         if begun is None:  # it has the level at the start, or never
-            begun = start if self.recorder.level_at(probe, start) == level else None
+            begun = start if self.recorder.level(probe, start) == level else None
         ended = None if begun is None else self._edge(name, "any", begun + 1, stop, False)
         return None if ended is None else ended - 1
 

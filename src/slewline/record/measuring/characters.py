@@ -28,7 +28,7 @@ def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterForm
     for start in times[signal.levels == 1 - mark].tolist():
         if start < free or start + int(middles[-1]) > stop:
             continue
-        seen = (signal.level_at(start + middles) == mark).astype(int).tolist()
+        seen = (signal.levels_at(start + middles) == mark).astype(int).tolist()
         if seen[0]:
             continue  # a spike
         byte = sum(one << n for n, one in enumerate(seen[1 : 1 + word.bits]))

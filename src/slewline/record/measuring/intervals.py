@@ -49,7 +49,7 @@ class SignalEdges(NamedTuple):
         """
         times, levels = recorder.edges(probe, start, stop)
         before = max(start - 1, recorder.since(probe))
-        return cls(times, levels, recorder.level_at(probe, before), width_of(probe) > 1)
+        return cls(times, levels, recorder.level(probe, before), width_of(probe) > 1)
 
     @classmethod
     def of_trace(cls, trace: Trace, start: int, stop: int) -> SignalEdges:
@@ -82,8 +82,8 @@ class SignalEdges(NamedTuple):
         found: NDArray[np.int64] = self.times_ps[chosen[change]]
         return found
 
-    def level_at(self, times: Any) -> NDArray[np.int64]:
-        """Return the level at instants of the window, edges there included: (n,) int64."""
+    def levels_at(self, times: Any) -> NDArray[np.int64]:
+        """Return the levels at instants of the window, edges there included: (n,) int64."""
         import numpy as np
 
         found: NDArray[np.int64] = np.append(self.level, self.levels)[np.searchsorted(self.times_ps, times, "right")]
@@ -147,10 +147,10 @@ def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
     never = limit.most is not None and limit.most < 0  # the end must come first; at one instant it is 0 in front
     starts = signals(first).edges(begins)
     for pin, level in limit.before:
-        starts = starts[signals(pin).level_at(starts - 1) == level]
+        starts = starts[signals(pin).levels_at(starts - 1) == level]
     found = pairs(starts, signals(second).edges(ends), answer or never or limit.start == limit.end)
     for pin, level in limit.given:
-        held = signals(pin).level_at(found[1]) == level
+        held = signals(pin).levels_at(found[1]) == level
         found = found[0][held], found[1][held]
     return found
 

@@ -94,7 +94,7 @@ def readings(
             values = tuple(None if value != value else value for value in quantity.at(at).tolist())
             rows.append(TraceReading(whose, quantity.unit, values))
     for name, probe, recorder in probes:
-        levels = (recorder.level_at(probe, instant) for instant in instants)
+        levels = (recorder.level(probe, instant) for instant in instants)
         rows.append(TraceReading(name, "", tuple(None if v == FLOATING else v for v in levels), width_of(probe)))
     return Readings(tuple(instants), tuple(rows))
 

@@ -128,7 +128,7 @@ class Drawing:
         start, stop = max(self.diagram.start, since), min(self.diagram.stop, until)
         inside = (signal.times_ps > start) & (signal.times_ps <= stop)
         times = np.concatenate([[start], signal.times_ps[inside], [stop]])
-        level = signal.level_at(np.array([start]))
+        level = signal.levels_at(np.array([start]))
         levels = np.concatenate([level, signal.levels[inside]]).astype(np.int64)
         places = self.scale(times)
         places[0] -= TAIL * (start == self.diagram.start)

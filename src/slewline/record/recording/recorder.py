@@ -137,7 +137,7 @@ class Recorder:
             raise NotRecorded(f"{probe.name} is not recorded; call bench.record({probe.name!r}) before running")
         return log
 
-    def level_at(self, probe: Probe, ps: int) -> int:
+    def level(self, probe: Probe, ps: int) -> int:
         """Return the level at an instant (ps), edges at that instant included; FLOATING where nothing drives.
 
         After the last committed instant, the level is the one at that instant.

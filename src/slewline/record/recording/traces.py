@@ -50,7 +50,7 @@ class Trace:
         """
         since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
         edges = recorder.edges(probe, since + 1, stop) if over else outlines.edges(recorder, probe, start, stop)
-        level, bus = recorder.level_at(probe, since), width_of(probe) > 1
+        level, bus = recorder.level(probe, since), width_of(probe) > 1
         return cls(name, *edges, level, bus, since, until, over=over)
 
     def shifted(self, by: int) -> Trace:

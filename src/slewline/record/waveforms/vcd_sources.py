@@ -93,7 +93,7 @@ class NetSource:
         """
         import numpy as np
 
-        return [int(levels[0]) for levels in self.split(np.array([self.recorder.level_at(self.probe, ps)]))]
+        return [int(levels[0]) for levels in self.split(np.array([self.recorder.level(self.probe, ps)]))]
 
     def changes(self, start: int, stop: int) -> Changes:
         """Return the edges at start <= t <= stop (ps); of a bus, whenever one of its wires changes."""
