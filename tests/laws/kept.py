@@ -1,0 +1,142 @@
+"""Runs that were kept: what each comes to, as digests, and the table that one state of the project wrote.
+
+    python -m tests.laws.kept         the table of the sources on the path, as JSON
+
+A run is a journal or a bench file of `kept_runs`.  It is played twice: with all pins recorded, so that every edge of every
+pin is compared, and with nothing recorded, so that hosts and parts exchange values and promises as far as they can.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import tempfile
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import slewline
+from slewline.bench import load
+from slewline.errors import NotRecorded, OtherLaws, Timeout, WiringError
+
+RUNS = Path(__file__).with_name("kept_runs")
+TABLE = RUNS / "outcomes.json"
+LOOKS = 97  # instants at which positions and places are compared
+DIGITS = 6  # of places that are no whole numbers: the last bits of a float differ between processors
+GIVEN_UP = "3 s"
+
+
+def names() -> list[str]:
+    """The files of all runs."""
+    return sorted(path.name for path in RUNS.iterdir() if path != TABLE)
+
+
+def played(name: str, prepare: Callable[[slewline.Bench], object]) -> slewline.Bench:
+    """Play a run on a fresh bench."""
+    if name.endswith(".toml"):
+        bench = load(str(RUNS / name))
+        prepare(bench)
+        with contextlib.suppress(Timeout):
+            bench.run_until_idle(GIVEN_UP)
+        return bench
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OtherLaws)
+        return slewline.replay(RUNS / name, prepare=prepare, other_laws=True)
+
+
+def record_all(bench: slewline.Bench) -> None:
+    """Record the pins of all chips and parts, but for clocks and what is wired to nothing."""
+    bench.record()
+    for name, part in bench.parts.items():
+        for pin in part.pins:
+            with contextlib.suppress(NotRecorded, WiringError):
+                bench.record(f"{name}.{pin}")
+
+
+def short(*parts: Any) -> str:
+    """A digest of values."""
+    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()[:16]
+
+
+def edges(bench: slewline.Bench) -> dict[str, str]:
+    """A digest of all edges of the pins of each chip and part, but for clocks; and of a window in the middle."""
+    found = {}
+    middle = bench.now_ps // 3, bench.now_ps // 2
+    for name, owner in {**bench.chips, **bench.parts}.items():
+        pins = []
+        for pin in owner.pins:
+            with contextlib.suppress(NotRecorded, WiringError):  # a clock, or no signal
+                for window in ((), middle):
+                    times, levels = bench.edges(f"{name}.{pin}", *window)
+                    pins.append((pin, [int(t) for t in times], [int(level) for level in levels]))
+        if pins:
+            found[name] = short(*pins)
+    return found
+
+
+def axes(bench: slewline.Bench) -> dict[str, list[list[Any]]]:
+    """Of each axis of each chip: position, number of steps, digests of their instants and of positions on the way."""
+    looks = [bench.now_ps * look // LOOKS for look in range(LOOKS + 1)]
+    found = {}
+    for name, chip in bench.chips.items():
+        found[name] = []
+        for number in range(1, len(chip.axes) + 1):
+            axis = chip.axis(number)
+            steps = axis.steps()
+            way = short(steps.times_ps.tolist(), steps.directions.tolist(), axis.position_at(looks).tolist())
+            found[name].append([int(axis.position), len(steps), way])
+    return found
+
+
+def places(bench: slewline.Bench) -> dict[str, str]:
+    """Of each quantity but those of time itself: a digest of its values on the way, to a millionth."""
+    looks = np.array([bench.now_ps * look // LOOKS for look in range(LOOKS + 1)], np.int64)
+    found = {}
+    for name, quantity in sorted(bench.quantities().items()):
+        values = quantity.values_at(looks)
+        found[name] = short([f"{value + 0.0:.{DIGITS}g}" for value in values.tolist()])
+    return found
+
+
+def findings(bench: slewline.Bench) -> list[str]:
+    """Instant and code of each finding."""
+    return [f"{finding.time_ps} {finding.code}" for finding in bench.findings]
+
+
+def waveforms(bench: slewline.Bench) -> dict[str, str]:
+    """Digests of the bytes of a VCD file: of its changes, and of all of it, with the header and its texts."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "all.vcd"
+        bench.save_vcd(path, timescale="1 ps")
+        data = path.read_bytes()
+    changes = data.partition(b"$enddefinitions")[2]
+    return {"changes": hashlib.sha256(changes).hexdigest()[:16], "file": hashlib.sha256(data).hexdigest()[:16]}
+
+
+def state(bench: slewline.Bench) -> dict[str, Any]:
+    """What can be asked at the end of a run, whether or not anything was recorded."""
+    return {"end": bench.now_ps, "axes": axes(bench), "places": places(bench), "findings": findings(bench)}
+
+
+def recorded(name: str) -> dict[str, Any]:
+    """What a run has come to, with all pins recorded."""
+    bench = played(name, record_all)
+    parts = {name: chip.sheet.part for name, chip in bench.chips.items()}
+    return {"parts": parts, **state(bench), "edges": edges(bench), "vcd": waveforms(bench)}
+
+
+def unrecorded(name: str) -> dict[str, Any]:
+    """What a run has come to with nothing recorded: hosts and parts exchange values as far as they can."""
+    return state(played(name, lambda bench: None))
+
+
+def main() -> None:
+    print(json.dumps({name: recorded(name) for name in names()}, indent=1))
+
+
+if __name__ == "__main__":
+    main()
