@@ -2,8 +2,8 @@
 
     python -m tests.laws.kept         the table of the sources on the path, as JSON
 
-A run is a journal or a bench file of `kept_runs`.  It is played twice: with all pins recorded, so that every edge of every
-pin is compared, and with nothing recorded, so that hosts and parts exchange values and promises as far as they can.
+A run is a journal or a bench file of `kept_runs`.  It is played twice: with all pins recorded, so that every edge of
+every pin is compared, and with nothing recorded, so that hosts and parts exchange values and promises where they can.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Runs that an earlier state of the project has played come to the same, to the bit: edges, positions, findings, waveforms.
+"""Runs that an earlier state of the project played give the same edges, positions, findings and waveforms, to the bit.
 
-`kept_runs/outcomes.json` was written by that state, the findings of an MC1451A aside, which had none of stalls and refused
-commands then.  A change of behaviour that is meant writes the rows of its runs again, with a word why; one that only
-reorders the code changes none.
+`kept_runs/outcomes.json` was written by that state, except for the findings of an MC1451A: at that time stalls and
+refused commands were none.  An intended change of behaviour writes the rows of its runs again and gives the reason; a
+change of structure changes none.
 """
 
 from __future__ import annotations
