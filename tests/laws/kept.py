@@ -25,7 +25,10 @@ from slewline.errors import NotRecorded, OtherLaws, Timeout, WiringError
 
 RUNS = Path(__file__).with_name("kept_runs")
 TABLE = RUNS / "outcomes.json"
-LOOKS = 97  # instants at which positions and places are compared
+LOOKS = 97  # instants, evenly, at which positions and places are compared
+EXACT = 12  # steps at the start of each axis, and as many at its end: there it counts on which side an instant falls
+US = 10**6
+LAGS = (0, 1, 3, 8, 20, 30, 50, 70, 3000)  # of the parts of these runs, us
 DIGITS = 6  # of places that are no whole numbers: the last bits of a float differ between processors
 GIVEN_UP = "3 s"
 
@@ -78,27 +81,44 @@ def edges(bench: slewline.Bench) -> dict[str, str]:
     return found
 
 
+def looks(bench: slewline.Bench) -> list[int]:
+    """Instants at which positions are compared: evenly, and at some steps, a picosecond before, and a lag later."""
+    found = {bench.now_ps * look // LOOKS for look in range(LOOKS + 1)}
+    for chip in bench.chips.values():
+        for number in range(1, len(chip.axes) + 1):
+            times = chip.axis(number).steps().times_ps.tolist()
+            found |= {
+                time + lag * US - early
+                for time in [*times[:EXACT], *times[-EXACT:]]
+                for lag in LAGS
+                for early in (0, 1)
+                if time + lag * US <= bench.now_ps
+            }
+    return sorted(found)
+
+
 def axes(bench: slewline.Bench) -> dict[str, list[list[Any]]]:
     """Of each axis of each chip: position, number of steps, digests of their instants and of positions on the way."""
-    looks = [bench.now_ps * look // LOOKS for look in range(LOOKS + 1)]
+    instants = looks(bench)
     found = {}
     for name, chip in bench.chips.items():
         found[name] = []
         for number in range(1, len(chip.axes) + 1):
             axis = chip.axis(number)
             steps = axis.steps()
-            way = short(steps.times_ps.tolist(), steps.directions.tolist(), axis.position_at(looks).tolist())
+            way = short(steps.times_ps.tolist(), steps.directions.tolist(), axis.position_at(instants).tolist())
             found[name].append([int(axis.position), len(steps), way])
     return found
 
 
 def places(bench: slewline.Bench) -> dict[str, str]:
-    """Of each quantity but those of time itself: a digest of its values on the way, to a millionth."""
-    looks = np.array([bench.now_ps * look // LOOKS for look in range(LOOKS + 1)], np.int64)
+    """Of each quantity: a digest of its values on the way, rounded, and of the instants of all its changes."""
+    instants = np.array(looks(bench), np.int64)
     found = {}
     for name, quantity in sorted(bench.quantities().items()):
-        values = quantity.values_at(looks)
-        found[name] = short([f"{value + 0.0:.{DIGITS}g}" for value in values.tolist()])
+        values = quantity.values_at(instants)
+        changes, _ = quantity.staircase(0, bench.now_ps)
+        found[name] = short([f"{value + 0.0:.{DIGITS}g}" for value in values.tolist()], changes.tolist())
     return found
 
 
@@ -107,14 +127,12 @@ def findings(bench: slewline.Bench) -> list[str]:
     return [f"{finding.time_ps} {finding.code}" for finding in bench.findings]
 
 
-def waveforms(bench: slewline.Bench) -> dict[str, str]:
-    """Digests of the bytes of a VCD file: of its changes, and of all of it, with the header and its texts."""
+def waveforms(bench: slewline.Bench) -> str:
+    """A digest of the bytes of a VCD file with all pins."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "all.vcd"
         bench.save_vcd(path, timescale="1 ps")
-        data = path.read_bytes()
-    changes = data.partition(b"$enddefinitions")[2]
-    return {"changes": hashlib.sha256(changes).hexdigest()[:16], "file": hashlib.sha256(data).hexdigest()[:16]}
+        return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 def state(bench: slewline.Bench) -> dict[str, Any]:
