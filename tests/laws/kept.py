@@ -28,7 +28,7 @@ TABLE = RUNS / "outcomes.json"
 LOOKS = 97  # instants, evenly, at which positions and places are compared
 EXACT = 12  # steps at the start of each axis, and as many at its end: there it counts on which side an instant falls
 US = 10**6
-LAGS = (0, 1, 3, 8, 20, 30, 50, 70, 3000)  # of the parts of these runs, us
+LAGS = (0, 1, 3, 8, 20, 30, 50, 58, 70, 300, 2050, 3000)  # of the parts of these runs, us
 DIGITS = 6  # of places that are no whole numbers: the last bits of a float differ between processors
 GIVEN_UP = "3 s"
 
@@ -66,16 +66,19 @@ def short(*parts: Any) -> str:
 
 
 def edges(bench: slewline.Bench) -> dict[str, str]:
-    """A digest of all edges of the pins of each chip and part, but for clocks; and of a window in the middle."""
-    found = {}
-    middle = bench.now_ps // 3, bench.now_ps // 2
+    """A digest of all edges of the pins of each chip and part, but for clocks; and of a window from edge to edge."""
+    found: dict[str, Any] = {}
     for name, owner in {**bench.chips, **bench.parts}.items():
         pins = []
         for pin in owner.pins:
             with contextlib.suppress(NotRecorded, WiringError):  # a clock, or no signal
-                for window in ((), middle):
-                    times, levels = bench.edges(f"{name}.{pin}", *window)
-                    pins.append((pin, [int(t) for t in times], [int(level) for level in levels]))
+                times, levels = bench.edges(f"{name}.{pin}")
+                whole = [int(time) for time in times]
+                pins.append((pin, whole, [int(level) for level in levels]))
+                if whole:
+                    first, last = whole[len(whole) // 3], whole[len(whole) // 2]
+                    for window in ((first, last), (first + 1, max(first + 1, last - 1))):
+                        pins.append((pin, [int(time) for time in bench.edges(f"{name}.{pin}", *window)[0]], []))
         if pins:
             found[name] = short(*pins)
     return found
@@ -100,7 +103,7 @@ def looks(bench: slewline.Bench) -> list[int]:
 def axes(bench: slewline.Bench) -> dict[str, list[list[Any]]]:
     """Of each axis of each chip: position, number of steps, digests of their instants and of positions on the way."""
     instants = looks(bench)
-    found = {}
+    found: dict[str, Any] = {}
     for name, chip in bench.chips.items():
         found[name] = []
         for number in range(1, len(chip.axes) + 1):
@@ -114,7 +117,7 @@ def axes(bench: slewline.Bench) -> dict[str, list[list[Any]]]:
 def places(bench: slewline.Bench) -> dict[str, str]:
     """Of each quantity: a digest of its values on the way, rounded, and of the instants of all its changes."""
     instants = np.array(looks(bench), np.int64)
-    found = {}
+    found: dict[str, Any] = {}
     for name, quantity in sorted(bench.quantities().items()):
         values = quantity.values_at(instants)
         changes, _ = quantity.staircase(0, bench.now_ps)
