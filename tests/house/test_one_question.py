@@ -8,21 +8,19 @@ from tests.house.vocabularies import answering, lines, vocabularies
 from tests.sources import SOURCES
 
 ALLOWED = {  # the class, its names, and why they are not those of another
-    # ---- edges, steps, counts: each of these asks the same three questions
-    "Promise: after edges level": "what a driver promises: levels, of which edges follow",
-    "ClockEdges: at by few many": "edges of a clock, numbered from 1 on",
-    "NumberedEdges: edge edge_times few passed": "edges of a train's view to one level, in ticks",
-    "Train: begin begun begun_by begun_counts begun_many few pieces rests window": "steps of a train, from 0 on",
-    "Playing: bounded ticks": "a train that may be withdrawn",
-    "StepView: rise rises": "what the views of pulse and strobe differ in",
-    "View: after_of edges_of level_of": "a promise that follows from others, before it is bounded",
-    "Counter: after at between": "counts of a shaft: encoder, switch, passings of a stepper",
-    "ShaftMotion: at edges lost moved when": "a shaft that follows a clock, in parts of a step",
-    "Piece: after levels": "levels of the inputs of a stepper, all of them in one answer",
+    # ---- the one way: what happens has numbers, and what is shown has levels between
+    "Events: count few time times": "core/time/events.py",
+    "Promise: after edges level": "core/wires/wave.py: a wave",
+    # ---- what these are made of
+    "Train: count_many end pieces rests step_at steps_at": "a train in ticks of its clock, before the clock converts",
+    "StepView: rise rise_ticks": "what the views of pulse and strobe differ in, in ticks",
+    "CycleClock: cycle_at cycle_at_tick ps tick": "numbers cycles from 0 on, and below before reset: a clock",
+    "View: after_of edges_of level_of": "a wave that follows from others, before it is bounded",
+    "ShaftMotion: level lost moved": "places of a shaft, in parts of a step",
+    "Piece: levels look_after": "levels of the inputs of a stepper, all of them in one answer",
     "Net: edges_ahead levels_before resolve": "what several drivers make of a wire",
-    "Recorder: each_edge edges level_at": "what a wire has done",
     # ---- other things that have instants
-    "Axis: count driven loads marks motions played position_at positions_at times turns unwrapped_at": (
+    "Axis: driven loads marks motions played position_at positions_at turns unwrapped_at": (
         "the face of an axis to users and parts: positions, several motions, turns of direction"
     ),
     "VariableSource: changes values_at": "a variable of a VCD file, whose values are of any kind",

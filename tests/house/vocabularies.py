@@ -150,7 +150,7 @@ def kind(method: ast.FunctionDef | ast.AsyncFunctionDef, known: Mapping[str, ast
         return "window"
     if "number" in asked and "instant" not in asked:
         return "numbered" if len(asked) == 1 else ""
-    if not several and ("None" in direct or any(name.startswith(("NotYet", "Never")) for name in direct)):
+    if not several and ("None" in direct or any(name.startswith(("NotYet", "Never", "When")) for name in direct)):
         return "next"
     return "at"
 

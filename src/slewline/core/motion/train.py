@@ -303,7 +303,7 @@ class Playing(Until):
         first = self.train.clock.ps(self.train.origin)
         return first if self.until is None or first < self.until else None
 
-    def ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
+    def _ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
         """Return the window start <= t <= stop (ps) as ticks of the train; `moves` lies before its end.
 
         Returns:
@@ -322,7 +322,7 @@ class Playing(Until):
         """
         import numpy as np
 
-        since, to, rests = self.ticks(start, stop)
+        since, to, rests = self._ticks(start, stop)
         if since >= to:
             return np.array([start]), np.zeros(1)
         ticks, speeds = self.train.velocities(since, to)
@@ -334,12 +334,12 @@ class Playing(Until):
 
     def pieces(self, start: int, stop: int) -> int:
         """Return how many velocities there are at start <= t <= stop (ps), within two."""
-        since, to, _ = self.ticks(start, stop)
+        since, to, _ = self._ticks(start, stop)
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
         """Return of the velocities the first, a lowest, a highest and the last: instants (ps) and steps/s."""
-        since, to, rests = self.ticks(start, stop)
+        since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]
         ticks, speeds = self.train.extremes(since, to)
