@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from itertools import product
+from random import Random
 
 import pytest
 
+from slewline.core.time.events import NotYet
+from slewline.core.wires.clocking import clock_edges
+from slewline.core.wires.wave import Wave
+from slewline.parts.base.counted import Sampled
 from slewline.parts.boards.computer8080 import IOSELOUT
 
 SLOW = "F 3\rR 3\rS 255\rZ 1\r"
@@ -169,3 +174,22 @@ def test_the_two_halves_of_a_position_are_enabled_apart(circuit):
             assert latch.position == expected
         else:
             assert latch.position == before
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_latch_names_an_instant_only_where_its_level_changes(seed):
+    random = Random(seed)
+
+    def wave(count):
+        return Wave(
+            0, tuple(sorted(random.sample(range(1, 99), count))), tuple(random.randrange(2) for _ in range(count))
+        )
+
+    latch = Sampled(clock_edges(wave(30), 1, 0), wave(9), random.randrange(2))
+    changes = [ps for ps in range(1, 100) if latch.level(ps) != latch.level(ps - 1)]
+    for start in range(99):
+        answer, following = latch.after(start), next((ps for ps in changes if ps > start), None)
+        if isinstance(answer, NotYet):
+            assert start < answer.at and (following is None or answer.at < following)
+        else:
+            assert answer == following

@@ -5,7 +5,10 @@ from __future__ import annotations
 import pytest
 
 import slewline
+from slewline.core.time.events import Even, NotYet
+from slewline.core.wires.clocking import LOOKS
 from slewline.core.wires.net import Driver, Net, Wave
+from slewline.parts.shafts.followed_steps import FollowedSteps, MotorLimits, PulseFollowing
 
 US = 1_000_000
 MOVES = "A 1000\rO 0\rF 20\rR 90\rS 230\rZ 1\rN 300\rG\r-\rN 77\rG\rP 5\rP 2040\r"
@@ -97,3 +100,13 @@ def test_a_step_that_is_withdrawn_in_its_very_instant_is_none_for_whoever_asks_i
     bench.kernel.call_at(3 * US, lambda: (pulse.drive(1), task.drive(1)))
     bench.run("5 us")
     assert (asked, motor.position) == ([1], 1)
+
+
+def test_a_motor_that_loses_every_pulse_does_not_know_yet_when_it_steps():
+    pulses = Even(0, 10_000)
+    steps = FollowedSteps(
+        pulses, MotorLimits(0, pull_in=100.0, acceleration=0.0, loses=frozenset()), PulseFollowing(), 1
+    )
+    assert steps.time(1) == pulses.time(1)  # the one before was long ago
+    assert steps.time(2) == NotYet(pulses.time(1 + LOOKS))
+    assert steps.count(pulses.time(1 + LOOKS)) == 1
