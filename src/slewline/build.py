@@ -29,10 +29,12 @@ if TYPE_CHECKING:
     from .core.motion.step_views import PatternView, PulseView, StrobeView
     from .core.motion.train import Playing, StepTrain
     from .core.program import ProgramRow
+    from .core.time.events import Events, NotYet, ask_at
     from .core.time.hook import Hook
     from .core.time.inputs import from_outside
     from .core.time.kernel import Kernel
     from .core.time.timebase import Clock, Time, moment, picoseconds, readable
+    from .core.wires.clocking import clock_edges
     from .core.wires.net import Bus, Driver, Net
     from .core.wires.pin import Condition, Terminal
     from .core.wires.views import gated, inverted
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from .language.packets import Packets
     from .language.verbatim import Verbatim
     from .parts.base.clocked import Clocked
+    from .parts.base.counted import Counted, Sampled
     from .parts.base.follower import Follower, Stateless
     from .parts.base.part import Part
     from .parts.shafts.sensors import Sensor
@@ -71,6 +74,8 @@ _FROM = {
     "core.datasheet.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
     "core.time.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
     "core.motion.train": ("Playing", "StepTrain"),
+    "core.time.events": ("Events", "NotYet", "ask_at"),
+    "core.wires.clocking": ("clock_edges",),
     "core.wires.views": ("gated", "inverted"),
     "core.wires.waits": ("edge", "first_of", "level", "next_round", "polled", "until"),
     "language.assemble": ("assemble",),
@@ -81,6 +86,7 @@ _FROM = {
     "language.packets": ("Packets",),
     "language.verbatim": ("Verbatim",),
     "parts.base.clocked": ("Clocked",),
+    "parts.base.counted": ("Counted", "Sampled"),
     "parts.base.follower": ("Follower", "Stateless"),
     "parts.base.part": ("Part",),
     "parts.shafts.sensors": ("Sensor",),
@@ -96,7 +102,9 @@ __all__ = [
     "Clock",
     "Clocked",
     "Condition",
+    "Counted",
     "Driver",
+    "Events",
     "Finding",
     "FlowBus",
     "Follower",
@@ -110,6 +118,7 @@ __all__ = [
     "LineChip",
     "Lines",
     "Net",
+    "NotYet",
     "OneAxis",
     "Option",
     "Packets",
@@ -123,6 +132,7 @@ __all__ = [
     "Quirk",
     "Register",
     "Row",
+    "Sampled",
     "Sensor",
     "SerialLine",
     "Sheet",
@@ -134,9 +144,11 @@ __all__ = [
     "Time",
     "Timing",
     "Verbatim",
+    "ask_at",
     "assemble",
     "checks_of",
     "chip_class",
+    "clock_edges",
     "edge",
     "first_of",
     "from_outside",
