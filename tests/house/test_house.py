@@ -175,7 +175,6 @@ def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None
 
 LONGEST = 400  # lines of a module
 LONGER = {
-    "chips/mc1451a/profiles/cycle_train.py": "the arithmetic of one kind of train, in integers and in arrays",
     "chips/mc1451a/sheet.py": "a data sheet of 74 commands and ten parts: tables",
     "chips/mc1451a/twin/axis.py": "the twin of eight modules, which shares nothing with them",
     "core/chip.py": "all that a bench asks of a chip; a family overrides it where it differs",

@@ -72,7 +72,7 @@ class StepView(TrainView):
         return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
+        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
         train = self.of.train
         tick = train.clock.ticks_until(ps)
         k = train.step_at(tick)
@@ -206,7 +206,7 @@ class PatternView(TrainView):
         return self._after_steps(self.of.count(ps))
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
+        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
         train = self.of.train
         k = train.count(ps)
         here = self._after_steps(k)

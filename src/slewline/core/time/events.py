@@ -8,13 +8,13 @@
     time(k)              when number k comes               time(3) = c
     times(first, last)   all of some numbers, an array     times(2, 3) = [b, c]
 
-This is the one way in which the house asks for what happens many times.  A source of events is a value: a train of
-steps answers by arithmetic, a wire is walked along, a list is looked up, and whoever asks cannot tell them apart.  What
-is made of events is again events: later by a constant (`Later`), up to an instant (`Until`), counted anew (`Since`).
+Everything that happens many times is asked for in this way.  A source of events is a value: a train of steps answers by
+arithmetic, a wire is searched, a list is looked up, and a caller cannot distinguish them.  Events made of events are
+events again: shifted by a constant (`Later`), up to an instant (`Until`), numbered from an instant on (`Since`).
 
-The answer to "when?" is `When`: an instant; `NotYet`, if a search has been given up for now, with the instant at which
-to ask again, before which nothing happens; or None: as things stand, never.  NotYet is no number, so a type checker
-finds whoever takes it for an instant; who only wants to wake up then says `ask_at`.
+The answer to "when?" is `When`: an instant; `NotYet`, if the search stopped early, with the instant at which to ask
+again, before which nothing happens; or None: no event is foreseen.  NotYet is not a number, so a type checker finds code
+that takes it for an instant; code that only needs a time to wake up calls `ask_at`.
 
 Rules of this file: events are numbered from 1; an event at an instant is one by that instant; nothing has an effect.
 What a wire shows between its events is a wave (core/wires/wave.py).
@@ -85,7 +85,7 @@ class Events(Protocol):
         """Return how many there have been by an instant (ps), that instant included."""
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None: as things stand it does not come.
+        """Return the instant of event k (ps), NotYet, or None: it is not foreseen.
 
         An instant at which `count` is less than k is one at which to ask again.
         """
@@ -156,7 +156,7 @@ class Until(Events):
         self.of, self.until = of, until
 
     def cut(self, ps: int) -> None:
-        """Count only what lies before an instant or at it (ps)."""
+        """Count only events up to an instant (ps), that instant included."""
         self.until = ps + 1
 
     def within(self, ps: int) -> int:
@@ -192,7 +192,7 @@ class Later(Events):
         return self.of.count(ps - self.lag_ps)
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None: as things stand it does not come."""
+        """Return the instant of event k (ps), NotYet, or None: it is not foreseen."""
         return later(self.of.time(k), self.lag_ps)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
@@ -205,7 +205,7 @@ class Later(Events):
 
 
 class Since(Events):
-    """Events counted anew after an instant (ps): the next one is number 1."""
+    """Events after an instant (ps): the next one is number 1."""
 
     def __init__(self, of: Events, ps: int) -> None:
         self.of, self.first = of, of.count(ps)
@@ -215,7 +215,7 @@ class Since(Events):
         return max(self.of.count(ps) - self.first, 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None: as things stand it does not come."""
+        """Return the instant of event k (ps), NotYet, or None: it is not foreseen."""
         return self.of.time(self.first + k)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:

@@ -106,7 +106,7 @@ class WalkedEdges(Events):
         return self._counts[i] + (len(self._edges(self._starts[i], ps)) if ps > self._starts[i] else 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of edge k (ps), NotYet, or None: as things stand it does not come."""
+        """Return the instant of edge k (ps), NotYet, or None: it is not foreseen."""
         reached = self._reached
         for _ in range(LOOKS):
             if k <= self._found:

@@ -50,7 +50,7 @@ class DrawnLine:
         return self.shown().level(ps)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
+        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
         return self.shown().after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:

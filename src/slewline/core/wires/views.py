@@ -78,7 +78,7 @@ class View:
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: as things stand there is none."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None: none is foreseen."""
         return before(self.after_of(ps), self._bound)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:

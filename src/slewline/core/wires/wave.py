@@ -41,7 +41,7 @@ class Promise(Protocol):
         """Return the level at an instant (ps), edges at that instant included."""
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: as things stand there is none."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None: none is foreseen."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop: times in ps and the levels after them."""
@@ -80,7 +80,7 @@ class Wave:
         return [levels[over - 1] if over else self.before for over in overs]
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
+        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
         times, levels = self.times, self.levels
         over = bisect_right(times, ps)
         here = levels[over - 1] if over else self.before

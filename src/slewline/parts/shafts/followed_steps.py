@@ -161,7 +161,7 @@ class FollowedSteps(Events):
         return self._made(n)
 
     def time(self, k: int) -> When:
-        """Return the instant of step k (ps), NotYet, or None: as things stand it does not come."""
+        """Return the instant of step k (ps), NotYet, or None: it is not foreseen."""
         following: When = None
         for _ in range(LOOKS):
             if k <= self._made(self._known):

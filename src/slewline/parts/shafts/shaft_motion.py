@@ -83,7 +83,7 @@ class ShaftMotion:
         return k if self.room is None or k <= self.room else None
 
     def time(self, k: int) -> When:
-        """Return the instant of edge k of this motion (ps), NotYet, or None: as things stand it does not come."""
+        """Return the instant of edge k of this motion (ps), NotYet, or None: it is not foreseen."""
         return self.drive.time(self.first + k)
 
     def lost(self, ps: int) -> int:

@@ -59,7 +59,7 @@ class EncoderChannel:
         return self.code[self.counter.level(ps)]
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: as things stand there is none.
+        """Return the next edge strictly after an instant (ps), NotYet, or None: none is foreseen.
 
         The counts of a shaft that is too fast may jump for ever without an edge.
         """
@@ -129,7 +129,7 @@ class SwitchZone:
         return self.levels[self.closed_at(ps)]
 
     def after(self, ps: int) -> When:
-        """Return NotYet with the next change of the count (ps), or None: as things stand there is no edge."""
+        """Return NotYet with the next change of the count (ps), or None: none is foreseen."""
         following = ask_at(self.counter.after(ps))
         return None if following is None else NotYet(following)
 

@@ -43,7 +43,7 @@ class Piece(NamedTuple):
         return [what.level(ps) if promised(what) else what for what in self.shown]
 
     def look_after(self, ps: int) -> int | None:
-        """Return when to look again for an edge of a pin after an instant (ps); None: as things stand there is none."""
+        """Return when to look again for an edge of a pin after an instant (ps); None: none is foreseen."""
         return earliest([what.after(ps) for what in self.shown if promised(what)])
 
     @property

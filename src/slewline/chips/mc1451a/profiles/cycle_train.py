@@ -356,7 +356,7 @@ class SquareView(TrainView):
         return over % 2 if over else int(self.high)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: as things stand there is none."""
+        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
         halves = self.halves
         k = max(halves.count(ps), int(self.high))  # what is high does not rise
         if k >= halves.steps:
