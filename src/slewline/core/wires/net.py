@@ -78,6 +78,10 @@ class Driver:
         """Drive the net to the level at which its pin is not active."""
         self.drive(self.inactive_level)
 
+    def level_when(self, active: bool) -> int:
+        """Return the level that the pin has while it is active, or, with False, while it is not."""
+        return self.active_level if active else self.inactive_level
+
     def pulses(self, *times: int) -> Edges:
         """Return the edges of pulses: active from the first instant (ps) to the second, the third to the fourth ..."""
         return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)

@@ -34,11 +34,11 @@ class Weak:
 
     def activate(self, active: bool = True) -> None:
         """Let the pin be active, or not."""
-        self.drive(self.driver.active_level if active else self.driver.inactive_level)
+        self.drive(self.driver.level_when(active))
 
     def deactivate(self) -> None:
         """Let the pin not be active."""
-        self.drive(self.driver.inactive_level)
+        self.activate(False)
 
 
 class StepOutputs(steps.StepOutputs):
