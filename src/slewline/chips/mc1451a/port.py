@@ -99,7 +99,7 @@ class Port:
         if not self._selected:
             self.legal = False
             return
-        if net.is_active:
+        if net.value == net.active_level:
             self.fell_at = self.kernel.now
             self.legal = self._strobe("hostwrite", "hostread", self.reads)
             return
@@ -117,7 +117,7 @@ class Port:
 
     def _read(self, net: Net) -> None:
         """HostRead: show a byte on the bus while it is low."""
-        if net.is_active:
+        if net.value == net.active_level:
             self.legal = self._selected and self._strobe("hostread", "hostwrite", self.writes)
             if self.legal and self.cmd.level == 1:
                 self.chip.finding("strobes", "hostread with hostcmd high: no transfer")
@@ -138,11 +138,12 @@ class Port:
 
     def _select(self, net: Net) -> None:
         """HostSlct: report a release later than 2 µs after the last strobe; one within a strobe ends it as none."""
-        if net.is_inactive and self.legal:
+        released = net.value == net.when_inactive[1]
+        if released and self.legal:
             self.legal = False
             self._show(None, self.let_go_ps)
         now, since = self.kernel.now, self.strobed_at
-        if net.is_inactive and since is not None:
+        if released and since is not None:
             self.strobed_at = None
             if now - since > RELEASE_PS and self.supply.powered:
                 text = f"hostslct stays low for {(now - since) / NS / 1000:g} µs after a transfer; at most 2 µs"

@@ -73,7 +73,7 @@ class Supply:
         """Begin or end a reset, after all timed work of this instant."""
         if not self.powered:
             return
-        if net.is_active:
+        if net.value == net.active_level:
             self.fell_ps = self.kernel.now
             self._clear()
             return

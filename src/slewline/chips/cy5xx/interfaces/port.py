@@ -32,7 +32,6 @@ class BusPort:
         names = ("ready", "instrobe", "outstrobe", "motion_complete")
         self.ready, self.instrobe, self.outstrobe, self.motion_complete = (line_out(chip, name) for name in names)
         self.strobe, self.width, self.busy = (ticks[name] for name in ("instrobe_delay", "strobe_width", "busy_delay"))
-        (_, self.asked), (_, self.released) = self.request.when_active, self.request.when_inactive
         self.pulse = self.instrobe.active_level, self.instrobe.inactive_level
         self.sample = self.strobe + self.width  # the bus is read at the rising edge of INSTROBE
         self.request.latched = self.select.latched = True  # `value` is what a look sees
@@ -89,13 +88,11 @@ class BusPort:
         """
         chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
         while True:
-            if request.value != self.asked:
+            if request.value != request.active_level:
                 chip.idle = idle
                 chip.waits(f"waiting for {awaited}")
-                others = self.others if letter else ()
-                woken = await (
-                    first_of(kernel, None, request.when_active, *others) if others else level(request, self.asked)
-                )
+                others, asked = self.others if letter else (), request.when_active
+                woken = await (first_of(kernel, None, asked, *others) if others else level(*asked))
                 chip.idle = False
                 if woken is not None and woken is not request:
                     return -1
@@ -113,7 +110,7 @@ class BusPort:
             at = ps(chip.tick)
             self.instrobe.wave(self.pulse[1], (ps(tick + self.strobe), at), self.pulse)
             await until(kernel, at)
-            if request.value == self.released:
+            if request.value == request.when_inactive[1]:
                 chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                 continue
             byte = self.accept(letter)
