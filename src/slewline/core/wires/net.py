@@ -203,8 +203,8 @@ class Net:
         name: the name, such as "x.slew".
         pull: the level that a resistor gives it while nothing drives it.
         tie: the level of the standard wiring while nothing drives it; it ends when the net is joined with another.
-        active: the level at which the pin is active, from its row in the sheet; None: it names none, and whoever asks
-            about the activity, or drives it, gets an AttributeError.
+        active: the level at which the pin is active, from its row in the sheet; None: the row has none, and what asks
+            for the activity raises an AttributeError.
 
     Attributes:
         when_active, when_inactive: the net with its level then, for a task to wait for.
