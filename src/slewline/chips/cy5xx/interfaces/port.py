@@ -32,7 +32,7 @@ class BusPort:
         names = ("ready", "instrobe", "outstrobe", "motion_complete")
         self.ready, self.instrobe, self.outstrobe, self.motion_complete = (line_out(chip, name) for name in names)
         self.strobe, self.width, self.busy = (ticks[name] for name in ("instrobe_delay", "strobe_width", "busy_delay"))
-        self.pulse = self.instrobe.active_level, self.instrobe.inactive_level
+        self.strobed = self.instrobe.active_level, self.instrobe.inactive_level  # at a strobe
         self.sample = self.strobe + self.width  # the bus is read at the rising edge of INSTROBE
         self.request.latched = self.select.latched = True  # `value` is what a look sees
         self.ascii = True  # pin 36, as it was with the command letter
@@ -108,7 +108,7 @@ class BusPort:
                 continue
             chip.tick = tick + self.sample
             at = ps(chip.tick)
-            self.instrobe.wave(self.pulse[1], (ps(tick + self.strobe), at), self.pulse)
+            self.instrobe.wave(self.strobed[1], (ps(tick + self.strobe), at), self.strobed)
             await until(kernel, at)
             if request.value == request.when_inactive[1]:
                 chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
