@@ -567,3 +567,56 @@ def test_a_level_is_put_at_once_where_it_can_be():
     kernel.spawn(puts, name="puts")
     kernel.run(20)
     assert seen == [(1, [])] and net.changes == 2 and net.changed_at == 10
+
+
+# ------------------------------------------------------------------------------------------------------ by its activity
+@pytest.mark.parametrize("active", [0, 1])
+def test_a_pin_is_read_and_driven_by_the_name_of_its_activity(active):
+    kernel = Kernel()
+    net = Net(kernel, "net", active=active)
+    driver = Driver(net, "d")
+    assert not net.is_active and not net.is_inactive, "it floats"
+    seen = []
+    for act in (driver.activate, driver.deactivate, lambda: driver.activate(True), lambda: driver.activate(False)):
+        act()
+        kernel.settle()
+        seen.append((net.level == active, net.is_active, net.is_inactive))
+    assert seen == [(True, True, False), (False, False, True)] * 2
+    assert (driver.level_when(True), driver.level_when(False)) == (active, 1 - active)
+    assert (net.when_active, net.when_inactive) == ((net, active), (net, 1 - active))
+
+
+@pytest.mark.parametrize("active", [0, 1])
+def test_a_strobe_is_active_from_each_instant_to_the_next_and_then_inactive(active):
+    kernel = Kernel()
+    net = Net(kernel, "net", active=active)
+    driver = Driver(net, "d")
+    driver.deactivate()
+    kernel.settle()
+    driver.strobe(0, 5, 7, 9)
+    kernel.settle()
+    assert [net.resolve(ps) == active for ps in (0, 4, 5, 6, 7, 8, 9)] == [True, True, False, False, True, True, False]
+
+
+def test_pins_of_one_wire_keep_their_own_activity():
+    kernel = Kernel()
+    busy, ready = Net(kernel, "busy", active=0), Net(kernel, "ready", active=1)
+    out = Driver(busy, "out")
+    busy.join(ready)
+    other = Driver(ready, "other")
+    out.activate()
+    kernel.settle()
+    assert busy.is_active and ready.is_inactive
+    out.drive(None)
+    other.activate()
+    kernel.settle()
+    assert ready.is_active and busy.is_inactive
+
+
+def test_a_pin_whose_row_names_no_activity_is_not_asked_about_one():
+    net = Net(Kernel(), "direction")
+    driver = Driver(net, "d")
+    for ask in (lambda: net.is_active, lambda: net.is_inactive, driver.activate, driver.deactivate):
+        with pytest.raises(AttributeError):
+            ask()
+    assert driver.next is None, "nothing is driven"

@@ -232,6 +232,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ('mh.live("GET_POS")', "NoSuchAttribute", "a chipset takes commands at any time: host.command(...)"),
     ('x.pin("abort").value = 0', "NoSuchAttribute", "x.abort has no 'value'; write pin.drive(0) or pin.drive(1)"),
     ('x.pin("abort").high = True', "NoSuchAttribute", "x.abort has no 'high'; write pin.drive(0) or pin.drive(1)"),
+    ('x.pin("abort").is_active', "NoSuchAttribute", "x.abort has no 'is_active'; pin.level == pin.row.active"),
+    ('x.pin("abort").activate()', "NoSuchAttribute", "x.abort has no 'activate'; write pin.drive(pin.row.active)"),
     ('x.pin("run").wait_for_edge()', "NoSuchAttribute", "bench.run_until(pin.edges(1)), or pin.is_(0)"),
     ('x.pin("abort").pulse("10 us")', "UsageError", 'its arguments: level, width, at; such as pin.pulse(0, "10 us")'),
     (

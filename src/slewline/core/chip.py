@@ -215,7 +215,7 @@ class Chip(Component, OneAxis):
             else:
                 open_input = row.way == "in" and row.pull is None  # an input without pull-up reads low when left open
                 pull, tie = 0 if open_input else row.pull, None if self.bare else row.tie
-                net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie)
+                net = Net(self.kernel, f"{self.name}.{row.name}", pull, tie, row.active)
                 terminal = Terminal(self.name, row, net)
                 net.on_conflict.add(self._conflict)
                 if row.way in ("out", "both"):

@@ -41,10 +41,13 @@ class Line:
     """Stands for the driver of HostIntrpt."""
 
     def __init__(self):
-        self.driven = []
+        self.shown = []
 
-    def drive(self, level):
-        self.driven.append(level)
+    def activate(self):
+        self.shown.append("active")
+
+    def deactivate(self):
+        self.shown.append("inactive")
 
 
 def test_an_interrupt_lasts_until_its_end_and_the_lowest_axis_comes_next():
@@ -55,11 +58,11 @@ def test_an_interrupt_lasts_until_its_end_and_the_lowest_axis_comes_next():
     interrupt.look()
     registers.states[0].mask = registers.states[0].events = 1
     interrupt.look()
-    assert interrupt.axis == 2 and line.driven == [0]
+    assert interrupt.axis == 2 and line.shown == ["active"]
     interrupt.end()
-    assert interrupt.axis == 0 and line.driven == [0, 1]
+    assert interrupt.axis == 0 and line.shown == ["active", "inactive"]
     interrupt.look()
-    assert interrupt.axis == 1 and line.driven == [0, 1, 0]
+    assert interrupt.axis == 1 and line.shown == ["active", "inactive", "active"]
 
 
 class Moves:

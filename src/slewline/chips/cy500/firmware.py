@@ -34,8 +34,8 @@ class Interpreter(interpreter.Interpreter):
         port, program, registers, xss = self.port, self.program, self.instructions.registers, self.instructions.dowhile
         while True:
             jogs = registers.jog and self.decoder.at_letter and not program.entering
-            port.others = ((xss, 0),) if jogs else ()
-            if not (jogs and xss.level == 0):
+            port.others = (xss.when_active,) if jogs else ()
+            if not (jogs and xss.is_active):
                 byte = await super().next_byte()
                 if byte >= 0:
                     return byte

@@ -45,7 +45,7 @@ class Motion(sloped.Motion):
 
     def planned(self) -> Plan:
         """The plan of this motion, unless ABORT is low: then no step is made."""
-        if self.abort.level == 0:
+        if self.abort.is_active:
             return STOP
         self.faces()
         _, rate, slope, factor, number, law = self.at_start
@@ -58,7 +58,7 @@ class Motion(sloped.Motion):
         """The inputs whose change matters now, each with the level that would be a change."""
         jogs, follows = self.text == "J", self.registers.external
         turned = (self.xdir, 0 if self.sign > 0 else 1)
-        return [(self.inhibit, 1), (self.abort, 0), *[(self.xss, 1)] * jogs, *[turned] * follows]
+        return [self.inhibit.when_active, self.abort.when_active, *[self.xss.when_inactive] * jogs, *[turned] * follows]
 
     def first_sample_after(self, net: Net) -> tuple[int, None]:
         """Every input is sampled as the next step begins."""
@@ -68,14 +68,14 @@ class Motion(sloped.Motion):
         """Look at the inputs before a step begins; returns the plan to go on with (an empty one: stop)."""
         if step >= plan.steps:
             return plan  # on the target
-        if self.inhibit.level == 1:
+        if self.inhibit.is_active:
             self.mark_deviation("event", "TRIGGER")
             await self.uninhibited()
             self.chip.waits(self.progress)
-        for net, ends, name in ((self.abort, 0, "ABORT"), (self.xss, 1 if self.text == "J" else None, "XSS")):
-            if net.level == ends:
-                self.mark_deviation("command", name)
-                return STOP
+        ends = "ABORT" if self.abort.is_active else "XSS" if self.text == "J" and self.xss.is_inactive else ""
+        if ends:
+            self.mark_deviation("command", ends)
+            return STOP
         return rest(plan, step) if self.faces() else plan
 
     def faces(self) -> bool:

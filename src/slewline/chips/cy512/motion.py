@@ -44,16 +44,16 @@ class Motion(sloped.Motion):
     # ----------------------------------------------------------------------------------------------- between two steps
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now, each with the level that would be a change."""
-        pairs = [*super().watched(), (self.terminate, 0), (self.request, 0)]
-        return pairs if self.aborted else [*pairs, (self.abort, 0)]
+        pairs = [*super().watched(), self.terminate.when_active, self.request.when_active]
+        return pairs if self.aborted else [*pairs, self.abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
         """Look at ABORT and I/O REQUEST before a step begins; returns the plan to go on with (an empty one: stop)."""
         if step >= plan.steps:
             return STOP if self.done < self.number else plan  # an end before the target, or on it
-        if not self.aborted and self.abort.level == 0:
+        if not self.aborted and self.abort.is_active:
             plan, step = self.ended("abort", "ABORT", plan, step), 0
-        if plan is not STOP and self.request.level == 0:
+        if plan is not STOP and self.request.is_active:
             self.chip.finding("software-abort", "I/O REQUEST low at the end of a step: the motion ends")
             if not (self.aborted and self.ways["request"] == "ramp"):
                 return self.ended("request", "I/O REQUEST", plan, step)
@@ -90,7 +90,7 @@ class Motion(sloped.Motion):
 
     async def terminated(self) -> bool:
         """TERMINATE has gone low: the step ends now.  Returns whether it does."""
-        if self.terminate.level == 1:
+        if self.terminate.is_inactive:
             return False
         self.axis.log.depart()
         if not await self.hold():

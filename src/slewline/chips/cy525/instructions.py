@@ -48,7 +48,7 @@ class Instructions(instructions.Instructions):
         """T: branch to an address of the program while DOWHILE is low."""
         program = self.program
         target = program.resolved(target)
-        if self.dowhile.level == 0:
+        if self.dowhile.is_active:
             if program.running:
                 program.pc = target
             else:
@@ -63,10 +63,10 @@ class Instructions(instructions.Instructions):
             outputs.show(outputs.patterns[offset])
             return
         if offset > 127:
-            outputs.pulse.drive(0)
+            outputs.pulse.activate()
             await self.chip.ticks(self.ticks["phase_pulse"])
-            outputs.pulse.drive(1)
-        outputs.show((1, 1, 1, 1))
+            outputs.pulse.deactivate()
+        outputs.off()
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
         """Yield what a motion should not find in the parameters: whether it does, code and text of a finding."""

@@ -42,10 +42,10 @@ class Motion(motion.Motion):
 
     async def ordered(self) -> None:
         """I/O REQUEST must have been high; then ABORT says whether it counts for this motion."""
-        if self.request.level == 0:
+        if self.request.is_active:
             self.chip.waits(f"waiting for io_request=1 before the first step ({self.text})")
-            await self.chip.polled(self.request, 1, 1)
-        self.abortable = self.abort.level == 1  # "initially" (s.7, case II): before a hold, which may last
+            await self.chip.polled(*self.request.when_inactive, 1)
+        self.abortable = self.abort.is_inactive  # "initially" (s.7, case II): before a hold, which may last
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
         """What makes the ideal of this motion, whose first step begins now."""
@@ -75,11 +75,13 @@ class Motion(motion.Motion):
     # ------------------------------------------------------------------------------------------------------- the looks
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now, each with the level that would be a change."""
-        pairs = [(self.inhibit, 1), (self.request, 1 - self.request.level if self.done else 0)]
+        request = self.request
+        withdrawn = self.done and request.is_active
+        pairs = [self.inhibit.when_active, request.when_inactive if withdrawn else request.when_active]
         if self.select.level == 0:
             pairs.append((self.select, 1))
         if self.abortable and not self.aborted:
-            pairs.append((self.abort, 0))
+            pairs.append(self.abort.when_active)
         return pairs
 
     @property
@@ -105,11 +107,11 @@ class Motion(motion.Motion):
         if step >= plan.steps:
             return plan  # on the target
         over, leg = plan.leg(step - 1), plan.leg(step)
-        if self.abortable and not self.aborted and self.abort.level == 0:
+        if self.abortable and not self.aborted and self.abort.is_active:
             down = self.way_down(plan, step)
             return down if self.continuous else await self.rate_request(down, 0)
         if self.aborted and leg.name != "down" and over.name == "down":  # the bottom of the ramp
-            if self.abort.level == 0:
+            if self.abort.is_active:
                 return STOP
             self.crawling = True
             chip.waits(self.progress)
@@ -149,9 +151,9 @@ class Motion(motion.Motion):
     async def rate_request(self, plan: Plan, step: int) -> Plan:
         """I/O REQUEST low between two steps: a new rate in a continuous motion that slews, a halt in a normal one."""
         chip = self.chip
-        low = self.request.level == 0
+        requested = self.request.is_active
         if not self.continuous:
-            if low:
+            if requested:
                 if plan is not STOP:
                     self.mark_deviation("command", "I/O REQUEST")
                 chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
@@ -159,7 +161,7 @@ class Motion(motion.Motion):
             return plan
         missed = self.request.changes - self.request_changes > 1  # low and high again between two looks
         self.request_changes = self.request.changes
-        if not low:
+        if not requested:
             if self.pending or missed:
                 when = "while the motor was ramping" if self.pending else "within one step"
                 chip.finding("request-withdrawn", f"a rate request came and went {when}: not seen")
@@ -209,28 +211,30 @@ class Motion(motion.Motion):
     async def zero_rate(self, old: int) -> Plan:
         """Rate 0 on the fly: no further step; a higher rate goes on, ABORT ends the motion (s.7)."""
         chip = self.chip
-        self.outputs.slew.play(Wave(1, (chip.clock.ps(chip.tick + self.ticks["slew_blink"]),), (0,)))
+        slew = self.outputs.slew
+        blinks = chip.clock.ps(chip.tick + self.ticks["slew_blink"])
+        slew.play(Wave(slew.inactive_level, (blinks,), (slew.active_level,)))
         self.axis.log.change(dict)  # no rate is in force
-        self.port.motion_complete.drive(0)
+        self.port.motion_complete.activate()
         higher, ending = [f"a rate above {old}"] * (old < sheet.RATE_TOP), ["abort=0"] * self.abortable
         ways = ", or ".join(higher + ending) or "RESET"
         chip.waits(f"{self.text} at rate 0: {ways}")
         poll = self.ticks["wait_poll"]
-        abort = ((self.abort, 0),) if self.abortable else ()
+        abort = (self.abort.when_active,) if self.abortable else ()
         while True:
-            if await chip.polled(self.request, 1, poll, *abort) is self.abort:
+            if await chip.polled(*self.request.when_inactive, poll, *abort) is self.abort:
                 return STOP
-            if await chip.polled(self.request, 0, poll, *abort) is self.abort:
+            if await chip.polled(*self.request.when_active, poll, *abort) is self.abort:
                 return STOP
             rate = self.taken_rate()
             self.request_changes = self.request.changes
             if rate > old:
                 break
             chip.finding("fly-zero-low", f"rate {rate} at rate 0 changes nothing: it takes {ways}")
-        self.outputs.slew.drive(1)
+        slew.deactivate()
         await self.uninhibited()
         chip.waits(self.progress)
-        self.port.motion_complete.drive(1)
+        self.port.motion_complete.deactivate()
         self.slews_at(rate)
         return profile.steady(rate, ("up", self.ramp(old, rate)))
 
@@ -242,7 +246,7 @@ class Motion(motion.Motion):
         """
         if self.select.level != 1:
             return 0
-        if self.request.level == 0:
+        if self.request.is_active:
             self.chip.finding(
                 "request-and-select", "I/O REQUEST and I/O SELECT together: the rate request goes first, no read-out"
             )

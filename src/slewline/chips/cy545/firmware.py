@@ -71,7 +71,7 @@ class Cy545(Chip):
         )
         supplied = Supplied(self._powered_up, self._cleared, self._driven)
         power_up = PowerUp(ticks["reset_pulse"], sheet.POWER_UP_PS)
-        self._supply = Supply(self, supplied, self.sheet.times, power_up, sense=1)
+        self._supply = Supply(self, supplied, self.sheet.times, power_up)
         check_crystal(self, "the sheet")
         if self._supply.powered:
             self._powered_up()

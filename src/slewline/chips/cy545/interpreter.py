@@ -100,7 +100,7 @@ class Interpreter:
                 due = max(due, chip.clock.ticks_from(chip.kernel.now))
             elif chip.tick < due:
                 chip.waits("waiting for the next sample of JOG")
-                watched = ((arbiter.port.request, 0), (arbiter.serial.arrived, None), *jog.watched)
+                watched = (arbiter.port.request.when_active, (arbiter.serial.arrived, None), *jog.watched)
                 await first_of(chip.kernel, chip.clock.ps(due), *watched)
             else:
                 await jog.step(way)

@@ -124,8 +124,8 @@ class Cy5xx(Chip):
         for name, driver in self.drivers.items():
             row = self.sheet.pin(name)
             if row.role != "ready" and (row.reset == 1 or not on):
-                driver.drive(1 if on and row.way == "out" else None)
-        self._port.rest(1 if on else None)
+                driver.drive(row.reset if on and row.way == "out" else None)
+        self._port.rest(on)
 
     def _clock_runs(self) -> None:
         """CLK/15 runs from power-up on, whatever else happens (s.13)."""

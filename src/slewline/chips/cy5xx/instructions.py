@@ -156,11 +156,11 @@ class Instructions(ParameterHandlers):
         program.waits = ends
         try:
             if ends and not program.running and request.changes == port.accepted:
-                ended = await chip.polled(self.wait, wanted, poll, (request, 1))
+                ended = await chip.polled(self.wait, wanted, poll, request.when_inactive)
                 if ended is self.wait:
                     return  # else the request of the terminator has gone away, and a new one counts
             before = request.changes
-            ended = await chip.polled(self.wait, wanted, poll, *(((request, 0),) if ends else ()))
+            ended = await chip.polled(self.wait, wanted, poll, *((request.when_active,) if ends else ()))
             if ended is request and request.changes > before:
                 port.spend(handshake=not program.running)
         finally:
@@ -201,7 +201,7 @@ class Instructions(ParameterHandlers):
         self.registers.clear()
         self.outputs.clear()
         self.outputs.turn(True)
-        self.outputs.show([1] * len(self.outputs.phases))
+        self.outputs.off()
         self.program.rest()
 
     def do_command(self) -> None:

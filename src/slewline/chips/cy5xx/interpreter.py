@@ -41,7 +41,7 @@ class Interpreter:
         port.select.watch(self._selected)
 
     def _selected(self, _net: Net) -> None:
-        if self.chip.task is not None and self.port.ready.net.level == 0 and not self.program.motion.moving:
+        if self.chip.task is not None and self.chip.pins["ready"].net.is_inactive and not self.program.motion.moving:
             self.chip.finding("select-while-busy", "I/O SELECT changed while READY is low: it counts at the next READY")
 
     def lead(self, row: Row) -> int:
@@ -116,7 +116,7 @@ class Interpreter:
         due = program.run_fell + self.ticks["first_instruction"]
         while program.pc is not None:
             program.at = program.pc
-            if program.prog_in.level == 0:
+            if program.prog_in.is_active:
                 await self.live_commands()
                 due = chip.tick
                 continue
@@ -138,7 +138,7 @@ class Interpreter:
             chip.finding("end-of-program", f"no instruction at byte {at}: run mode, nothing to execute")
         way = "a live 0 or RESET" if program.takes_live else "RESET"
         chip.waits(f"run mode with nothing to execute, waiting for {way}")
-        await chip.polled(program.prog_in, 0, self.ticks["wait_poll"])
+        await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
         """One instruction: its time passes first, then it acts.  The first one acts 60 µs after RUN fell."""
@@ -173,7 +173,7 @@ class Interpreter:
             while program.pc is not None:
                 command = await self.next_command()
                 await self.execute(command)
-                if program.prog_in.level == 1:
+                if program.prog_in.is_inactive:
                     break
         finally:
             program.live = False

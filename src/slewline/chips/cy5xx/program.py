@@ -37,7 +37,7 @@ class Program:
         self.prog, self.run = line_out(chip, "prog"), line_out(chip, "run")
         self.takes_live = chip.sheet.takes_live
         self.prog_in = line_in(chip, "prog" if self.takes_live else "live")  # pulled low by the host
-        self.prog_rest = None if self.takes_live else 1
+        self.prog_rest = None if self.takes_live else self.prog.inactive_level
         self.pc: int | None = None
         self.waits = False  # U or W is in progress, which look at I/O REQUEST themselves
         self.run_fell = 0  # tick at which RUN fell
@@ -62,7 +62,7 @@ class Program:
         """E: commands are stored from here on."""
         self.erase()
         self.entering = True
-        self.prog.drive(0)
+        self.prog.activate()
 
     def quit(self) -> None:
         """Q: commands are performed again."""
@@ -111,7 +111,7 @@ class Program:
             self.loop = None
         if self.pc is None:
             self.run_fell, self.at = self.chip.tick, target
-            self.run.drive(0)
+            self.run.activate()
             self.port.request.watch(self._requested)
         self.pc, self.following = target, 0
 
@@ -120,12 +120,12 @@ class Program:
         if self.pc is not None:
             self.pc = None
             self.chip.on_command("")
-            self.run.drive(1)
+            self.run.deactivate()
             self.port.request.unwatch(self._requested)
 
     def _requested(self, net: Net) -> None:
         """A running program does not see a request; only its edge can tell (watched while a program runs)."""
-        if net.level == 0 and self.prog_in.level == 1 and not (self.live or self.motion.moving or self.waits):
+        if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live
             self.chip.finding("request-while-running", f"I/O REQUEST lowered in a running program{how}: not answered")

@@ -2,7 +2,7 @@
 
 RESET low for 15 µs (at 6 MHz) is seen; after power-up it takes 10 ms, which the capacitor of fig. 9.1 gives to a chip
 whose RESET nothing drives.  The reset acts through an inner net, so it is the last thing that happens in its instant.
-A part may have RESET the other way round: `sense` is the level at which it holds.
+Its row in the sheet says at which level it is active.
 """
 
 from __future__ import annotations
@@ -46,19 +46,17 @@ class Supplied(NamedTuple):
 class Supply:
     """The supply pins and RESET.  It starts the firmware, and kills it."""
 
-    def __init__(
-        self, chip: Started, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp, sense: int = 0
-    ) -> None:
-        self.sense, self.active, self.rests = sense, *(("low", "high") if sense == 0 else ("high", "low"))
+    def __init__(self, chip: Started, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp) -> None:
         self.chip, self.supplied, self.kernel, self.clock = chip, supplied, chip.kernel, chip.clock
         self.shortest, self.power_up = times["reset_pulse"], power_up
         self.pin = chip.pins["reset"].net
+        self.active, self.rests = ("high", "low") if chip.sheet.pin("reset").active else ("low", "high")
         cold: bool = chip.options.cold
         self.powered, self.cold = not cold, cold
         self.reset_valid = False
         self.reset_fell = self.powered_at = 0
-        self.inner_reset = Driver(Net(chip.kernel, f"{chip.name}.(reset seen)"), chip.name)
-        self.inner_reset.drive(0 if cold else 1)
+        self.inner_reset = Driver(Net(chip.kernel, f"{chip.name}.(reset seen)", active=0), chip.name)
+        self.inner_reset.activate(cold)
         chip.kernel.settle()
         self.inner_reset.net.watch(self._on_inner_reset)
         self.pin.watch(self._on_reset)
@@ -75,7 +73,7 @@ class Supply:
             return
         chip.switched(on)
         self.powered, self.cold, self.reset_valid = on, True, False
-        self.inner_reset.drive(0)
+        self.inner_reset.activate()
         if on:
             self.supplied.powered_up()
             self._power_up_reset()
@@ -93,7 +91,7 @@ class Supply:
             self.kernel.call_at(charged, lambda: self._capacitor_charged(on))
             return
         self.chip.waits(f"waiting for RESET {self.active} for {self._least}")
-        if self.pin.level == self.sense:
+        if self.pin.is_active:
             self._on_reset(self.pin)
         else:
             self.chip.finding(
@@ -107,23 +105,23 @@ class Supply:
     def _capacitor_charged(self, on: int) -> None:
         """RESET ends by itself, unless something holds it by now."""
         if self.powered and self.cold and self.powered_at == on:
-            if self.pin.level == self.sense:
+            if self.pin.is_active:
                 self.reset_valid = True
             else:
                 self.cold = False
-                self.inner_reset.drive(1)
+                self.inner_reset.deactivate()
 
     def _on_reset(self, net: Net) -> None:
         if not self.powered:
             return
-        if net.level == self.sense:
+        if net.is_active:
             fell = self.reset_fell = self.kernel.now
             warm = self.clock.ps(self.clock.ticks_until(fell) + self.shortest.ticks)
             seen = fell + self.power_up.least_ps if self.cold else warm
             self.kernel.call_at(seen, lambda: self._reset_seen(fell))
         elif self.reset_valid:
             self.reset_valid = self.cold = False
-            self.inner_reset.drive(1)
+            self.inner_reset.deactivate()
         elif self.cold:
             self.chip.finding(
                 "reset-short",
@@ -135,15 +133,15 @@ class Supply:
 
     def _reset_seen(self, fell: int) -> None:
         """RESET has been active for long enough; the inner net makes the kill the last thing of the instant."""
-        if self.powered and self.pin.level == self.sense and self.reset_fell == fell:
+        if self.powered and self.pin.is_active and self.reset_fell == fell:
             self.reset_valid = True
             if self.cold:
                 self.chip.waits(f"waiting for RESET {self.rests}")
-            self.inner_reset.drive(0)
+            self.inner_reset.activate()
 
     def _on_inner_reset(self, net: Net) -> None:
         self.chip.stop()
-        if net.level == 1:
+        if net.is_inactive:
             self.chip.start()
             return
         self.supplied.cleared()

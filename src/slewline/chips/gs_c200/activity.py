@@ -14,7 +14,7 @@ class Activity:
     """
 
     def __init__(self, chip: ChipContext) -> None:
-        self.chip, self.ready = chip, chip.drivers["rdy"]
+        self.chip, self.busy = chip, chip.drivers["rdy"]  # an open collector, active while there is work
         self.clear()
 
     def clear(self) -> None:
@@ -25,13 +25,13 @@ class Activity:
     def begin(self, kind: str) -> None:
         """Begin a kind of work."""
         self.kinds.add(kind)
-        self.ready.drive(0)
+        self.busy.activate()
 
     def end(self, kind: str) -> None:
         """End a kind of work, if it is under way."""
         self.kinds.discard(kind)
         if not self.kinds:
-            self.ready.drive(None)
+            self.busy.drive(None)
 
     def works_on(self, text: str) -> None:
         """Report what has begun that is no instruction of the program; empty: it is over."""

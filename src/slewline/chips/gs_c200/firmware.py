@@ -188,7 +188,7 @@ class GsC(InLines, Chip):
         self._activity.end(START)
         self.line.listen()
         self.waits("waiting for a command")
-        if self.pins["rec"].level == 0:
+        if self.pins["rec"].net.is_active:
             self._recall_and_run()
 
     def _recall_and_run(self) -> None:

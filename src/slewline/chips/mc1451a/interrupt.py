@@ -19,13 +19,13 @@ class HostInterrupt:
             for state in self.registers.states:
                 if state.interrupts:
                     self.axis = state.number
-                    self.line.drive(0)
+                    self.line.activate()
                     return
 
     def end(self) -> None:
         """End the pending interrupt."""
         self.axis = 0
-        self.line.drive(1)
+        self.line.deactivate()
 
     def clear(self) -> None:
         """Reset: none is pending.  The line goes high with all outputs."""

@@ -81,12 +81,12 @@ class Port:
     # --------------------------------------------------------------------------------------------------------- strobes
     @property
     def _selected(self) -> bool:
-        return self.supply.powered and self.slct.level == 0
+        return self.supply.powered and self.slct.is_active
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
         """Return whether the strobe that begins now is one.  `net` is that of the other strobe."""
         now = self.kernel.now
-        if net.level == 0:
+        if net.is_active:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
             self._show(None, self.let_go_ps)
             return False
@@ -99,11 +99,11 @@ class Port:
         if not self._selected:
             self.legal = False
             return
-        if net.value == 0:
+        if net.value == net.active_level:
             self.fell_at = self.kernel.now
             self.legal = self._strobe("hostwrite", "hostread", self.reads)
             return
-        legal, self.legal = self.legal and self.reads.level != 0, False
+        legal, self.legal = self.legal and not self.reads.is_active, False
         if not legal:
             return
         width = self.kernel.now - self.fell_at
@@ -117,7 +117,7 @@ class Port:
 
     def _read(self, net: Net) -> None:
         """HostRead: show a byte on the bus while it is low."""
-        if net.value == 0:
+        if net.value == net.active_level:
             self.legal = self._selected and self._strobe("hostread", "hostwrite", self.writes)
             if self.legal and self.cmd.level == 1:
                 self.chip.finding("strobes", "hostread with hostcmd high: no transfer")
@@ -138,11 +138,12 @@ class Port:
 
     def _select(self, net: Net) -> None:
         """HostSlct: report a release later than 2 µs after the last strobe; one within a strobe ends it as none."""
-        if net.value == 1 and self.legal:
+        released = net.value == net.when_inactive[1]
+        if released and self.legal:
             self.legal = False
             self._show(None, self.let_go_ps)
         now, since = self.kernel.now, self.strobed_at
-        if net.value == 1 and since is not None:
+        if released and since is not None:
             self.strobed_at = None
             if now - since > RELEASE_PS and self.supply.powered:
                 text = f"hostslct stays low for {(now - since) / NS / 1000:g} µs after a transfer; at most 2 µs"
@@ -255,7 +256,7 @@ class Port:
         """Let HostRdy fall, and do what was asked for when it rises."""
         starts = self.supply.starts
         self.ready = False
-        self.ready_driver.put(0)
+        self.ready_driver.put(self.ready_driver.inactive_level)
         self.strobed_at = self.kernel.now
         self.activity.serve()
 
@@ -274,13 +275,13 @@ class Port:
         if not self.wanted:
             self.chip.on_command("")
         if not self.supply.restarted():
-            self.ready_driver.put(1)
+            self.ready_driver.put(self.ready_driver.active_level)
             self.activity.served()
 
     def open(self) -> None:
         """Let HostRdy rise after reset."""
         self.ready = True
-        self.ready_driver.drive(1)
+        self.ready_driver.activate()
         self.activity.begin()
 
     # ---------------------------------------------------------------------------------------------------------- packets

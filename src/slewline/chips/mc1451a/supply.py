@@ -56,7 +56,7 @@ class Supply:
         self.up_ps = self.fell_ps = self.kernel.now
         self.supplied.clock_runs()
         self._clear()
-        if self.net.level != 0:
+        if not self.net.is_active:
             self._start_in(self.reset_ticks)
 
     def _go(self) -> None:
@@ -73,7 +73,7 @@ class Supply:
         """Begin or end a reset, after all timed work of this instant."""
         if not self.powered:
             return
-        if net.value == 0:
+        if net.value == net.active_level:
             self.fell_ps = self.kernel.now
             self._clear()
             return

@@ -13,8 +13,8 @@ arithmetic, a wire is searched, a list is looked up, and a caller cannot disting
 events again: shifted by a constant (`Later`), up to an instant (`Until`), numbered from an instant on (`Since`).
 
 The answer to "when?" is `When`: an instant; `NotYet`, if the search stopped early, with the instant at which to ask
-again, before which nothing happens; or None: no event is foreseen.  NotYet is not a number, so a type checker finds code
-that takes it for an instant; code that only needs a time to wake up calls `ask_at`.
+again, before which nothing happens; or None: no event is foreseen.  NotYet is not a number, so a type checker finds
+code that takes it for an instant; code that only needs a time to wake up calls `ask_at`.
 
 Rules of this file: events are numbered from 1; an event at an instant is one by that instant; nothing has an effect.
 What a wire shows between its events is a wave (core/wires/wave.py).

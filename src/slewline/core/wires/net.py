@@ -22,7 +22,7 @@ from ..time.events import ask_at, earliest
 from ..time.hook import Hook
 from ..time.kernel import Kernel, Task
 from .views import Rested, Wired
-from .wave import Level, Promise, Wave, floats, promised
+from .wave import Edges, Level, Promise, Wave, floats, promised
 
 __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 
@@ -37,10 +37,23 @@ class Driver:
         name: the name of the chip or part, for messages.
     """
 
-    __slots__ = ("kernel", "level", "name", "net", "next", "pending", "promise", "source")
+    __slots__ = (
+        "active_level",
+        "inactive_level",
+        "kernel",
+        "level",
+        "name",
+        "net",
+        "next",
+        "pending",
+        "promise",
+        "source",
+    )
 
     def __init__(self, net: Net, name: str) -> None:
         self.net, self.kernel, self.name = net.root, net.kernel, name
+        if (active := net.active_level) is not None:
+            self.active_level, self.inactive_level = active, 1 - active
         self.level: Level = None
         self.promise: Promise | None = None
         self.next: Level | Promise = None
@@ -57,6 +70,26 @@ class Driver:
             self.pending = True
             self.net.pending_drivers += 1
             self.kernel.pending.append(self)
+
+    def activate(self, active: bool = True) -> None:
+        """Drive the net to the active level of its pin, or, with False, to the other one."""
+        self.drive(self.active_level if active else self.inactive_level)
+
+    def deactivate(self) -> None:
+        """Drive the net to the level at which its pin is not active."""
+        self.drive(self.inactive_level)
+
+    def level_when(self, active: bool) -> int:
+        """Return the level that the pin has while it is active, or, with False, while it is not."""
+        return self.active_level if active else self.inactive_level
+
+    def pulses(self, *times: int) -> Edges:
+        """Return the edges of pulses: active from the first instant (ps) to the second, the third to the fourth ..."""
+        return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)
+
+    def strobe(self, *times: int) -> None:
+        """Promise pulses, of which the first may begin now."""
+        self.play(Wave(*self.pulses(*times)))
 
     def put(self, level: Level) -> None:
         """Put a level on the net at once where nothing could notice it, else do as `drive`.
@@ -171,8 +204,11 @@ class Net:
         name: the name, such as "x.slew".
         pull: the level that a resistor gives it while nothing drives it.
         tie: the level of the standard wiring while nothing drives it; it ends when the net is joined with another.
+        active: the level at which the pin is active, from its row in the sheet; None: the row has none, and what asks
+            for the activity raises an AttributeError.
 
     Attributes:
+        when_active, when_inactive: the net with its level then, for a task to wait for.
         changes: the number of its edges, counted while it is watched.
         changed_at: the instant of the last of them, ps.
     """
@@ -180,6 +216,7 @@ class Net:
     __slots__ = (
         "_log",
         "active",
+        "active_level",
         "before_change",
         "changed_at",
         "changes",
@@ -205,11 +242,18 @@ class Net:
         "token",
         "value",
         "waiters",
+        "when_active",
+        "when_inactive",
     )  # fmt: skip
     width = 1
 
-    def __init__(self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None) -> None:
+    def __init__(
+        self, kernel: Kernel, name: str, pull: Level = None, tie: Level = None, active: int | None = None
+    ) -> None:
         self.kernel, self.name, self.pull, self.tie, self.is_net = kernel, name, pull, tie, True
+        self.active_level = active
+        if active is not None:
+            self.when_active, self.when_inactive = (self, active), (self, 1 - active)
         self.root: Net = self  # the net of a wire that its drivers tell
         self.joined: tuple[Net, ...] = ()  # all nets of a wire that has several
         self.drivers: list[Driver] = []
@@ -275,6 +319,18 @@ class Net:
     def level(self) -> Level:
         """The level that a reader sees: 0, 1 or None; in the first round of an instant, the level before it."""
         return self.value if self.promise is None else self.resolve(self.kernel.seen)
+
+    @property
+    def is_active(self) -> bool:
+        """Is the pin at its active level?  While it floats it is neither active nor inactive."""
+        level = self.value if self.promise is None else self.resolve(self.kernel.seen)
+        return level == self.when_active[1]  # type: ignore[no-any-return]
+
+    @property
+    def is_inactive(self) -> bool:
+        """Is the pin at the level at which it is not active?"""
+        level = self.value if self.promise is None else self.resolve(self.kernel.seen)
+        return level == self.when_inactive[1]  # type: ignore[no-any-return]
 
     @staticmethod
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:

@@ -298,6 +298,9 @@ missing(
     **dict.fromkeys(("low", "off", "clear"), "pin.drive(0) drives it, pin.level reads it"),
     **dict.fromkeys(("get", "read", "value", "state"), "pin.level"),
     **dict.fromkeys(("float", "free"), "pin.release()"),
+    is_active="pin.level == pin.row.active",
+    activate="pin.drive(pin.row.active)",
+    deactivate="pin.drive(1 - pin.row.active)",
     **dict.fromkeys(("toggle", "strobe"), 'pin.pulse(1, "10 us")'),
     **dict.fromkeys(("rises", "falls", "changes"), "pin.edges(1) is a condition for run_until"),
     **dict.fromkeys(

@@ -134,7 +134,7 @@ class Part(Component):
             active: the active level; None: that of the pin to which it is wired, or it has none.
         """
         row = Pin(len(self.pins) + 1, name, way, says, active=active, pull=pull, role=role, axis=axis)
-        terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull))
+        terminal = Terminal(self.name, row, Net(self.kernel, f"{self.name}.{name}", pull, active=active))
         self.pins[name] = terminal
         if way in ("out", "both"):
             driver = self.drivers[name] = Driver(terminal.net, self.name)

@@ -146,7 +146,7 @@ class Damping(Part):
 
     def _detect(self) -> None:
         """G1: the last pulse is over when both are low."""
-        self.drivers["a"].drive(int(self.high("mov") or self.high("ramp")))
+        self.drivers["a"].drive(int(self.net("mov").is_active or self.net("ramp").is_active))
 
     def _ended(self, net: Net) -> None:
         """The fall of a starts the timing generator."""

@@ -84,7 +84,7 @@ class GsD200(Part):
     @property
     def state(self) -> int:
         """The state of the translator, 1 to 8."""
-        if not self.high("reset"):
+        if self.net("reset").is_active:
             return 1
         by = self._by * self._counted.count(self.kernel.seen) + self._step * self.rule.due
         return (self._state + by) % len(STATES) + 1
@@ -111,7 +111,7 @@ class GsD200(Part):
 
     def _follow(self, clock: Events) -> None:
         """Follow another clock from now on."""
-        if not self.high("reset"):
+        if self.net("reset").is_active:
             self._state, clock = 0, NoEvents()
         self._by, self._counted = self._step, clock
         states = [STATES[(self._state + self._by * n) % len(STATES)] for n in range(len(STATES))]
@@ -229,7 +229,7 @@ class PhaseCurrent(Part):
     @property
     def transistors(self) -> tuple[bool, bool]:
         """Are Tr1 and Tr2 on?"""
-        return self.high("ramp"), not self.high("mov")
+        return self.net("ramp").is_active, not self.net("mov").is_active
 
     @property
     def amperes(self) -> float:

@@ -103,17 +103,17 @@ class BusInterface:
     @property
     def selected(self) -> bool:
         """Is the part selected?"""
-        return not self.part.high("select")
+        return self.select.is_active
 
     def _latch(self, net: Net) -> None:
-        if net.level == 0:
+        if net.is_inactive:
             self.low = self.part.byte("db")
         if self._on_latch is not None:
             self._on_latch()
 
     def _select(self, net: Net) -> None:
         self.changes()
-        if net.level == 0:
+        if net.is_active:
             self.high = self.part.byte("db")
         if self._on_select is not None:
             self._on_select()
@@ -121,10 +121,10 @@ class BusInterface:
 
     def show(self, _net: Net | None = None) -> None:
         """Drive the bus, or let go of it."""
-        byte = self.read() if self.selected and not self.part.high("rd") else None
+        byte = self.read() if self.selected and self.part.net("rd").is_active else None
         self.part.drivers["db"].drive(None if byte is None else (0xFF, byte))
 
     def _take(self, net: Net) -> None:
         self.changes()  # another driver strobes in the middle of a read
-        if net.level == 1 and self.selected and self.write is not None:
+        if net.is_inactive and self.selected and self.write is not None:
             self.write(self.part.byte("db"))

@@ -77,7 +77,7 @@ class Prom(Part):
         return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:
-        ready, loading = self.high("ready"), not self.high("load")
+        ready, loading = self.high("ready"), self.net("load").is_active
         if self._requesting and not ready:  # I/O REQUEST rises
             self._requesting = False
             if loading:

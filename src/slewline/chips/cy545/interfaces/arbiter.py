@@ -38,7 +38,7 @@ class InputArbiter:
         self.held, self.at_work = None, False
         self.port.reset()
         self.serial.killed()
-        self.port.rest(1 if powered else None)
+        self.port.rest(powered)
         self.serial.rest(1 if powered else None)
 
     # ------------------------------------------------------------------------------------------------------------- CTS
@@ -102,7 +102,7 @@ class InputArbiter:
         """Wait, idle, until a side begins a command, or one of the others ends the wait; return whether a side has."""
         self.chip.waits("waiting for a command letter")
         self.chip.idle = True
-        await first_of(self.chip.kernel, None, (self.port.request, 0), (self.serial.arrived, None), *others)
+        await first_of(self.chip.kernel, None, self.port.request.when_active, (self.serial.arrived, None), *others)
         self.chip.idle = False
         return self.pending
 
@@ -126,7 +126,7 @@ class InputArbiter:
             while True:
                 chip.waits("waiting for the rest of a command on the bus")
                 chip.idle = not self.program
-                await port.until_request(0)
+                await port.until_request(True)
                 chip.idle = False
                 byte = await port.byte()
                 if byte >= 0:

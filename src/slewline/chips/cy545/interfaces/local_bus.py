@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 PHASES = 10  # of a cycle
 SELECT, LOW, LATCH, DATA, STROBE, WRITTEN, READ, DESELECT = 1, 2, 3, 4, 5, 7, 8, 9
-AT_REST = {"xmem_sel": 1, "sw_sel": 1, "ale": 0, "rd": 1, "wr": 1}
+CONTROLS = ("xmem_sel", "sw_sel", "ale", "rd", "wr")
 ADDRESSES = 0x3F  # of the display, whose address lines are six
 
 
@@ -45,7 +45,7 @@ class LocalBus:
         self.before = max(ticks["store"] - 2 * self.fetch, 1)  # of a byte that is stored, before it is written
         self.poll = max(ticks["verify_poll"], self.fetch)
         self.timeout = ticks["verify_timeout"]
-        self.drivers = {name: chip.drivers[name] for name in AT_REST}
+        self.drivers = {name: chip.drivers[name] for name in CONTROLS}
         self.value = MemoryRead(self)
         self.busy, self.request = chip.pins["busy"].net, chip.pins["io_request"].net
 
@@ -131,8 +131,8 @@ class LocalBus:
         A host that has been answered keeps its byte until it raises IO_REQUEST; one that has not leaves the bus open.
         """
         chip = self.chip
-        if self.busy.level == 0 and self.request.level == 0:
-            await level(self.request, 1)
+        if self.busy.is_active and self.request.is_active:
+            await level(*self.request.when_inactive)
             chip.sync_forward()
         await until(chip.kernel, chip.clock.ps(chip.tick))  # the count may be ahead of this instant
         return chip.tick
@@ -143,10 +143,10 @@ class LocalBus:
 
     def _select(self, pin: str, start: int, cycles: int = 1) -> None:
         """Promise a select line for so many cycles."""
-        self.drivers[pin].wave(*self.select_wave(start, cycles))
+        self.drivers[pin].wave(*self.select_wave(pin, start, cycles))
 
     def _strobe(self, pin: str, start: int, rises: int) -> None:
-        self.drivers[pin].wave(*self.strobe_wave(start, rises))
+        self.drivers[pin].wave(*self.strobe_wave(pin, start, rises))
 
     def _address(self, start: int, low: int, high: int | None, data: Level) -> None:
         """Promise both bytes of an address, ALE, and what stands on the bus after them."""
@@ -154,18 +154,18 @@ class LocalBus:
         self.chip.bus_driver.play(Wave(*self.bus_wave(start, low, high, data)))
 
     # ---------------------------------------------------------------------------- the waves of a cycle, from its start
-    def select_wave(self, start: int, cycles: int = 1) -> Edges:
+    def select_wave(self, pin: str, start: int, cycles: int = 1) -> Edges:
         """Return what a select line shows for so many cycles."""
         rises = self.chip.clock.ps(start + self.fetch * (cycles - 1) + self._at(DESELECT))
-        return 1, (self.ps(start, SELECT), rises), (0, 1)
+        return self.drivers[pin].pulses(self.ps(start, SELECT), rises)
 
     def ale_wave(self, start: int) -> Edges:
         """Return what ALE shows."""
-        return 0, (self.ps(start, LOW), self.ps(start, LATCH)), (1, 0)
+        return self.drivers["ale"].pulses(self.ps(start, LOW), self.ps(start, LATCH))
 
-    def strobe_wave(self, start: int, rises: int) -> Edges:
+    def strobe_wave(self, pin: str, start: int, rises: int) -> Edges:
         """Return what RD or WR shows."""
-        return 1, (self.ps(start, STROBE), self.ps(start, rises)), (0, 1)
+        return self.drivers[pin].pulses(self.ps(start, STROBE), self.ps(start, rises))
 
     def bus_wave(self, start: int, low: int, high: int | None, data: Level) -> Edges:
         """Return what the chip has on the data bus: both bytes of an address, and what is to be written."""
@@ -214,7 +214,7 @@ class MemoryRead(Leader):
         if exchange is None:
             return False
         self.first = not exchange.by_value
-        if self.first and any(end.select.level == 0 for end in self.ends):
+        if self.first and any(end.select.is_active for end in self.ends):
             return False
         if not exchange.begin():
             return False
@@ -240,9 +240,9 @@ class MemoryRead(Leader):
         (self.memory,) = selected
         bus, drivers = self.bus, self.bus.drivers
         led = {
-            drivers["xmem_sel"]: lambda: Wave(*bus.select_wave(self.start)),
+            drivers["xmem_sel"]: lambda: Wave(*bus.select_wave("xmem_sel", self.start)),
             drivers["ale"]: lambda: Wave(*bus.ale_wave(self.start)),
-            drivers["rd"]: lambda: Wave(*bus.strobe_wave(self.start, READ)),
+            drivers["rd"]: lambda: Wave(*bus.strobe_wave("rd", self.start, READ)),
             self.chip.bus_driver: lambda: Wave(*bus.bus_wave(self.start, *divmod(self.address, 256)[::-1], None)),
         }
         return Exchange(led, {self.memory.driver: self._answer}, ends, self._withdrawn)
@@ -250,7 +250,7 @@ class MemoryRead(Leader):
     def _answer(self) -> Wave:
         """Return what the memory shows on the bus."""
         byte = self.memory.read()
-        _, times, _ = self.bus.strobe_wave(self.start, READ)
+        _, times, _ = self.bus.strobe_wave("rd", self.start, READ)
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:

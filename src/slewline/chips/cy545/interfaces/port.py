@@ -46,18 +46,18 @@ class ParallelPort:
         self.open = False  # BUSY is low for a byte of the host
         self.host_is_next = False  # the chip waits for IO_REQUEST, in the middle of a command or of a message
         self.served = -1  # changes of IO_REQUEST when that byte was asked for
-        self.rest(1)
+        self.rest(True)
         self.bits.fpl(1)
 
-    def rest(self, level: int | None) -> None:
-        """Put a level on BUSY, None without supply; and let go of the bus."""
-        self.busy.drive(level)
+    def rest(self, powered: bool) -> None:
+        """Let BUSY be high, or go without supply; and let go of the bus."""
+        self.busy.drive(self.busy.inactive_level if powered else None)
         self.bus_driver.drive(None)
 
     @property
     def asked(self) -> bool:
         """Does the host ask for a handshake that has not begun?"""
-        return self.request.level == 0 and not (self.open and self.request.changes == self.served)
+        return self.request.is_active and not (self.open and self.request.changes == self.served)
 
     # --------------------------------------------------------------------------------------------------------- bytes in
     async def byte(self, running: bool = False) -> int:
@@ -81,7 +81,7 @@ class ParallelPort:
                 "missing-ff",
                 f"a program runs, and the first handshake brought {byte:#04x}; the host should leave the bus open",
             )
-        self.busy.drive(0)
+        self.busy.activate()
         self.open, self.served = True, fell
         chip.waits("handling a byte")
         return byte
@@ -97,14 +97,14 @@ class ParallelPort:
             return
         if request.changes == self.served:
             chip.waits("waiting for io_request=1 (then BUSY rises)")
-            await self.until_request(1)
+            await self.until_request(False)
         rose = request.changed_at if request.changes == self.served + 1 else self.kernel.now
         chip.sync_forward()
         await chip.at_tick(self.clock.ticks_from(rose) + self.ticks["busy_end"])
-        if request.level == 0:
+        if request.is_active:
             chip.finding("early-request", "IO_REQUEST was lowered while BUSY was low: it is served now")
         self.open = False
-        self.busy.drive(1)
+        self.busy.deactivate()
 
     # -------------------------------------------------------------------------------------------------------- bytes out
     async def send(self, message: bytes, each: bool) -> None:
@@ -124,7 +124,7 @@ class ParallelPort:
         chip, request = self.chip, self.request
         chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
         await next_round(self.kernel)  # a host that asks already, with a letter, lets go of the bus as FPL falls
-        await self.until_request(0)
+        await self.until_request(True)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
         chip.sync_forward()
         answer = chip.tick + delay
@@ -138,12 +138,12 @@ class ParallelPort:
             self.bus_driver.drive(None)
             self.bits.fpl(0)
             return False
-        self.busy.drive(0)
+        self.busy.activate()
         self.bus.resolve(
             self.kernel.seen
         )  # a host that drives the bus as well is found, whether anything samples it or not
         chip.waits("waiting for io_request=1 (the host has to read the byte on the bus)")
-        await self.until_request(1)
+        await self.until_request(False)
         self.bus_driver.drive(None)
         self.bits.bus_used()
         chip.sync_forward()
@@ -152,13 +152,14 @@ class ParallelPort:
             await chip.at_tick(end - lead)
             self.bits.fpl(1)
         await chip.at_tick(end)
-        self.busy.drive(1)
+        self.busy.deactivate()
         if last:  # FPL is seen high, however soon there is more
             await chip.ticks(lead)
         return True
 
-    async def until_request(self, wanted: int) -> None:
+    async def until_request(self, active: bool) -> None:
         """Wait until the host has lowered IO_REQUEST, or raised it."""
-        self.host_is_next = self.request.level != wanted
-        await level(self.request, wanted)
+        request, wanted = self.request.when_active if active else self.request.when_inactive
+        self.host_is_next = request.level != wanted
+        await level(request, wanted)
         self.host_is_next = False

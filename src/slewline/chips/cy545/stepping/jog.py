@@ -61,7 +61,7 @@ class Jog:
         if level is None:
             return None
         way = -1 if level else 1
-        return way if self.limits[self.outputs.expected(way)].level == 1 else None
+        return way if self.limits[self.outputs.expected(way)].is_inactive else None
 
     async def step(self, way: int) -> None:
         """Make a step in a direction; return when the line is due to be looked at again, a period later."""

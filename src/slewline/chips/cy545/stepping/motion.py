@@ -55,14 +55,14 @@ class Stepping(motion.Motion):
 
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now, each with the level that would be a change."""
-        return [(self.limits[self.sign], 0), (self.ccw, 1 if self.sign > 0 else 0)]
+        return [self.limits[self.sign].when_active, (self.ccw, 1 if self.sign > 0 else 0)]
 
     def refused(self) -> bool:
         """Return whether the limit of the present direction is low; it ends the motion."""
         sign = self.outputs.sign
         if sign != self.sign:
             self.sign, self.fresh = sign, True
-        if self.limits[sign].level == 1:
+        if self.limits[sign].is_inactive:
             return False
         self.limited = True
         self.mark_deviation("limit", "CW_LIMIT" if sign > 0 else "CCW_LIMIT")
@@ -78,8 +78,8 @@ class Stepping(motion.Motion):
     async def come_to_rest(self, why: Why | None = None) -> None:
         """The last step is over: STOPPED rises later, and the motion is over."""
         self.settle()
-        self.outputs.pulse.drive(1)
-        self.outputs.slew.drive(1)
+        self.outputs.pulse.deactivate()
+        self.outputs.slew.deactivate()
         self.chip.waits(f"waiting for STOPPED high after {self.text}")
         await self.chip.ticks(self.ticks["hold"])
         self.shows(False)
@@ -135,9 +135,9 @@ class Motion(Stepping):
     async def released(self) -> None:
         """INHIBIT_ABORT low holds the motion, however long."""
         chip = self.chip
-        while self.inhibit_abort.level == 0:
+        while self.inhibit_abort.is_active:
             chip.waits(f"{self.text} held by inhibit_abort=0")
-            await first_of(self.kernel, None, (self.inhibit_abort, 1))
+            await first_of(self.kernel, None, self.inhibit_abort.when_inactive)
             chip.sync()
             await chip.ticks(max(self.ticks["inhibit_release"] - self.lead, 1))
 
@@ -145,7 +145,7 @@ class Motion(Stepping):
         """Look at the limit, and at SLEW; return whether there is a step to take."""
         if self.refused():
             return False
-        self.endless = self.registers.continuous or self.slew.level == 0
+        self.endless = self.registers.continuous or self.slew.is_active
         if not self.number and not self.endless and self.text == "G":
             self.chip.finding("no-steps", "G with N 0: no step to take")
         return self.endless or self.number > 0
@@ -173,7 +173,7 @@ class Motion(Stepping):
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now; on the way down to the first rate INHIBIT_ABORT does not."""
         pairs = super().watched()
-        return pairs if self.aborted and self.leg == "down" else [*pairs, (self.inhibit_abort, 0)]
+        return pairs if self.aborted and self.leg == "down" else [*pairs, self.inhibit_abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
         """Look at the limit and at INHIBIT_ABORT before a step begins; an empty plan: stop."""
@@ -181,7 +181,7 @@ class Motion(Stepping):
             return plan  # on the target
         if self.refused():
             return STOP
-        if self.inhibit_abort.level == 1:
+        if self.inhibit_abort.is_inactive:
             return plan
         again, self.aborted = self.aborted, True
         if not again:

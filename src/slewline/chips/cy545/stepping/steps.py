@@ -32,6 +32,14 @@ class Weak:
         """Pull the pin low, or let it go."""
         self.driver.drive(0 if level == 0 else None)
 
+    def activate(self, active: bool = True) -> None:
+        """Let the pin be active, or not."""
+        self.drive(self.driver.level_when(active))
+
+    def deactivate(self) -> None:
+        """Let the pin not be active."""
+        self.activate(False)
+
 
 class StepOutputs(steps.StepOutputs):
     """PULSE, CCW, STOPPED and SLEW; and what began the motor's motions."""
@@ -50,9 +58,9 @@ class StepOutputs(steps.StepOutputs):
     def clear(self) -> None:
         """RESET and I: everything is at rest."""
         super().clear()
-        self.pulse.drive(1)
+        self.pulse.deactivate()
         self.moving(False)
-        Weak(self.chip.drivers["slew"]).drive(1)
+        Weak(self.chip.drivers["slew"]).deactivate()
         self.point(self.registers.clockwise)
 
     def turn(self, clockwise: bool) -> None:
@@ -89,7 +97,7 @@ class StepOutputs(steps.StepOutputs):
     def moving(self, on: bool) -> None:
         """Drive STOPPED, now; what was to become of it later is off."""
         self.ways += 1
-        self.stopped.drive(0 if on else 1)
+        self.stopped.activate(not on)
 
     def stops(self, tick: int, motion: int) -> None:
         """A step ends at a tick: if no other one follows by then, STOPPED rises later, and a motion is over."""

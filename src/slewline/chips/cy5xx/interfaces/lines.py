@@ -7,14 +7,14 @@ from ....core.wires.net import Driver, Net
 
 
 def line_in(chip: ChipContext, name: str, level: int = 1) -> Net:
-    """Return the net of an input; of one that the part lacks, a net that always has a level."""
+    """Return the net of an input; of one that the part lacks, a net that always has a level, and is never active."""
     if name in chip.pins:
         return chip.pins[name].net
-    return Net(chip.kernel, f"{chip.name}.({name})", tie=level)
+    return Net(chip.kernel, f"{chip.name}.({name})", tie=level, active=1 - level)
 
 
 def line_out(chip: ChipContext, name: str) -> Driver:
     """Return the driver of an output; of one that the part lacks, one of a net that is not seen."""
     if name in chip.drivers:
         return chip.drivers[name]
-    return Driver(Net(chip.kernel, f"{chip.name}.({name})"), chip.name)
+    return Driver(Net(chip.kernel, f"{chip.name}.({name})", active=0), chip.name)

@@ -32,6 +32,7 @@ class BusPort:
         names = ("ready", "instrobe", "outstrobe", "motion_complete")
         self.ready, self.instrobe, self.outstrobe, self.motion_complete = (line_out(chip, name) for name in names)
         self.strobe, self.width, self.busy = (ticks[name] for name in ("instrobe_delay", "strobe_width", "busy_delay"))
+        self.strobed = self.instrobe.active_level, self.instrobe.inactive_level  # at a strobe
         self.sample = self.strobe + self.width  # the bus is read at the rising edge of INSTROBE
         self.request.latched = self.select.latched = True  # `value` is what a look sees
         self.ascii = True  # pin 36, as it was with the command letter
@@ -45,18 +46,18 @@ class BusPort:
         self.accepted = self.ended_wait = -1  # changes of I/O REQUEST: with the last byte, when it ended U or W
 
     # ----------------------------------------------------------------------------------------------------------- READY
-    def rest(self, level: int | None) -> None:
-        """Drive READY to 1 in reset; let go of it and of the bus without supply."""
-        self.ready.drive(level)
+    def rest(self, powered: bool) -> None:
+        """Drive READY high in reset; let go of it and of the bus without supply."""
+        self.ready.drive(self.ready.active_level if powered else None)
         self.bus_driver.drive(None)
 
     def close(self) -> None:
         """READY falls: the chip is busy with a motion."""
-        self.ready.drive(0)
+        self.ready.deactivate()
 
     def open(self) -> None:
         """READY rises: the next byte may come."""
-        self.ready.drive(1)
+        self.ready.activate()
 
     async def finish(self, tick: int) -> None:
         """End the handshake: READY returns at a tick, but not before I/O REQUEST has been high (s.7)."""
@@ -67,11 +68,11 @@ class BusPort:
         if request.changes > self.accepted:
             if request.changed_at < self.busy_ps:
                 chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte counts")
-        elif request.value == 0:
+        elif request.is_active:
             chip.waits("waiting for io_request=1 (then READY rises)")
-            await level(request, 1)
+            await level(*request.when_inactive)
             chip.sync()
-        self.ready.put(1)
+        self.ready.put(self.ready.active_level)
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, awaited: str, letter: bool, idle: bool, live: bool) -> int:
@@ -87,17 +88,17 @@ class BusPort:
         """
         chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
         while True:
-            if request.value != 0:
+            if request.value != request.active_level:
                 chip.idle = idle
                 chip.waits(f"waiting for {awaited}")
-                others = self.others if letter else ()
-                woken = await (first_of(kernel, None, (request, 0), *others) if others else level(request, 0))
+                others, asked = self.others if letter else (), request.when_active
+                woken = await (first_of(kernel, None, asked, *others) if others else level(*asked))
                 chip.idle = False
                 if woken is not None and woken is not request:
                     return -1
             elif request.changes == self.ended_wait and not live:
                 chip.waits("waiting for io_request=1 (its low ended a wait)")
-                await level(request, 1)  # it has had its effect; it brings no byte
+                await level(*request.when_inactive)  # it has had its effect; it brings no byte
                 continue
             else:
                 self.early(live)
@@ -107,14 +108,14 @@ class BusPort:
                 continue
             chip.tick = tick + self.sample
             at = ps(chip.tick)
-            self.instrobe.wave(1, (ps(tick + self.strobe), at), (0, 1))
+            self.instrobe.wave(self.strobed[1], (ps(tick + self.strobe), at), self.strobed)
             await until(kernel, at)
-            if request.value == 1:
+            if request.value == request.when_inactive[1]:
                 chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                 continue
             byte = self.accept(letter)
             await until(kernel, self.busy_ps)
-            self.ready.put(0)
+            self.ready.put(self.ready.inactive_level)
             return byte
 
     def early(self, live: bool) -> None:
@@ -133,8 +134,8 @@ class BusPort:
         chip.tick = self.busy_from = chip.tick + self.busy
         self.busy_ps = self.clock.ps(chip.tick)
         chip.waits("handling a byte")
-        if self.motion_complete.net.value != 1:
-            self.motion_complete.drive(1)
+        if self.motion_complete.net.value != self.motion_complete.inactive_level:
+            self.motion_complete.deactivate()
         byte: int = self.bus.byte
         return byte
 
@@ -145,11 +146,11 @@ class BusPort:
         self.accepted = request.changes
         strobe = chip.tick + self.strobe
         self.bus_driver.play(Wave(None, (ps(strobe - width),), ((0xFF, byte),)))
-        self.outstrobe.play(Wave(1, (ps(strobe), ps(strobe + width)), (0, 1)))
+        self.outstrobe.strobe(ps(strobe), ps(strobe + width))
         self.busy_from = strobe + width + self.busy
         self.busy_ps = ps(self.busy_from)
-        self.ready.wave(1, (self.busy_ps,), (0,))
-        self.motion_complete.drive(1)
+        self.ready.wave(self.ready.active_level, (self.busy_ps,), (self.ready.inactive_level,))
+        self.motion_complete.deactivate()
         chip.waits("waiting for io_request=1 (after a verify byte)")
         await chip.at_tick(self.busy_from + width)
         self.bus.resolve(
@@ -158,14 +159,14 @@ class BusPort:
         if request.changes > self.accepted and request.changed_at < self.busy_ps:
             chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
         if request.changes == self.accepted:
-            await level(request, 1)
+            await level(*request.when_inactive)
             chip.sync()
         strobe = chip.tick + self.strobe
-        self.outstrobe.play(Wave(1, (ps(strobe), ps(strobe + width)), (0, 1)))
+        self.outstrobe.strobe(ps(strobe), ps(strobe + width))
         self.bus_driver.play(Wave((0xFF, byte), (ps(strobe + width),), (None,)))
         await chip.at_tick(strobe + width + self.busy)
         self.bus_driver.drive(None)
-        self.ready.drive(1)
+        self.ready.activate()
 
     # ---------------------------------------------------------------------------------------- requests without a byte
     def ignore(self) -> None:
@@ -183,7 +184,7 @@ class BusPort:
         """Read the byte on the bus now, with one INSTROBE pulse."""
         byte: int = self.bus.byte
         end = self.clock.ps(self.chip.tick + self.width)
-        self.instrobe.play(Wave(1, (self.kernel.now, end), (0, 1)))
+        self.instrobe.strobe(self.kernel.now, end)
         return byte
 
     def show(self, word: int, delay: int, apart: int) -> None:
@@ -197,7 +198,7 @@ class BusPort:
         high = self.chip.tick + delay
         low = high + apart
         falls = high + apart // 2  # MOTION COMPLETE, between the two strobes
-        self.outstrobe.play(Wave(1, (ps(high), ps(high + width), ps(low), ps(low + width)), (0, 1, 0, 1)))
-        self.motion_complete.play(Wave(1, (ps(falls), ps(falls + apart)), (0, 1)))
+        self.outstrobe.strobe(ps(high), ps(high + width), ps(low), ps(low + width))
+        self.motion_complete.strobe(ps(falls), ps(falls + apart))
         levels = ((0xFF, word >> 8), (0xFF, word & 0xFF), None)
         self.bus_driver.play(Wave(None, (ps(high), ps(falls), ps(falls + apart)), levels))

@@ -84,7 +84,7 @@ class Motion:
 
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now, each with the level that would be a change."""
-        return [(self.inhibit, 1)]
+        return [self.inhibit.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
         """Look at the inputs before a step begins, and wait if one of them holds it.
@@ -141,7 +141,7 @@ class Motion:
 
     def shows(self, moving: bool) -> None:
         """Show that a motion is under way, or complete."""
-        self.port.motion_complete.drive(1 if moving else 0)
+        self.port.motion_complete.activate(not moving)
 
     def mark_deviation(self, kind: str, text: str) -> None:
         """Something makes the motion another one than it was to be."""
@@ -150,15 +150,15 @@ class Motion:
 
     async def uninhibited(self) -> None:
         """Before the first step: STEP INHIBIT high holds it, with PULSE high."""
-        if self.inhibit.level == 1:
+        if self.inhibit.is_active:
             self.chip.waits(f"{self.text} held by {self.holder}=1")
-            await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+            await self.chip.polled(*self.inhibit.when_inactive, self.ticks["inhibit_poll"])
 
     async def end(self) -> None:
         """The last step is over: outputs rest, MOTION COMPLETE falls, READY may follow."""
         self.settle()
-        self.outputs.pulse.drive(1)
-        self.outputs.slew.drive(1)
+        self.outputs.pulse.deactivate()
+        self.outputs.slew.deactivate()
         self.shows(False)
         self.axis.log.end()
         self.moving = False
@@ -192,7 +192,7 @@ class Motion:
                     self.axis.log.stop()
                 return
             leg = plan.leg(step)
-            self.outputs.slew.drive(0 if leg.name == "slew" else 1)
+            self.outputs.slew.activate(leg.name == "slew")
             stretch = self.stretched(leg.name)
             if fresh or stretch:
                 self.schedule(plan, step, stretch)
@@ -271,18 +271,18 @@ class Motion:
 
         Returns whether the step has become longer.
         """
-        if self.inhibit.level != 1:
+        if not self.inhibit.is_active:
             return False
         self.chip.waits(f"{self.text} held by {self.holder}=1")
         self.mark_deviation("event", "STEP INHIBIT")
         if self.held_high:
-            self.outputs.pulse.drive(1)
-        await self.chip.polled(self.inhibit, 0, self.ticks["inhibit_poll"])
+            self.outputs.pulse.deactivate()
+        await self.chip.polled(*self.inhibit.when_inactive, self.ticks["inhibit_poll"])
         await self.rises()
         return True
 
     async def rises(self) -> None:
         """PULSE rises now: the step ends, and the next one begins when it has been high for long enough."""
-        self.outputs.pulse.drive(1)
+        self.outputs.pulse.deactivate()
         await self.chip.ticks(self.high)
         self.chip.waits(self.progress)

@@ -74,7 +74,7 @@ class Instructions(instructions.ParameterHandlers):
 
     def do_til(self) -> None:
         """T: run the program from its start while DOWHILE is low."""
-        if self.dowhile.level == 0:
+        if self.dowhile.is_active:
             self.do_doitnow()
 
     def do_factor(self, factor: int) -> None:

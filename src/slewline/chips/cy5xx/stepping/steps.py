@@ -47,6 +47,11 @@ class StepOutputs:
         for driver, level in zip(self.phases, levels, strict=True):
             driver.drive(level)
 
+    def off(self) -> None:
+        """Energise no phase."""
+        for driver in self.phases:
+            driver.deactivate()
+
     def step(self, steps: int) -> None:
         """Move the pattern pointer by steps, positive clockwise, and show the pattern."""
         registers = self.registers

@@ -19,14 +19,14 @@ class StepLines:
 
     def rest(self) -> None:
         """Let MOV and RAMP fall together."""
-        self.mov.drive(0)
-        self.ramp.drive(0)
+        self.mov.deactivate()
+        self.ramp.deactivate()
 
     async def pulse_reset(self) -> None:
         """Reset the driver: RESET low for 400 µs."""
-        self.reset.drive(0)
+        self.reset.activate()
         await until(self.kernel, self.kernel.now + self.reset_ps)
-        self.reset.drive(1)
+        self.reset.deactivate()
 
 
 class UserLines:

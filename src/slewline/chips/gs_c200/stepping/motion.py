@@ -48,8 +48,8 @@ class Motion:
         self.fresh = False  # no step has been made
         self.number: int | None = None  # steps of the motion; None: no end but that of the counter
         self.limit = OPEN  # steps to that
-        self.stop_net = Net(self.kernel, f"{chip.name}.stop")
-        self.stop = Driver(self.stop_net, chip.name)  # 1: come to rest
+        self.stop_net = Net(self.kernel, f"{chip.name}.stop", active=1)
+        self.stop = Driver(self.stop_net, chip.name)  # active: come to rest
 
     # ----------------------------------------------------------------------------------------------------- motions
     async def move(self, number: int, sign: int, text: str) -> None:
@@ -80,7 +80,7 @@ class Motion:
             await until(kernel, kernel.now + every)  # the first look is over
             await polled(kernel, watched, 0, every)
             self.counter.log.mark("event", input_name(watched))
-            self.stop.drive(1)
+            self.stop.activate()
 
         watcher = kernel.spawn(watch, name=f"{self.chip.name} watches {watched.name}")
         try:
@@ -95,7 +95,7 @@ class Motion:
         self.counter.axis.homing = sign
         try:
             for switch, way, kind in ((lines.eot, sign, "limit"), (lines.home, -sign, "home")):
-                if switch.level != 0:
+                if not switch.is_active:
                     await self.play(profile.steady(profile.period(self.counter.made.start_stop)), way, switch)
                 self.counter.log.mark(kind, input_name(switch))
         finally:
@@ -107,7 +107,7 @@ class Motion:
         """Begin a motion."""
         self.moving, self.stopped, self.text = True, False, text
         self.fresh = True
-        self.stop.drive(0)
+        self.stop.deactivate()
         self.chip.waits(f"{text} in motion")
 
     def rest(self) -> None:
@@ -118,7 +118,7 @@ class Motion:
 
     def come_to_rest(self) -> None:
         """Z: end the motion with a ramp."""
-        self.stop.drive(1)
+        self.stop.activate()
 
     async def kill(self) -> None:
         """End the motion without a ramp; the pulse in progress is completed.  The counter keeps what was issued."""
@@ -156,26 +156,26 @@ class Motion:
         lines, counter, kernel = self.lines, self.counter, self.kernel
         self.playing = None  # of this plan nothing is played yet
         lines.dir.drive(int(sign > 0))
-        lines.mov.drive(1)
-        lines.ramp.drive(int(bool(plan.steps) and plan.leg(0).name in RAMPS))
+        lines.mov.activate()
+        lines.ramp.activate(bool(plan.steps) and plan.leg(0).name in RAMPS)
         await until(kernel, kernel.now + self.setup)
         step, fresh, stopping = 0, True, False
         while step < plan.steps:
-            if switch is not None and switch.level == 0:
+            if switch is not None and switch.is_active:
                 return kernel.now
-            if self.stop_net.level == 1 and not stopping:
+            if self.stop_net.is_active and not stopping:
                 counter.mark_deviation()
                 room, plan = plan.steps - step, profile.stopped(plan, step)
                 self.stopped = plan.steps <= room
                 plan, step, fresh, stopping = profile.within(plan, room), 0, True, True
                 continue
-            if lines.enable.level == 0:
+            if lines.enable.is_inactive:
                 counter.mark_deviation("event", "ENABLE")
                 await self.held(not stopping)
                 fresh = True
                 continue
             leg = plan.leg(step)
-            lines.ramp.drive(int(leg.name in RAMPS))
+            lines.ramp.activate(leg.name in RAMPS)
             if fresh:
                 self.schedule(plan, step, sign)
             step, fresh = await self.until_sample(leg.end, plan.steps, switch), False
@@ -207,11 +207,11 @@ class Motion:
         decision = None if steps >= OPEN and last else playing.until
         if last and steps < OPEN:
             decision = train.end(steps - 1 - self.base) + self.width
-        watched: list[tuple[Net, int | None]] = [(lines.enable, 0)]
-        if self.stop_net.level != 1:
-            watched.append((self.stop_net, 1))
+        watched: list[tuple[Net, int | None]] = [lines.enable.when_inactive]
+        if not self.stop_net.is_active:
+            watched.append(self.stop_net.when_active)
         if switch is not None:
-            watched.append((switch, 0))
+            watched.append(switch.when_active)
         if await first_of(kernel, decision, *watched) is None:
             return stop
         following = train.count(kernel.now)
@@ -229,10 +229,10 @@ class Motion:
         chip, kernel, enable = self.chip, self.kernel, self.lines.enable
         chip.waits(f"{self.text} held by enable=0")
         if stoppable:
-            await first_of(kernel, None, (enable, 1), (self.stop_net, 1))
-            if enable.level == 0:
+            await first_of(kernel, None, enable.when_active, self.stop_net.when_active)
+            if enable.is_inactive:
                 return
         else:
-            await level(enable, 1)
+            await level(*enable.when_active)
         await until(kernel, kernel.now + self.release)
         chip.waits(f"{self.text} in motion")

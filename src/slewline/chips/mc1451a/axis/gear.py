@@ -79,5 +79,6 @@ class ElectronicGear:
             pulses.sign = 1 if displaced > 0 else -1
             self.generator.schedule(n, Linear(abs(displaced)), CycleRun(1, abs(displaced)))
         stepped = pulses.sign * pulses.lead + abs(displaced) >= ONE
-        if self.at_rest.next != int(not stepped):
-            self.at_rest.drive(int(not stepped))
+        rest = self.at_rest.level_when(not stepped)
+        if self.at_rest.next != rest:
+            self.at_rest.drive(rest)

@@ -114,9 +114,9 @@ class Trajectory:
             generator.go_on(n)
         elif pulses.law is not None:
             pulses.move(n)
-        rest = not self.state.in_motion
+        rest = self.at_rest.level_when(not self.state.in_motion)
         if self.at_rest.next != rest:
-            self.at_rest.drive(int(rest))
+            self.at_rest.drive(rest)
 
     def look_at_encoder(self, n: int) -> None:
         """Detect a stall."""
