@@ -60,7 +60,6 @@ class DriveCommand(ServeCommand):
     panel: str | None = None
 
     def perform(self) -> int:
-        """Do it, until a signal ends it; returns the exit status."""
         ports = [] if self.check else self.check_options()
         with ExitStack() as stack:
             folder = self._folder(stack)
@@ -87,7 +86,6 @@ class DriveCommand(ServeCommand):
         return 0
 
     def check_options(self) -> list[tuple[str, str]]:
-        """Refuse options that exclude each other; return the ports that are asked for."""
         if self.control and self.allow_remote:
             raise click.UsageError(
                 "--control and --allow-remote: any client that reaches the control port can move a real motor; leave "
