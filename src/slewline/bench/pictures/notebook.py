@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...errors import SlewlineError
-from .drawing import PictureOptions
+from .options import PICTURE
 
 if TYPE_CHECKING:
     from .drawing import Pictures
@@ -22,7 +22,7 @@ def plot_of(pictures: Pictures) -> str | None:
     if not recorded and not any(any(motor.played(motor.since, pictures.kernel.now)) for motor in motors):
         return None
     try:
-        contents = pictures.contents(PictureOptions(pins=None if recorded <= MOST_PINS else []))
+        contents = pictures.contents(PICTURE | {"pins": None if recorded <= MOST_PINS else []})
         picture = figure(contents)
     except SlewlineError:
         return None
