@@ -323,9 +323,7 @@ class Bench:
 
     def _repr_svg_(self) -> str | None:
         """Return what a notebook shows, the plot; None, and it shows the `repr`: there is nothing to draw yet."""
-        from .pictures.notebook import plot_of
-
-        return plot_of(self._pictures)
+        return self._pictures.svg()
 
     readings = delegate("_pictures", Pictures.readings)
     timing = delegate("_diagrams", TimingDiagrams.timing)

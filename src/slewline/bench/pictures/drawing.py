@@ -12,9 +12,10 @@ from ...core.motion.axis import Steps
 from ...core.motion.motions import Mark
 from ...core.motion.one_axis import OneAxis
 from ...core.time.timebase import Time, moment, readable
-from ...errors import UnknownName, UsageError
+from ...errors import SlewlineError, UnknownName, UsageError
 from ...parts.base.part import Part
 from .curves import Chosen, chosen, first_step, moments_of, moving_from_to
+from .options import PICTURE, Picture
 from .signals import Signals
 
 if TYPE_CHECKING:
@@ -26,12 +27,12 @@ if TYPE_CHECKING:
     from ...record.pictures.tracks import Track
     from ...record.recording.traces import Trace
     from ...record.style import TimeAxis
-    from .options import Picture
     from .waveforms import FilePath
 
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
 MAX_PHASED = 100  # motions, above which their phases would be narrower than their names
 MAX_NOTES = 4  # lines of parameters
+MOST_PINS = 12  # of more recorded pins a notebook shows none: they are drawn by bench.plot
 MAX_VALUES = 3  # of a parameter that are written, of motions in which it differs
 
 AxisNames = Sequence[int | str] | int | str | None
@@ -59,6 +60,21 @@ class Pictures:
         contents = self.contents(options)
         picture = figure(contents, width=options["width"], dark=options["dark"])
         save(picture, path, contents.title, description_of(picture), options["dark"])
+
+    def svg(self) -> str | None:
+        """Return what a notebook shows of a bench; None where nothing has moved, or matplotlib is missing."""
+        from ...record.pictures.figures import description_of, figure
+        from ...record.pictures.pictures import drawn
+
+        recorded, motors = len(self.signals.recorded), [axis.motor for _, _, axis in self.circuit.axes()]
+        if not recorded and not any(any(motor.played(motor.since, self.kernel.now)) for motor in motors):
+            return None
+        try:
+            contents = self.contents(PICTURE | {"pins": None if recorded <= MOST_PINS else []})
+            picture = figure(contents)
+        except SlewlineError:
+            return None
+        return drawn(picture, "svg", contents.title, description_of(picture)).decode("utf-8")
 
     def readings(
         self,
