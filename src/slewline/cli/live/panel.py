@@ -16,7 +16,7 @@ from ..dialects import foreign
 from ..files import Refused, chip_of, is_bench, read_program, say_replaced
 from ..single import single
 from .process import PanelProcess, kept_journal
-from .serve import open_bench_file, say, show_ports, signals
+from .serve import open_bench_file, remark, show_ports, signals
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -82,7 +82,7 @@ class PanelCommand:
                 signal.signal(number, lambda *_: panel.stop())
             panel.attach(address)
             self.tell(panel)
-            while panel.wait() and not panel.stopped and panel.replace(lambda text: say(f"slewline: {text}")):
+            while panel.wait() and not panel.stopped and panel.replace(remark):
                 panel.attach(address)
                 show_ports([("panel", panel.url)])
         return 0
@@ -129,7 +129,7 @@ class PanelCommand:
         from ...links.server import Server
 
         pace = Paced(bench, self.rate or "1")
-        return Server(bench, pace, None, self.allow_remote, lambda text: say(f"slewline: {text}"))
+        return Server(bench, pace, None, self.allow_remote, remark)
 
     def new_bench(self) -> Bench:
         """Return the bench, with its hosts."""
@@ -146,7 +146,7 @@ class PanelCommand:
             return single(what, strap=dict(self.strap), journal=self.journal)
         text, part, self.has_program = read_program(what), chip_of(what, self.chip), True
         if says := foreign(text, what, part, sheet_of(part)):
-            say(f"slewline: {says}")
+            remark(says)
         return single(part, (text, what), strap=dict(self.strap), journal=self.journal)
 
     def tell(self, panel: PanelProcess) -> None:
