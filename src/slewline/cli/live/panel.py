@@ -14,7 +14,7 @@ from ...chips import sheet_of
 from ...errors import ProgramError, UsageError
 from ..dialects import foreign
 from ..files import Refused, chip_of, is_bench, read_program, say_replaced
-from ..single import single
+from ..single import BenchOptions, single
 from .process import PanelProcess, kept_journal
 from .serve import open_bench_file, remark, show_ports, signals
 
@@ -25,22 +25,18 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class PanelCommand:
+class PanelCommand(BenchOptions):
     """What the panel is to show, as the command line asks for it."""
 
     what: str | None
-    chip: str | None
     attach: str | None
     token: str | None
     listen: str
     read_only: bool
     rate: str | None
     no_browser: bool
-    strap: tuple[tuple[str, int], ...]
     journal: str | None
     run: bool
-    anywhere: bool
-    allow_code: bool
     allow_remote: bool
     file: BenchFile | None = None
     has_program: bool = False
@@ -135,9 +131,7 @@ class PanelCommand:
         """Return the bench, with its hosts."""
         what = self.what or ""
         if self.is_bench:
-            from ...bench.file import BenchFile
-
-            self.file = BenchFile(what, self.anywhere, self.allow_code)
+            self.file = self.bench_file(what)
             bench = self.file.load(journal=self.journal)
             if not bench.chips:
                 raise UsageError(f"{what}: no chip on the bench, so there is nothing to show")

@@ -21,6 +21,7 @@ from ...core.datasheet.channel import AdaptiveLine, FlowBus
 from ...core.datasheet.option import checked, read
 from ...errors import StoreError, UsageError
 from ..files import read_options, say_replaced
+from ..single import BenchOptions
 from .process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
@@ -42,10 +43,9 @@ STATUS_S = 1.0
 
 
 @dataclass
-class ServeCommand:
+class ServeCommand(BenchOptions):
     """What is to be served, as the command line asks for it."""
 
-    chip: str | None
     bench: str | None
     tcp: str | None
     pty: str | None
@@ -64,9 +64,6 @@ class ServeCommand:
     log: str | None
     journal: str | None
     baud: str | None  # which straps set
-    anywhere: bool
-    allow_code: bool
-    strap: tuple[tuple[str, int], ...]
     option: tuple[tuple[str, str], ...]
     options: str | None
     allow_remote: bool
@@ -158,9 +155,7 @@ class ServeCommand:
     def new_bench(self, stores: Stores | None) -> Bench:
         """Return the bench, of one chip or from a file."""
         if self.bench is not None:
-            from ...bench.file import BenchFile
-
-            self.file = BenchFile(self.bench, self.anywhere, self.allow_code)
+            self.file = self.bench_file(self.bench)
             if not self.file.tables.serve:
                 raise UsageError(f"{self.bench}: no [[serve]] table, so there is nothing to serve")
             return self.file.load(journal=self.journal, stores=stores)
