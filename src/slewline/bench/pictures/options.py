@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .window import Between
 
     class Bench(Protocol):
-        """As much of a bench as is drawn over another one; the whole is made of these pictures."""
+        """As much of a bench as a picture needs; the class itself imports this folder."""
 
         _pictures: Any
 
