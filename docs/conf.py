@@ -52,7 +52,6 @@ copybutton_prompt_is_regexp = True
 default_role = "py:obj"  # `name` in a docstring: a link where it is a name of ours, else code
 add_module_names = False
 autodoc_member_order = "bysource"
-autodoc_preserve_defaults = True
 autodoc_type_aliases = {"Time": "Time"}
 python_use_unqualified_type_names = True
 python_display_short_literal_types = True

@@ -52,7 +52,7 @@ from slewline.language.lines.reference import line_table
 from slewline.language.packets import Packets
 from slewline.links.control.kinds import A_TIME, Key, RequestSpec
 from slewline.links.control.requests import COMMON, NAMES, REQUESTS, schema
-from slewline.links.control.rows_of_events import EVENTS
+from slewline.links.control.rows_of_views import EVENTS
 from slewline.links.control.validator import in_words, span
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part

@@ -6,10 +6,12 @@ A signature says `Terminal` or, where types were worked out, `slewline.core.wire
 
 from __future__ import annotations
 
+import inspect
 import re
 from typing import Any
 
 from docutils import nodes
+from sphinx.ext.autodoc.preserve_defaults import update_default_value
 from sphinx.ext.napoleon import Config, GoogleDocstring
 from sphinx.util.nodes import make_refnode
 
@@ -47,6 +49,15 @@ def parsed(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[s
         else:
             found.append(line)
     lines[:] = found
+
+
+def as_written(_app: Any, obj: Any, bound: bool) -> None:
+    """Keep defaults as the source has them, such as `POLL`.
+
+    `autodoc_preserve_defaults` does the same, but fails where the signature lists options that the source unpacks.
+    """
+    if not hasattr(inspect.unwrap(obj), "__signature__"):
+        update_default_value(obj, bound)
 
 
 def readable(*event: Any) -> tuple[str | None, ...]:
@@ -97,6 +108,7 @@ def link_code(app: Any, tree: Any, page: str) -> None:
 def setup(app: Any) -> dict[str, bool]:
     """Register all of it."""
     app.connect("autodoc-process-docstring", parsed)
+    app.connect("autodoc-before-process-signature", as_written)
     app.connect("autodoc-process-signature", readable)
     app.connect("doctree-read", dashed)
     app.connect("missing-reference", entry_of)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import runpy
+from inspect import Parameter, signature
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import slewline
-from slewline.bench.pictures.drawing import PictureOptions, differences
+from slewline.bench.pictures.drawing import differences
+from slewline.bench.pictures.options import DIAGRAM, PICTURE, DiagramOptions, Picture
 from slewline.cli.main import invoke
 from slewline.core.chip import Chip
 from slewline.core.motion.deviation import Deviation
@@ -367,11 +370,43 @@ def test_the_greatest_distance_from_the_ideals_is_told_in_numbers_and_words_that
 def test_cursors_and_readings_take_the_same_instants(instants):
     bench = move()
     assert bench.readings(instants).instants_ps[-1] == 20 * MS
-    shown = PictureOptions(None, [], 0, None, None, None, None, None, False, instants, False, "page", True)
-    drawn = bench._pictures.contents(shown).cursors
+    drawn = bench._pictures.contents(PICTURE | {"pins": [], "start": 0, "cursors": instants}).cursors
     assert tuple(drawn) == bench.readings(instants).instants_ps
 
 
 def test_readings_name_their_axis_where_there_are_several():
     rows = chipset(axis1=500).readings("5 ms", axes=[1, 2]).rows
     assert {"velocity of axis 1", "position of axis 2"} <= {row.name for row in rows}
+
+
+# --------------------------------------------------------------------------------------------------------- options
+_WINDOW = ["pins", "start", "stop"]
+_PICTURE = ["title", *_WINDOW, "axes", "parts", "runs", "over", "ideal", "cursors", "dark", "width", "marks"]
+_DIAGRAM = [*_WINDOW, "between", "causes", "title", "over", "names", "decode", "quiet", "width", "dark"]
+NAMES = {  # of what each call takes
+    "figure": [*_PICTURE, "ax"],
+    "plot": ["path", *_PICTURE],
+    "timing": ["path", *_DIAGRAM],
+    "timing_figure": _DIAGRAM,
+}
+
+
+@rows("call", [*NAMES])
+def test_an_unknown_option_is_refused_with_the_known_ones_and_the_name_of_the_call(call):
+    says = f"{call}(): got an unexpected keyword argument 'widht'; its arguments: {', '.join(NAMES[call])}"
+    with pytest.raises(slewline.UsageError, match=f"^{re.escape(says)}.*; did you mean width\\?$"):
+        getattr(move(), call)(*(["x.svg"] if NAMES[call][0] == "path" else []), widht=3)
+
+
+@rows("call", [*NAMES])
+def test_signatures_have_each_option_with_its_type_and_default(call):
+    found = signature(getattr(slewline.Bench, call)).parameters
+    assert [*found] == ["self", *NAMES[call]]
+    assert {one.kind for one in found.values()} == {Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY}
+    assert (found["width"].default, found["dark"].default, found["dark"].annotation) == ("page", False, "bool")
+    assert found["over"].annotation == "Mapping[str, Trace] | None"
+
+
+def test_every_option_has_a_default_and_no_other_has():
+    assert PICTURE.keys() == Picture.__annotations__.keys()
+    assert DIAGRAM.keys() == DiagramOptions.__annotations__.keys()

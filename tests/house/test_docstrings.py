@@ -1,14 +1,23 @@
-"""Docstrings of public functions say what a call does, not what the world is like: "Return ...", "Draw ..."."""
+"""Docstrings of public functions say what a call does, not what the world is like: "Return ...", "Draw ...".
+
+A method that does what its base says has no docstring of its own: `help` and the pages show that of the base.
+"""
 
 from __future__ import annotations
 
 import ast
+import inspect
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
+from typing import Any
 
 import pytest
 
+import slewline
 from tests.sources import tree
 
 SOURCES = Path(__file__).parents[2] / "src/slewline"
@@ -67,3 +76,103 @@ class Clock:
     def tick(self): "Return the tick."
 """
     assert [line.partition(":")[0] for line in stated(ast.parse(source))] == ["begun", "over", "met"]
+
+
+# --------------------------------------------------------------------------------------------------------- inherited
+REPEATED = {  # rooms in which overrides still repeat the docstring of their base: as many, and never more
+    "slewline.chips.cy500": 4,
+    "slewline.chips.cy512": 6,
+    "slewline.chips.cy525": 11,
+    "slewline.chips.cy545": 4,
+    "slewline.chips.cy5xx": 3,
+    "slewline.chips.mc1451a": 7,
+    "slewline.core.motion": 14,
+    "slewline.core.wires": 21,
+    "slewline.drive.board": 1,
+    "slewline.language.verbatim": 2,
+    "slewline.parts.base": 3,
+    "slewline.parts.hosts": 1,
+    "slewline.parts.shafts": 5,
+    "slewline.parts.steppers": 2,
+}
+
+
+def classes() -> Iterator[type]:
+    """All classes of the package, each once."""
+    for module in walk_packages(slewline.__path__, "slewline."):
+        if not module.name.endswith("__main__"):
+            found = import_module(module.name)
+            yield from (own for own in vars(found).values() if inspect.isclass(own) and own.__module__ == module.name)
+
+
+def methods(cls: type) -> Iterator[tuple[str, Any, Any]]:
+    """The methods and properties that a class defines, by name, each with what it overrides; None: nothing."""
+    for name, own in vars(cls).items():
+        defined = own.fget if isinstance(own, property) else getattr(own, "__func__", own)
+        if inspect.isfunction(defined) and defined.__qualname__.endswith(f"{cls.__name__}.{name}"):
+            yield name, own, next((vars(base)[name] for base in cls.__mro__[1:] if name in vars(base)), None)
+
+
+def own_text(method: Any) -> str:
+    return inspect.cleandoc(getattr(method, "__func__", method).__doc__ or "")
+
+
+def repeated(found: Iterable[type]) -> list[str]:
+    """The overrides whose docstring is, word for word, that of what they override."""
+    return [
+        f"{cls.__module__}.{cls.__qualname__}.{name}"
+        for cls in found
+        for name, own, base in methods(cls)
+        if base is not None and (text := own_text(own)) and text == own_text(base)
+    ]
+
+
+def undescribed(found: Iterable[type]) -> list[str]:
+    """The public methods of public classes for which `help` has no text, neither their own nor that of a base."""
+    return [
+        f"{cls.__module__}.{cls.__qualname__}.{name}"
+        for cls in found
+        for name, own, _ in methods(cls)
+        if not (cls.__name__.startswith("_") or name.startswith("_") or inspect.getdoc(getattr(cls, name, own)))
+    ]
+
+
+@pytest.mark.check
+def test_no_override_repeats_the_docstring_of_its_base() -> None:
+    found = repeated(classes())
+    rooms = Counter(".".join(name.split(".")[:3]) for name in found)
+    more = [name for name in found if rooms[room := ".".join(name.split(".")[:3])] > REPEATED.get(room, 0)]
+    assert more == [], "these repeat their base word for word: delete the docstring"
+    assert rooms == REPEATED, "fewer than REPEATED has: write the new counts there"
+
+
+@pytest.mark.check
+def test_every_public_method_has_a_docstring_or_overrides_one_that_has() -> None:
+    assert undescribed(classes()) == []
+
+
+def test_a_docstring_that_is_repeated_or_missing_is_found() -> None:
+    class Base:
+        def said(self) -> None:
+            """Say it."""
+
+        @property
+        def size(self) -> int:
+            """The size."""
+            return 0
+
+        def silent(self) -> None: ...
+
+    class Heir(Base):
+        def said(self) -> None:
+            """Say it."""
+
+        @property
+        def size(self) -> int:
+            return 1
+
+        def silent(self) -> None: ...
+
+    Base.__qualname__, Heir.__qualname__ = "Base", "Heir"
+    assert [name.rpartition(".")[2] for name in repeated([Base, Heir])] == ["said"]
+    assert [name.partition("test_docstrings.")[2] for name in undescribed([Base])] == ["Base.silent"]

@@ -9,7 +9,7 @@ bench.run_until_idle()
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
 from operator import attrgetter
 from os import PathLike
@@ -26,19 +26,21 @@ from ..core.time.timebase import Seconds, Time, picoseconds, readable
 from ..errors import NoSuchAttribute, UsageError
 from .circuit import Circuit
 from .hosting import connect, host
-from .pictures.drawing import PictureOptions, Pictures
+from .pictures.drawing import Pictures
+from .pictures.options import PICTURE, PictureOptions
 from .pictures.signals import Signals
 from .pictures.timing import TimingDiagrams
 from .pictures.waveforms import WaveformFiles
 from .runner import Runner
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ..core.chip import Chip
     from ..core.component import Finding
-    from ..core.motion.axis import Steps
     from ..parts.base.part import Part
     from ..record.recording.traces import Trace
     from .by_name import Adds, Hosts, Makes
@@ -80,13 +82,6 @@ def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Conc
         return method(owner(bench), *args, **options)
 
     return delegated
-
-
-def _pictures(runs: Mapping[str, Bench | Steps] | None) -> Mapping[str, Pictures | Steps] | None:
-    """What draws each of some benches."""
-    if not isinstance(runs, Mapping):
-        return runs
-    return {name: run._pictures if isinstance(run, Bench) else run for name, run in runs.items()}
 
 
 @face
@@ -253,6 +248,7 @@ class Bench:
     stream_vcd = delegate("_files", WaveformFiles.stream_vcd)
 
     # --------------------------------------------------------------------------------------------------------- pictures
+    @answering("figure()", "", PictureOptions, PICTURE)
     def figure(
         self,
         title: str | None = None,
@@ -260,16 +256,8 @@ class Bench:
         start: Time | None = None,
         stop: Time | None = None,
         *,
-        axes: Sequence[int | str] | int | str | None = None,
-        parts: Sequence[str] | str | None = None,
-        runs: Mapping[str, Bench | Steps] | None = None,
-        over: Mapping[str, Trace] | None = None,
-        ideal: bool = False,
-        cursors: Time | Iterable[Time] = (),
-        dark: bool = False,
-        width: str | float = "page",
         ax: Axes | Sequence[Axes] | None = None,
-        marks: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Figure:
         """Draw the motions of the axes, with recorded pins below; return a matplotlib Figure.
 
@@ -292,20 +280,17 @@ class Bench:
             cursors: instants that are marked by numbered lines; `readings` returns the values there.
             dark: draw light on dark.
             width: "page", "phone", or a number of inches.
-            ax: matplotlib axes to draw into, one for each panel; a single one takes the first panel.
             marks: flag commands, findings, limits and home above the panels.
+            ax: matplotlib axes to draw into, one for each panel; a single one takes the first panel.
 
         Raises:
             UsageError: nothing to draw, an unknown width, too few axes for the panels, or no matplotlib.
             UnknownName: no such axis or part, or no chip on the bench.
             NotRecorded: a pin is not recorded.
         """
-        shown = PictureOptions(
-            title, pins, start, stop, axes, parts, _pictures(runs), over, ideal, cursors, dark, width, marks
-        )
-        return self._pictures.figure(shown, ax)
+        return self._pictures.figure({"title": title, "pins": pins, "start": start, "stop": stop, **options}, ax)
 
-    @answering("plot()", '; width is "page", "phone" or inches')
+    @answering("plot()", '; width is "page", "phone" or inches', PictureOptions, PICTURE)
     def plot(
         self,
         path: FilePath,
@@ -313,16 +298,7 @@ class Bench:
         pins: Sequence[str | Trace] | None = None,
         start: Time | None = None,
         stop: Time | None = None,
-        *,
-        axes: Sequence[int | str] | int | str | None = None,
-        parts: Sequence[str] | str | None = None,
-        runs: Mapping[str, Bench | Steps] | None = None,
-        over: Mapping[str, Trace] | None = None,
-        ideal: bool = False,
-        cursors: Time | Iterable[Time] = (),
-        dark: bool = False,
-        width: str | float = "page",
-        marks: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> None:
         """Draw what `figure` draws into a file: SVG, PNG or PDF, by its suffix.  The same run gives the same bytes.
 
@@ -330,10 +306,7 @@ class Bench:
             UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
             UnknownName, NotRecorded: as `figure`.
         """
-        shown = PictureOptions(
-            title, pins, start, stop, axes, parts, _pictures(runs), over, ideal, cursors, dark, width, marks
-        )
-        self._pictures.plot(path, shown)
+        self._pictures.plot(path, {"title": title, "pins": pins, "start": start, "stop": stop, **options})
 
     def show(self, *args: Any, **options: Any) -> None:
         """Show what `figure` draws, with the same arguments: in a window, or in the notebook.
@@ -350,9 +323,7 @@ class Bench:
 
     def _repr_svg_(self) -> str | None:
         """Return what a notebook shows, the plot; None, and it shows the `repr`: there is nothing to draw yet."""
-        from .pictures.notebook import plot_of
-
-        return plot_of(self._pictures)
+        return self._pictures.svg()
 
     readings = delegate("_pictures", Pictures.readings)
     timing = delegate("_diagrams", TimingDiagrams.timing)

@@ -7,25 +7,38 @@ from typing import Any
 import click
 
 from .live.commands import debug_command, drive_command, panel_command, serve_command
-from .modules.commands import pull_command, push_command
+from .modules.commands import epics_command, pull_command, push_command
 from .modules.dialogues import DIALOGUE_COMMANDS
-from .modules.laboratory import epics_command
 from .motors.commands import calibrate_command, tune_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide, OncePerName
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
 from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, QuantityWithUnit, TimeWithUnit
-from .options.version_option import version_option
 
 INTO = click.option(
     "--output", "-o", metavar="DIR", default=".", show_default=True, help="Where the files go.", type=DIRECTORY
 )
 
 
+def _show_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
+    if asked and not context.resilient_parsing:
+        from .version import version_line
+
+        click.echo(version_line())
+        context.exit()
+
+
 @click.group(
     cls=CommandGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}, epilog=EXIT
 )
-@version_option
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_version,
+    help="Show the version and which build of it runs, and exit.",
+)
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
 

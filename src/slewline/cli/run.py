@@ -20,7 +20,7 @@ from ..record.pictures.pictures import SUFFIXES
 from ..record.waveforms.layouts import layout_paths
 from ..record.waveforms.vcd import unit_of
 from .files import STDIN, Outputs, Refused, chip_of, is_bench, is_program, read_options, read_program, say_replaced
-from .single import single
+from .single import BenchOptions, single
 from .transcript import Transcript, seconds
 
 if TYPE_CHECKING:
@@ -41,13 +41,11 @@ COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
 
 
 @dataclass
-class RunCommand:
+class RunCommand(BenchOptions):
     """A run, as the command line asks for it."""
 
     file: str | None
-    chip: str | None
     crystal: str | None
-    strap: tuple[tuple[str, int], ...]
     memory: str | None
     save_memory: str | None
     until: int | None
@@ -58,8 +56,6 @@ class RunCommand:
     journal: str | None
     replay: str | None
     other_laws: bool
-    anywhere: bool
-    allow_code: bool
     json: str | None
     steps: str | None
     vcd: str | None
@@ -154,9 +150,7 @@ class RunCommand:
         file = cast("str", self.file)  # without one there is a journal to be replayed
         if not self.is_bench:
             return self.single(file, journal)
-        from ..bench.file import BenchFile
-
-        bench_file = BenchFile(file, self.anywhere, self.allow_code)
+        bench_file = self.bench_file(file)
         times = bench_file.tables.bench
         bench_file.check_times()
         if self.until is None and self.timeout is None and times.until is not None:

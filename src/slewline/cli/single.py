@@ -1,16 +1,34 @@
-"""A bench with a single chip, its host, and perhaps a program: what `run` and `panel` begin with."""
+"""The bench of a command: from a file, or with a single chip, its host, and perhaps a program."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..chips import sheet_of
 
 if TYPE_CHECKING:
     from ..bench import Bench
+    from ..bench.file import BenchFile
     from ..bench.scripts.script_runner import Script
     from ..core.datasheet.table import Sheet
+
+
+@dataclass
+class BenchOptions:
+    """Which chip is on a bench, or what its file may do, as the command line asks for it."""
+
+    chip: str | None
+    strap: tuple[tuple[str, int], ...]
+    anywhere: bool
+    allow_code: bool
+
+    def bench_file(self, path: str) -> BenchFile:
+        """Return a bench file, read."""
+        from ..bench.file import BenchFile
+
+        return BenchFile(path, self.anywhere, self.allow_code)
 
 
 def single(

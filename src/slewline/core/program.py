@@ -78,5 +78,4 @@ class InstructionCondition(Condition):
         return f"{self.text}, where there is none: {there}"
 
     def met(self) -> bool:
-        """Return whether the condition holds now."""
         return self.hit

@@ -43,7 +43,6 @@ class LineSpeech(Speech):
 
     @property
     def word(self) -> CharacterFormat:
-        """The format of its characters."""
         return CharacterFormat(self.line.bits, self.line.parity, self.line.stop)
 
     @property
@@ -60,7 +59,6 @@ class LineSpeech(Speech):
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The commands that ask for a value, each with the pattern of its answer, by what they ask for."""
         return self.dialect.questions
 
     def framed(self, command: str) -> bytes:
@@ -70,7 +68,6 @@ class LineSpeech(Speech):
         return framed(f"{self.address or ''}{command}", self.checked, self.kept)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a command; None: it is none."""
         found = parse(self.sheet, command)
         return found.row if isinstance(found, Command) else None
 
@@ -105,7 +102,6 @@ class LineSpeech(Speech):
         return self.dialect.answers[line] if line in (*self.dialect.refusals, self.dialect.busy) else ""
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an answer says that the command came damaged, and that nothing was done."""
         return line == self.dialect.garbled
 
 
@@ -125,7 +121,6 @@ class QuerySpeech(Speech):
 
     @property
     def word(self) -> CharacterFormat:
-        """The format of its characters."""
         return CharacterFormat(self.line.bits, self.line.parity, self.line.stop)
 
     @property

@@ -126,7 +126,6 @@ class JoinedBench(Pace):
         return min(ahead) + self.ahead_ps if ahead else None
 
     def goal(self) -> int:
-        """Return the instant up to which time may pass now (ps)."""
         return self.kernel.now if self._stopped() else max(self.loop.target_ps - self.ahead_ps, self.kernel.now)
 
     def _stopped(self) -> bool:

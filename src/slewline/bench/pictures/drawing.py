@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...core.chip import Chip
@@ -12,9 +12,10 @@ from ...core.motion.axis import Steps
 from ...core.motion.motions import Mark
 from ...core.motion.one_axis import OneAxis
 from ...core.time.timebase import Time, moment, readable
-from ...errors import UnknownName, UsageError
+from ...errors import SlewlineError, UnknownName, UsageError
 from ...parts.base.part import Part
 from .curves import Chosen, chosen, first_step, moments_of, moving_from_to
+from .options import PICTURE, Picture
 from .signals import Signals
 
 if TYPE_CHECKING:
@@ -31,28 +32,10 @@ if TYPE_CHECKING:
 AROUND = 20  # so much of the motion is shown before and after it: 1/20
 MAX_PHASED = 100  # motions, above which their phases would be narrower than their names
 MAX_NOTES = 4  # lines of parameters
+MOST_PINS = 12  # of more recorded pins a notebook shows none: they are drawn by bench.plot
 MAX_VALUES = 3  # of a parameter that are written, of motions in which it differs
 
 AxisNames = Sequence[int | str] | int | str | None
-
-
-@dataclass(frozen=True, slots=True)
-class PictureOptions:
-    """What a picture is to show: the arguments of `bench.figure`."""
-
-    title: str | None = None
-    pins: Sequence[str | Trace] | None = None
-    start: Time | None = None
-    stop: Time | None = None
-    axes: AxisNames = None
-    parts: Sequence[str] | str | None = None
-    runs: Mapping[str, Pictures | Steps] | None = None
-    over: Mapping[str, Trace] | None = None
-    ideal: bool = False
-    cursors: Time | Iterable[Time] = ()
-    dark: bool = False
-    width: str | float = "page"
-    marks: bool = True
 
 
 class Pictures:
@@ -61,13 +44,13 @@ class Pictures:
     def __init__(self, signals: Signals) -> None:
         self.signals, self.circuit, self.kernel = signals, signals.circuit, signals.circuit.kernel
 
-    def figure(self, options: PictureOptions, ax: Axes | Sequence[Axes] | None) -> Figure:
+    def figure(self, options: Picture, ax: Axes | Sequence[Axes] | None) -> Figure:
         """Draw the motions of the axes, and recorded pins below."""
         from ...record.pictures.figures import figure
 
-        return figure(self.contents(options), width=options.width, dark=options.dark, ax=ax)
+        return figure(self.contents(options), width=options["width"], dark=options["dark"], ax=ax)
 
-    def plot(self, path: FilePath, options: PictureOptions) -> None:
+    def plot(self, path: FilePath, options: Picture) -> None:
         """Draw into a file."""
         from ...record.pictures.figures import description_of, figure
         from ...record.pictures.pictures import SUFFIXES, save
@@ -75,8 +58,23 @@ class Pictures:
 
         check_suffix(path, SUFFIXES)
         contents = self.contents(options)
-        picture = figure(contents, width=options.width, dark=options.dark)
-        save(picture, path, contents.title, description_of(picture), options.dark)
+        picture = figure(contents, width=options["width"], dark=options["dark"])
+        save(picture, path, contents.title, description_of(picture), options["dark"])
+
+    def svg(self) -> str | None:
+        """Return what a notebook shows of a bench; None where nothing has moved, or matplotlib is missing."""
+        from ...record.pictures.figures import description_of, figure
+        from ...record.pictures.pictures import drawn
+
+        recorded, motors = len(self.signals.recorded), [axis.motor for _, _, axis in self.circuit.axes()]
+        if not recorded and not any(any(motor.played(motor.since, self.kernel.now)) for motor in motors):
+            return None
+        try:
+            contents = self.contents(PICTURE | {"pins": None if recorded <= MOST_PINS else []})
+            picture = figure(contents)
+        except SlewlineError:
+            return None
+        return drawn(picture, "svg", contents.title, description_of(picture)).decode("utf-8")
 
     def readings(
         self,
@@ -119,25 +117,27 @@ class Pictures:
         return replace(found, rows=(*found.rows, *rows))
 
     # ------------------------------------------------------------------------------------------------- what is shown
-    def contents(self, options: PictureOptions) -> Contents:
+    def contents(self, options: Picture) -> Contents:
         """Return what a picture shows, to be drawn."""
         from ...record.pictures.figures import Contents
         from ...record.style import TimeAxis
 
         self.circuit.catch_up()
-        runs, axes = options.runs, options.axes
+        runs, axes = options["runs"], options["axes"]
         if runs is not None and not isinstance(runs, Mapping):
             raise UsageError(f"runs: {runs!r}; expected benches by name, such as {{'fast': other}}")
         if not self.circuit.chips:
             raise UnknownName("the bench has no chip to plot")
-        benches = [("", self)] if not runs else [(n, run) for n, run in runs.items() if isinstance(run, Pictures)]
+        others: list[tuple[str, Pictures]]
+        others = [(name, run._pictures) for name, run in (runs or {}).items() if hasattr(run, "_pictures")]
+        benches = others if runs else [("", self)]
         if runs and not any(bench is self for _, bench in benches):
             benches.insert(0, ("this run", self))
         begins = {name: (bench._motion(bench._axes(axes)) or (0, 0))[0] if runs else 0 for name, bench in benches}
         zero = next(begins[name] for name, bench in benches if bench is self)
         measured = [*self._measured(options, zero)]
         first, last = self._window(options, benches, begins, measured)
-        shown = moments_of(options.cursors)
+        shown = moments_of(options["cursors"])
         for ps in shown:
             if not first <= ps <= last:
                 within = f"{readable(first)} to {readable(last)}"
@@ -145,20 +145,20 @@ class Pictures:
         moved = [each for name, bench in benches for each in bench._tracks(options, name, begins[name], first, last)]
         tracks = [*without_rest([*moved, *measured], TimeAxis(first, last))]
         return Contents(
-            options.title or self.circuit.title,
+            options["title"] or self.circuit.title,
             tracks,
-            self._traces(options.pins, first, last, zero, options.over),
+            self._traces(options["pins"], first, last, zero, options["over"]),
             first,
             last,
             notes=[*self._notes(tracks), *differences(tracks)],
             cursors=shown,
             zero_is="from the start of the motion" if runs else "",
-            marks=options.marks,
+            marks=options["marks"],
         )
 
     def _window(
         self,
-        options: PictureOptions,
+        options: Picture,
         benches: Sequence[tuple[str, Pictures]],
         begins: Mapping[str, int],
         measured: Sequence[Track],
@@ -169,22 +169,22 @@ class Pictures:
         """
         ends = [bench.kernel.now - begins[name] for name, bench in benches]
         longest = max(ends + [track.until - track.zero for track in measured])
-        first = None if options.start is None else moment(options.start)
-        last = None if options.stop is None else moment(options.stop)
+        first = None if options["start"] is None else moment(options["start"])
+        last = None if options["stop"] is None else moment(options["stop"])
         if first is not None and last is not None and last <= first:
             raise UsageError(f"start {readable(first)}, stop {readable(last)}: give a stop after the start")
         last = last and min(last, longest)
         if first is None or last is None:
-            moved = [(bench._motion(bench._axes(options.axes)), begins[name]) for name, bench in benches]
+            moved = [(bench._motion(bench._axes(options["axes"])), begins[name]) for name, bench in benches]
             spans = [(span[0] - zero, span[1] - zero) for span, zero in moved if span is not None]
             spans += [(t.since - t.zero, t.until - t.zero) for t in measured]
-            if not spans and (edges := self._activity(options.pins)) is not None:
+            if not spans and (edges := self._activity(options["pins"])) is not None:
                 spans = [edges]
             begin = min((span[0] for span in spans), default=0)
             end = max((span[1] for span in spans), default=longest)
             around = max((end - begin) // AROUND, 1)
             earliest = -min(begins.values())
-            loaded = max(bench._loaded(options.axes, begin + begins[name]) - begins[name] for name, bench in benches)
+            loaded = max(bench._loaded(options["axes"], begin + begins[name]) - begins[name] for name, bench in benches)
             if first is None:
                 first = max(begin - around, earliest, loaded)
                 first = first if last is None or first < last else earliest
@@ -246,15 +246,15 @@ class Pictures:
             return chip.name
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
-    def _tracks(self, options: PictureOptions, run: str, zero: int, start: int, stop: int) -> list[Track]:
+    def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
         """What the axes did in a window of the picture, those that move; one, if none does.  Below, what parts did."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
-        chosen = self._axes(options.axes)
-        around = self._parts(options.parts, chosen)
-        if options.axes is None:
+        chosen = self._axes(options["axes"])
+        around = self._parts(options["parts"], chosen)
+        if options["axes"] is None:
             chosen = [axis for axis in chosen if any(axis.motor.played(first, last))] or chosen[:1]
-        tracks = [self._track(axis, zero, first, last, options.ideal) for axis in chosen]
-        tracks += self._tracks_of_parts(around, zero, first, last, options.parts is None)
+        tracks = [self._track(axis, zero, first, last, options["ideal"]) for axis in chosen]
+        tracks += self._tracks_of_parts(around, zero, first, last, options["parts"] is None)
         if not run:
             return tracks
         return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
@@ -299,14 +299,14 @@ class Pictures:
     def _findings(self, owner: Chip | Part, first: int, last: int) -> list[Mark]:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
-    def _measured(self, options: PictureOptions, zero: int) -> Iterator[Track]:
+    def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
         """Measured steps among some runs, their first one at that of this bench (ps; `zero` of it is 0)."""
         from ...record.pictures.measured import track
 
-        found = {name: run for name, run in (options.runs or {}).items() if not isinstance(run, Pictures)}
+        found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}
         if not found:
             return
-        steps_of = (first_step(axis, self.kernel.now) for axis in self._axes(options.axes))
+        steps_of = (first_step(axis, self.kernel.now) for axis in self._axes(options["axes"]))
         first = min((step for step in steps_of if step is not None), default=zero)
         for name, steps in found.items():
             if not isinstance(steps, Steps):

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from ...core.messages.calls import answering
 from ...core.messages.near import hint
 from ...core.time.timebase import Time, picoseconds, window
 from ...errors import UnknownName, UsageError
+from .options import DIAGRAM, DiagramOptions
 from .signals import Signals
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from matplotlib.figure import Figure
 
     from ...core.chip import Chip
@@ -22,44 +25,20 @@ if TYPE_CHECKING:
     from .window import Between
 
 
-@dataclass(frozen=True, slots=True)
-class DiagramOptions:
-    """What a timing diagram is to show: arguments of `bench.timing`."""
-
-    pins: Sequence[str | Trace] | None
-    start: Time | None
-    stop: Time | None
-    between: Iterable[Between]
-    causes: Iterable[tuple[str, str]]
-    title: str | None
-    over: Mapping[str, Trace] | None
-    names: Mapping[str, str] | None
-    decode: bool
-    quiet: Time | None
-
-
 class TimingDiagrams:
     """What draws and measures recorded signals."""
 
     def __init__(self, signals: Signals) -> None:
         self.signals, self.circuit = signals, signals.circuit
 
+    @answering("timing()", "", DiagramOptions, DIAGRAM)
     def timing(
         self,
         path: FilePath,
         pins: Sequence[str | Trace] | None = None,
         start: Time | None = None,
         stop: Time | None = None,
-        *,
-        between: Iterable[Between] = (),
-        causes: Iterable[tuple[str, str]] = (),
-        title: str | None = None,
-        over: Mapping[str, Trace] | None = None,
-        names: Mapping[str, str] | None = None,
-        decode: bool = False,
-        quiet: Time | None = None,
-        width: str | float = "page",
-        dark: bool = False,
+        **options: Unpack[DiagramOptions],
     ) -> list[Interval]:
         """Draw recorded pins as a timing diagram, and return the measured times.
 
@@ -91,25 +70,18 @@ class TimingDiagrams:
         from ...record.whole_file import check_suffix
 
         check_suffix(path, SUFFIXES)
-        diagram = self._diagram(DiagramOptions(pins, start, stop, between, causes, title, over, names, decode, quiet))
-        save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
+        diagram = self._diagram(pins, start, stop, options)
+        picture = draw(diagram, options["width"], options["dark"])
+        save(picture, path, diagram.title, diagram.description, options["dark"])
         return list(diagram.measured)
 
+    @answering("timing_figure()", "", DiagramOptions, DIAGRAM)
     def timing_figure(
         self,
         pins: Sequence[str | Trace] | None = None,
         start: Time | None = None,
         stop: Time | None = None,
-        *,
-        between: Iterable[Between] = (),
-        causes: Iterable[tuple[str, str]] = (),
-        title: str | None = None,
-        over: Mapping[str, Trace] | None = None,
-        names: Mapping[str, str] | None = None,
-        decode: bool = False,
-        quiet: Time | None = None,
-        width: str | float = "page",
-        dark: bool = False,
+        **options: Unpack[DiagramOptions],
     ) -> Figure:
         """Return the diagram that `timing` writes, as a matplotlib Figure.
 
@@ -118,8 +90,7 @@ class TimingDiagrams:
         """
         from ...record.pictures.timing import draw
 
-        options = DiagramOptions(pins, start, stop, between, causes, title, over, names, decode, quiet)
-        return draw(self._diagram(options), width, dark)
+        return draw(self._diagram(pins, start, stop, options), options["width"], options["dark"])
 
     def intervals(
         self, between: Iterable[Between], start: Time | None = None, stop: Time | None = None
@@ -168,39 +139,41 @@ class TimingDiagrams:
             raise UnknownName(f"chip {name!r}: allowed {', '.join(self.circuit.chips)}{hint(name, self.circuit.chips)}")
         return self.circuit.chips[name]
 
-    def _diagram(self, options: DiagramOptions) -> Diagram:
+    def _diagram(
+        self, pins: Sequence[str | Trace] | None, start: Time | None, stop: Time | None, options: DiagramOptions
+    ) -> Diagram:
         from ...record.measuring.overlay import checked
         from ...record.pictures.diagram import Diagram
         from ...record.recording.traces import Trace
         from .window import Window
 
-        if isinstance(options.pins, str | Trace):
-            raise UsageError(f"pins={options.pins!r}: expected a list of pins, such as [{options.pins!r}]")
+        if isinstance(pins, str | Trace):
+            raise UsageError(f"pins={pins!r}: expected a list of pins, such as [{pins!r}]")
         signals, full_name = self.signals, self.signals.full_name
         chosen: list[str | Trace] = (
             [*signals.chosen(None)]
-            if options.pins is None
-            else [pin if isinstance(pin, Trace) else full_name(pin) for pin in options.pins]
+            if pins is None
+            else [pin if isinstance(pin, Trace) else full_name(pin) for pin in pins]
         )
-        laid = {full_name(name): trace for name, trace in checked(options.over).items()}
+        laid = {full_name(name): trace for name, trace in checked(options["over"]).items()}
         names = [pin for pin in chosen if isinstance(pin, str)]
         chosen += [name for name in laid if name not in names]
         names += [name for name in laid if name not in names]
-        window = Window(signals, *signals.window_of(signals.chosen(names), options.start, options.stop))
+        window = Window(signals, *signals.window_of(signals.chosen(names), start, stop))
         labels = {
             name if any(isinstance(pin, Trace) and pin.name == name for pin in chosen) else full_name(name): label
-            for name, label in (options.names or {}).items()
+            for name, label in (options["names"] or {}).items()
         }
-        measured, causing = window.measure(options.between), window.measure(options.causes)
+        measured, causing = window.measure(options["between"]), window.measure(options["causes"])
         missing = [edge.split()[0] for each in (*measured, *causing) for edge in (each.start, each.end)]
         chosen += [name for name in dict.fromkeys(missing) if name not in names]
         owners = {name.partition(".")[0] for name in (*names, *missing)}
-        several, decode = len(owners) > 1, options.decode
+        several, decode = len(owners) > 1, options["decode"]
         lanes = [
             window.measured_lane(pin, labels.get(pin.name))
             if isinstance(pin, Trace)
             else window.lane(pin, labels.get(pin), several, decode, laid.get(pin))
             for pin in chosen
         ]
-        cut = None if options.quiet is None else picoseconds(options.quiet)
-        return Diagram(options.title or self.circuit.title, window.start, window.stop, lanes, measured, causing, cut)
+        cut = None if options["quiet"] is None else picoseconds(options["quiet"])
+        return Diagram(options["title"] or self.circuit.title, window.start, window.stop, lanes, measured, causing, cut)

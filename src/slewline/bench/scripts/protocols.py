@@ -36,7 +36,6 @@ class BusProtocol(ScriptProtocol):
         return sending(send)
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an act is queued that sends bytes."""
         return sending(act)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:

@@ -26,7 +26,7 @@ from ...extras import needs
 from ...lifeline import end_of_input, follow, start
 from ...temporary import TemporaryFolder
 from ..files import chip_of, is_bench, read_options, read_program
-from ..single import single
+from ..single import BenchOptions, single
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -41,17 +41,13 @@ LEAST = 80, 24  # columns and lines of a terminal
 
 
 @dataclass
-class DebugCommand:
+class DebugCommand(BenchOptions):
     """What is to be debugged, as the command line asks for it."""
 
     target: str | None
-    chip: str | None
     crystal: str | None
-    strap: tuple[tuple[str, int], ...]
     options: str | None
     memory: str | None
-    anywhere: bool
-    allow_code: bool
     rate: float
     attach: str | None
     control: str | None
@@ -127,9 +123,7 @@ class DebugCommand:
         """
         target = str(self.target)
         if is_bench(target):
-            from ...bench.file import BenchFile
-
-            return BenchFile(target, self.anywhere, self.allow_code).load(journal=journal)
+            return self.bench_file(target).load(journal=journal)
         bare = self.chip is None and not Path(target).suffix
         alone = not Path(target).exists() and (target in CATALOGUE.names() or ":" in target or bare)
         part = target if alone else chip_of(target, self.chip)

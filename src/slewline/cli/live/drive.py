@@ -18,7 +18,7 @@ import click
 from ...errors import UsageError
 from ...temporary import TemporaryFolder
 from ..files import say_replaced
-from .serve import ServeCommand, say, show, show_again, signals, state_directory
+from .serve import ServeCommand, remark, say, show, show_again, signals, state_directory
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -60,7 +60,6 @@ class DriveCommand(ServeCommand):
     panel: str | None = None
 
     def perform(self) -> int:
-        """Do it, until a signal ends it; returns the exit status."""
         ports = [] if self.check else self.check_options()
         with ExitStack() as stack:
             folder = self._folder(stack)
@@ -78,7 +77,7 @@ class DriveCommand(ServeCommand):
                 drive.go_back_by(server.exchanges)
                 self._open(stack, server, drive)
             if not (self.no_black_box or self.check):
-                say(f"slewline: black box: {folder}")
+                remark(f"black box: {folder}")
             server.exchanges.begin()
             self._join(server, drive)
             if self.status:
@@ -87,7 +86,6 @@ class DriveCommand(ServeCommand):
         return 0
 
     def check_options(self) -> list[tuple[str, str]]:
-        """Refuse options that exclude each other; return the ports that are asked for."""
         if self.control and self.allow_remote:
             raise click.UsageError(
                 "--control and --allow-remote: any client that reaches the control port can move a real motor; leave "
@@ -155,7 +153,7 @@ class DriveCommand(ServeCommand):
         from ...links.server import Server
 
         pace: Pace = Paced(bench, "1", *([drive.nanoseconds] if drive is not None else []))
-        return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
+        return Server(bench, pace, self.log, self.allow_remote, remark)
 
     def _open(self, stack: ExitStack, server: Server, drive: Drive) -> None:
         """Open the session with the board; without one, the ports are closed again."""
@@ -206,7 +204,7 @@ class DriveCommand(ServeCommand):
         def clear(homed: bool = False, homing: bool = False) -> None:
             drive.clear(homed=homed, homing=homing)
             off = self.enable and not drive.power.on
-            say(f"slewline: the drive goes on{', and the driver is off' if off else ''}")
+            remark(f"the drive goes on{', and the driver is off' if off else ''}")
 
         words: dict[str, Any] = {
             "clear": clear,
@@ -230,16 +228,16 @@ class DriveCommand(ServeCommand):
                 if equals and isinstance(drive.port, TwinPort) and level in ("0", "1"):
                     drive.port.set_input(name, int(level))
                 else:
-                    words.get(word, lambda: say(f"slewline: {word!r}; there is: {WORDS}"))()
+                    words.get(word, lambda: remark(f"{word!r}; there is: {WORDS}"))()
             except UsageError as error:
-                say(f"slewline: {error}")
+                remark(str(error))
 
         for number in numbers("SIGUSR2"):
             signal.signal(number, lambda *_: server.loop.ask(lambda: work("clear")))
         say(introduction)
         if sys.stdin is not None and sys.stdin.isatty():
             server.loop.watch(sys.stdin.fileno(), typed)
-            say(f"slewline: type {WORDS}")
+            remark(f"type {WORDS}")
 
 
 @contextmanager
@@ -256,7 +254,7 @@ def check_up(drive: Drive) -> int:
     """Look at link, machine and board; return the exit status."""
     from ...links.sockets.system import be_prompt
 
-    say(f"slewline: {drive.introduction()}")
+    remark(drive.introduction())
     with drive:
         found = drive.check(CHECK_S, be_prompt(), say)
     for line in found.lines:

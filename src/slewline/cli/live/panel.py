@@ -14,9 +14,9 @@ from ...chips import sheet_of
 from ...errors import ProgramError, UsageError
 from ..dialects import foreign
 from ..files import Refused, chip_of, is_bench, read_program, say_replaced
-from ..single import single
+from ..single import BenchOptions, single
 from .process import PanelProcess, kept_journal
-from .serve import open_bench_file, say, show_ports, signals
+from .serve import open_bench_file, remark, show_ports, signals
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -25,22 +25,18 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class PanelCommand:
+class PanelCommand(BenchOptions):
     """What the panel is to show, as the command line asks for it."""
 
     what: str | None
-    chip: str | None
     attach: str | None
     token: str | None
     listen: str
     read_only: bool
     rate: str | None
     no_browser: bool
-    strap: tuple[tuple[str, int], ...]
     journal: str | None
     run: bool
-    anywhere: bool
-    allow_code: bool
     allow_remote: bool
     file: BenchFile | None = None
     has_program: bool = False
@@ -82,7 +78,7 @@ class PanelCommand:
                 signal.signal(number, lambda *_: panel.stop())
             panel.attach(address)
             self.tell(panel)
-            while panel.wait() and not panel.stopped and panel.replace(lambda text: say(f"slewline: {text}")):
+            while panel.wait() and not panel.stopped and panel.replace(remark):
                 panel.attach(address)
                 show_ports([("panel", panel.url)])
         return 0
@@ -129,15 +125,13 @@ class PanelCommand:
         from ...links.server import Server
 
         pace = Paced(bench, self.rate or "1")
-        return Server(bench, pace, None, self.allow_remote, lambda text: say(f"slewline: {text}"))
+        return Server(bench, pace, None, self.allow_remote, remark)
 
     def new_bench(self) -> Bench:
         """Return the bench, with its hosts."""
         what = self.what or ""
         if self.is_bench:
-            from ...bench.file import BenchFile
-
-            self.file = BenchFile(what, self.anywhere, self.allow_code)
+            self.file = self.bench_file(what)
             bench = self.file.load(journal=self.journal)
             if not bench.chips:
                 raise UsageError(f"{what}: no chip on the bench, so there is nothing to show")
@@ -146,7 +140,7 @@ class PanelCommand:
             return single(what, strap=dict(self.strap), journal=self.journal)
         text, part, self.has_program = read_program(what), chip_of(what, self.chip), True
         if says := foreign(text, what, part, sheet_of(part)):
-            say(f"slewline: {says}")
+            remark(says)
         return single(part, (text, what), strap=dict(self.strap), journal=self.journal)
 
     def tell(self, panel: PanelProcess) -> None:

@@ -21,6 +21,7 @@ from ...core.datasheet.channel import AdaptiveLine, FlowBus
 from ...core.datasheet.option import checked, read
 from ...errors import StoreError, UsageError
 from ..files import read_options, say_replaced
+from ..single import BenchOptions
 from .process import PanelProcess, kept_journal
 
 if TYPE_CHECKING:
@@ -42,10 +43,9 @@ STATUS_S = 1.0
 
 
 @dataclass
-class ServeCommand:
+class ServeCommand(BenchOptions):
     """What is to be served, as the command line asks for it."""
 
-    chip: str | None
     bench: str | None
     tcp: str | None
     pty: str | None
@@ -64,9 +64,6 @@ class ServeCommand:
     log: str | None
     journal: str | None
     baud: str | None  # which straps set
-    anywhere: bool
-    allow_code: bool
-    strap: tuple[tuple[str, int], ...]
     option: tuple[tuple[str, str], ...]
     options: str | None
     allow_remote: bool
@@ -115,9 +112,7 @@ class ServeCommand:
             raise click.UsageError(f"--baud {self.baud}: {says or 'this part has no rate of its own; leave it out'}")
         if self.rate in BAUD_RATES and self.chip is not None:
             says = sheet_of(self.chip).elsewhere("baud", self.rate) or "this part has none of its own"
-            say(
-                f"slewline: --rate {self.rate}: time passes {self.rate} times as fast; if a baud rate was meant: {says}"
-            )
+            remark(f"--rate {self.rate}: time passes {self.rate} times as fast; if a baud rate was meant: {says}")
         own = (*ports, self.registers, self.strap, self.option, self.options, self.framing, self.prologix, self.memory)
         if self.bench is not None and any((*own, self.card)):
             raise click.UsageError(
@@ -160,9 +155,7 @@ class ServeCommand:
     def new_bench(self, stores: Stores | None) -> Bench:
         """Return the bench, of one chip or from a file."""
         if self.bench is not None:
-            from ...bench.file import BenchFile
-
-            self.file = BenchFile(self.bench, self.anywhere, self.allow_code)
+            self.file = self.bench_file(self.bench)
             if not self.file.tables.serve:
                 raise UsageError(f"{self.bench}: no [[serve]] table, so there is nothing to serve")
             return self.file.load(journal=self.journal, stores=stores)
@@ -182,7 +175,7 @@ class ServeCommand:
         from ...links.server import Server
 
         pace: Pace = Lockstep(bench) if self.lockstep else Paced(bench, self.rate or "1")
-        return Server(bench, pace, self.log, self.allow_remote, lambda text: say(f"slewline: {text}"))
+        return Server(bench, pace, self.log, self.allow_remote, remark)
 
     def open_chip(self, server: Server, ports: list[tuple[str, str]]) -> list[tuple[str, str]]:
         """Open the ports of the only chip; return the name of each, and where it is found."""
@@ -207,7 +200,7 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
     for port, line in zip(served, lines, strict=True):
         with file.at("serve", port.number, port.kind):
             if port.kind == "serial":
-                say(f"slewline: {file.path}: opens the serial port {port.where} of this machine for {line.name}")
+                remark(f"{file.path}: opens the serial port {port.where} of this machine for {line.name}")
             found.append((titled(line), getattr(server, port.kind)(line, port.where).where))
     return found
 
@@ -308,17 +301,22 @@ def background_store(path: Path, lockstep: bool) -> BackgroundStore:
 def finish(store: BackgroundStore) -> None:
     """Wait until a memory is in its file; what is waited for, and what has failed, is reported."""
     if not store.wait(STATUS_S):
-        say(f"slewline: {store.path} is still being written: the disk is slow; the command ends when it is there")
+        remark(f"{store.path} is still being written: the disk is slow; the command ends when it is there")
     try:
         store.close()
     except StoreError as error:
-        say(f"slewline: {error}")
+        remark(str(error))
 
 
 def say(text: str, end: str = "\n") -> None:
     """Print on the standard error, which may be closed."""
     with suppress(OSError):
         click.echo(f"{text}{end}", err=True, nl=False)
+
+
+def remark(text: str) -> None:
+    """Print a line of slewline itself on the standard error."""
+    say(f"slewline: {text}")
 
 
 def show(server: Server, end: str = "\n") -> None:

@@ -200,7 +200,7 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
             raise click.UsageError(f"Missing argument 'MEASURED.vcd'.  Name {ALLOWED}")
         if not is_dialogue(model):
             raise click.UsageError(f"{model}: is no dialogue; name {ALLOWED}")
-        return CompareDialogue(model, **rest).perform()
+        return CompareDialogue(dialogue=model, **rest).perform()
     from ..recordings.compare import compare as compare_waveforms
 
     return compare_waveforms(model, measured, **rest)

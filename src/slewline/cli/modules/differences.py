@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import click
 
 from ...chips import chip_class, sheet_of
-from ...core.time.timebase import hertz
 from ...errors import BenchFileError, SlewlineError, UsageError
 from ...gate import BOM, FileGate, opened
 from ...modules.comparing.exchanges import are_checked, exchanges_of
@@ -24,8 +23,9 @@ from ...modules.speech import speech_of
 from ...modules.spoken import Speech
 from .. import FOUND
 from ..files import read_options
-from ..live.serve import say
+from ..live.serve import remark
 from ..programs import print_json
+from .options import SettingOptions
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -49,7 +49,7 @@ class SendableFile(DialogueFile):
 
     def note(self, text: str) -> None:
         """Print a remark."""
-        say(f"slewline: {text}")
+        remark(text)
 
 
 class ComparisonProgress:
@@ -62,22 +62,17 @@ class ComparisonProgress:
         """Take the number of an exchange."""
         if monotonic() >= self.next_s:
             self.next_s += PROGRESS_S
-            say(f"slewline: the model is at exchange {number} ...")
+            remark(f"the model is at exchange {number} ...")
 
 
 @dataclass
-class CompareDialogue:
+class CompareDialogue(SettingOptions):
     """What is to be compared, as the command line asks for it."""
 
     dialogue: str
     part: str | None
-    baud: int | None
-    checksum: bool | None
-    address: int | None
-    echo: bool
     strap: tuple[tuple[str, int], ...]
     markings: str | None
-    crystal: str | None
     options: str | None
     memory: str | None
     port: str | None
@@ -94,7 +89,7 @@ class CompareDialogue:
 
         dialogue = RecordedDialogue.read(self.dialogue)
         if dialogue.torn:
-            say(f"slewline: {self.dialogue}: the last line was cut off, and is left out")
+            remark(f"{self.dialogue}: the last line was cut off, and is left out")
         cls = self.chip(dialogue)
         dialogue = replace(dialogue, header=self.header(dialogue))
         speech = self.speech(cls, dialogue.header)
@@ -102,7 +97,7 @@ class CompareDialogue:
             try:
                 dialogue = self.played(dialogue, speech)
             except NoAnswer as failure:
-                say(f"slewline: {failure}")
+                remark(str(failure))
                 return FOUND
         elif self.report is not None:
             dialogue.write(self.report)
@@ -145,7 +140,7 @@ class CompareDialogue:
             address=header.address if self.address is None else self.address,
             straps=dict(header.straps) | dict(self.strap),
             markings=header.markings if self.markings is None else self.markings,
-            crystal_hz=header.crystal_hz if self.crystal is None else int(hertz(self.crystal)),
+            crystal_hz=header.crystal_hz if self.crystal_hz is None else self.crystal_hz,
         )
 
     def speech(self, cls: type[Chip], header: DialogueHeader) -> Speech:
@@ -173,9 +168,9 @@ class CompareDialogue:
             raw_record(self.report or self.dialogue) as raw,
             ModulePort(str(self.port), speech.setting, raw, self.echo) as port,
         ):
-            file = SendableFile(path, replace(header, baud=speech.baud), lambda text: say(f"slewline: {text}"))
+            file = SendableFile(path, replace(header, baud=speech.baud), remark)
             try:
-                module = Module(port, speech, file, may_move=self.move, say=lambda text: say(f"slewline: {text}"))
+                module = Module(port, speech, file, may_move=self.move, say=remark)
                 if speech.wake:
                     module.send(speech.wake)
                     module.listen(TIDY_S)

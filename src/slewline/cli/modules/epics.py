@@ -13,14 +13,15 @@ import click
 
 from ...chips import ramps_of, sheet_of
 from ...core.messages.whole import counted
-from ...core.time.timebase import PS_PER_S, hertz, readable
+from ...core.time.timebase import PS_PER_S, readable
 from ...errors import UsageError
 from ...links.sockets.address import is_loopback
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
 from ...modules.finding import find
 from .. import FOUND
-from ..live.serve import say, show_ports
+from ..live.serve import remark, show_ports
+from .options import SettingOptions
 
 if TYPE_CHECKING:
     from ...labs.motor import ModuleMotor
@@ -28,21 +29,16 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class EpicsCommand:
+class EpicsCommand(SettingOptions):
     """What is to be served, as the command line asks for it."""
 
     port: str
     part: str
-    baud: int | None
-    checksum: bool | None
-    address: int | None
-    echo: bool
     dialogue: str | None
     parameters: tuple[str, ...]
     record: str
     resolution: float
     units: str
-    crystal: str | None
     every: int  # ps
     replace: bool
     allow_remote: bool
@@ -64,11 +60,11 @@ class EpicsCommand:
             raise click.UsageError(f"--every {readable(self.every)}; allowed 50 ms to 3600 s")
         self.file: DialogueFile | None = None
         try:
-            record = MotorRecord(self.record, self.find, self.resolution, self.units, tell)
+            record = MotorRecord(self.record, self.find, self.resolution, self.units, remark)
             self.check_program(record)
             asyncio.run(self.serve(record, every_s))
         except ModuleFailure as failure:
-            tell(str(failure))
+            remark(str(failure))
             return FOUND
         finally:
             if self.file is not None:
@@ -91,21 +87,20 @@ class EpicsCommand:
             address=self.address,
             may_move=True,
             echo=self.echo,
-            say=tell,
+            say=remark,
         )
         try:
             speech = found.speech
             if self.dialogue is not None and self.file is None:
                 header = DialogueHeader(sheet.part, baud=speech.baud, checksum=speech.checked, address=speech.address)
-                self.file = DialogueFile(self.dialogue, header, tell)
+                self.file = DialogueFile(self.dialogue, header, remark)
             if self.file is not None:
                 found.transcript = self.file
-            crystal_hz = None if self.crystal is None else int(hertz(self.crystal))
-            motor = ModuleMotor(found, ramps_of(self.part), values, crystal_hz)
+            motor = ModuleMotor(found, ramps_of(self.part), values, self.crystal_hz)
         except BaseException:
             found.port.close()
             raise
-        tell(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}: at {motor.position}")
+        remark(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}: at {motor.position}")
         return motor
 
     def values(self) -> Mapping[str, str]:
@@ -137,13 +132,8 @@ class EpicsCommand:
         addresses = interfaces()
         for address in addresses:
             if not is_loopback(address):
-                tell(f"{address}: open to other machines; any client that connects can move the motor")
+                remark(f"{address}: open to other machines; any client that connects can move the motor")
         for number in ends():
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(task.cancel) if task is not None else None)
         with suppress(asyncio.CancelledError):
             await serve(record, addresses, lambda port: show_ports([(self.record, f"{addresses[0]}:{port}")]), every_s)
-
-
-def tell(text: str) -> None:
-    """Print a line on the standard error."""
-    say(f"slewline: {text}")

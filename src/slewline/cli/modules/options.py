@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import click
 
+from ...core.time.timebase import hertz
 from ..options.kinds import ChipOption
 from ..options.shared import path
 from ..options.values import FREQUENCY, PartName
@@ -33,6 +35,22 @@ SETTING = (
     ECHO,
 )
 DIALOGUE = path("--dialogue", help="Write what is said into this new file; by default one beside FILE.")
+
+
+@dataclass
+class SettingOptions:
+    """How a module is set, as the command line asks for it."""
+
+    baud: int | None
+    checksum: bool | None
+    address: int | None
+    echo: bool
+    crystal: str | None
+
+    @property
+    def crystal_hz(self) -> int | None:
+        """Its clock, where that is known."""
+        return None if self.crystal is None else int(hertz(self.crystal))
 
 
 def setting_options(function: Function) -> Function:

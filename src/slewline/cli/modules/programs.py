@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...core.time.timebase import PS_PER_S, hertz
+from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
@@ -19,7 +19,8 @@ from ...modules.raw import RawRecord
 from ...modules.speech import speech_of
 from .. import FOUND
 from ..files import read_program, sheet_for
-from ..live.serve import say
+from ..live.serve import remark
+from .options import SettingOptions
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Sheet
@@ -29,18 +30,13 @@ DIALOGUE, RAW = ".dialogue", ".raw"
 
 
 @dataclass
-class PortOptions:
-    """Where a module is, what it is, and how it is set, as the command line asks for it."""
+class PortOptions(SettingOptions):
+    """Where a module is and what it is, as the command line asks for it."""
 
     port: str
     part: str | None
-    baud: int | None
-    checksum: bool | None
-    address: int | None
-    echo: bool
     dialogue: str | None
     markings: str | None
-    crystal: str | None
 
     @contextmanager
     def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
@@ -48,16 +44,15 @@ class PortOptions:
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=None)
-        crystal = None if self.crystal is None else int(hertz(self.crystal))
         with raw_record(beside) as raw:
             found = self.found(sheet, raw, may_move)
             speech = found.speech
             markings = self.markings or ""
-            header = DialogueHeader(sheet.part, markings, crystal, speech.baud, speech.checked, speech.address)
-            with found.port, DialogueFile(path, header, tell) as file:
+            header = DialogueHeader(sheet.part, markings, self.crystal_hz, speech.baud, speech.checked, speech.address)
+            with found.port, DialogueFile(path, header, remark) as file:
                 found.transcript = file
                 goes = f"what is said goes to {path}, raw characters to {raw.path}"
-                tell(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}")
+                remark(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}")
                 yield found
 
     def found(self, sheet: Sheet, raw: RawRecord, may_move: bool) -> Module:
@@ -71,13 +66,8 @@ class PortOptions:
             may_move=may_move,
             echo=self.echo,
             raw=raw,
-            say=tell,
+            say=remark,
         )
-
-
-def tell(text: str) -> None:
-    """Print a line on the standard error."""
-    say(f"slewline: {text}")
 
 
 def free(beside: str, ending: str) -> Path:
@@ -92,7 +82,7 @@ def free(beside: str, ending: str) -> Path:
 @contextmanager
 def raw_record(beside: str) -> Iterator[RawRecord]:
     """Keep what comes from a module in a file of its own; where something goes wrong, say where it is."""
-    raw = RawRecord(free(beside, RAW), tell)
+    raw = RawRecord(free(beside, RAW), remark)
     try:
         yield raw
     except BaseException:
@@ -105,7 +95,7 @@ def raw_record(beside: str) -> Iterator[RawRecord]:
 def say_raw(raw: RawRecord) -> None:
     """Say where the characters are that have come."""
     if raw.is_kept:
-        tell(f"the raw characters that came are in {raw.path}")
+        remark(f"the raw characters that came are in {raw.path}")
 
 
 def performed(work: Callable[[], object]) -> int:
@@ -113,10 +103,10 @@ def performed(work: Callable[[], object]) -> int:
     try:
         work()
     except ModuleFailure as failure:
-        tell(str(failure))
+        remark(str(failure))
         return FOUND
     except KeyboardInterrupt:
-        tell("interrupted")
+        remark("interrupted")
         return FOUND
     return 0
 
@@ -141,7 +131,7 @@ class PullCommand(PortOptions):
 
     def _pull(self, sheet: Sheet) -> None:
         with self.module(sheet, self.output) as module:
-            pull(module, self.output, base=self.base, recall=self.eeprom, replace=self.replace, say=tell)
+            pull(module, self.output, base=self.base, recall=self.eeprom, replace=self.replace, say=remark)
 
 
 @dataclass
@@ -165,4 +155,4 @@ class PushCommand(PortOptions):
     def _push(self, sheet: Sheet, wanted: ProgramText) -> None:
         pace = STORED_BYTE_S if self.pace is None else self.pace / PS_PER_S
         with self.module(sheet, self.file, self.move) as module:
-            push(module, wanted, self.file, store=self.store, keep=self.keep, pace=pace, say=tell)
+            push(module, wanted, self.file, store=self.store, keep=self.keep, pace=pace, say=remark)

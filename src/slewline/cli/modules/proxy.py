@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from ...chips import sheet_of
-from ...core.time.timebase import hertz
 from ...errors import SlewlineError
-from ..live.serve import ended_by_signals, say, show_ports
+from ..live.serve import ended_by_signals, remark, say, show_ports
+from .options import SettingOptions
 
 if TYPE_CHECKING:
     from ...core.wires.serial import LineSetting
@@ -22,20 +22,15 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class ProxyCommand:
+class ProxyCommand(SettingOptions):
     """What is to be passed on, as the command line asks for it."""
 
     serial: str
     pty: str | None
     tcp: str | None
     part: str
-    baud: int | None
-    checksum: bool | None
-    address: int | None
-    echo: bool
     strap: tuple[tuple[str, int], ...]
     markings: str | None
-    crystal: str | None
     dialogue: str
     allow_remote: bool
 
@@ -50,16 +45,14 @@ class ProxyCommand:
         setting, file = self.opened()
         recorder = DialogueRecorder(file)
         try:
-            proxy = Proxy(
-                self.serial, setting, recorder, self.host_port, lambda text: say(f"slewline: {text}"), self.echo
-            )
+            proxy = Proxy(self.serial, setting, recorder, self.host_port, remark, self.echo)
         except SlewlineError:
             recorder.close()
             file.path.unlink(missing_ok=True)  # nothing was said
             raise
         with closing(proxy), ended_by_signals(proxy.loop, proxy.stop, lambda: say(report(proxy))):
             show_ports([("host", proxy.port.where)])
-            say(f"slewline: {self.serial} at {setting.in_full}; {given}")
+            remark(f"{self.serial} at {setting.in_full}; {given}")
             proxy.run()
         say(report(proxy))
         return 0
@@ -70,17 +63,16 @@ class ProxyCommand:
         from ...modules.speech import speech_of
 
         setting = speech_of(sheet_of(self.part), self.baud, self.checksum, self.address).setting
-        crystal = None if self.crystal is None else int(hertz(self.crystal))
         header = DialogueHeader(
             self.part,
             self.markings or "",
-            crystal,
+            self.crystal_hz,
             int(setting.baud),
             self.checksum,
             self.address or 0,
             dict(self.strap),
         )
-        return setting, DialogueFile(self.dialogue, header, lambda text: say(f"slewline: {text}"))
+        return setting, DialogueFile(self.dialogue, header, remark)
 
     def host_port(self, loop: Loop, line: ProxyEnd) -> OpenPort:
         """Open the port for the host program."""
@@ -89,11 +81,11 @@ class ProxyCommand:
 
             port = PtyPort(loop, line, self.pty)
             if line.setting.word.bits < 8:
-                say(f"slewline: {self.pty}: {port.hint}")
+                remark(f"{self.pty}: {port.hint}")
             return port
         from ...links.ports.tcp import TcpPort
 
-        return TcpPort(loop, line, str(self.tcp), self.allow_remote, lambda text: say(f"slewline: {text}"))
+        return TcpPort(loop, line, str(self.tcp), self.allow_remote, remark)
 
 
 def report(proxy: Proxy) -> str:

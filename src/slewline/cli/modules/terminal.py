@@ -13,7 +13,6 @@ from typing import Any
 import click
 
 from ...chips import sheet_of
-from ...core.time.timebase import hertz
 from ...extras import needs
 from ...modules.comparing.model import ModelLine
 from ...modules.conversation import Conversation, Reply, ShadowModel
@@ -21,7 +20,8 @@ from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.speech import speech_of
 from .. import Terminated
 from ..files import read_options
-from .programs import PortOptions, performed, raw_record, tell
+from ..live.serve import remark
+from .programs import PortOptions, performed, raw_record
 
 LISTEN_S = 0.05  # how often what comes unasked is looked for
 LEAVE = "Ctrl-D leaves, :help lists the commands"
@@ -53,17 +53,17 @@ class TerminalCommand(PortOptions):
             header = DialogueHeader(
                 part,
                 markings=self.markings or "",
-                crystal_hz=None if self.crystal is None else int(hertz(self.crystal)),
+                crystal_hz=self.crystal_hz,
                 baud=speech.baud,
                 checksum=speech.checked,
                 address=speech.address,
                 straps=dict(self.strap),
             )
             if self.dialogue is not None:
-                module.transcript = stack.enter_context(DialogueFile(self.dialogue, header, tell))
+                module.transcript = stack.enter_context(DialogueFile(self.dialogue, header, remark))
             shadow = ShadowModel(ModelLine(header, speech, options)) if self.model else None
             goes = f"raw characters go to {raw.path}"
-            tell(f"{module.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}; {LEAVE}")
+            remark(f"{module.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}; {LEAVE}")
             converse(Conversation(module, shadow), self.lines)
 
     def lines(self, conversation: Conversation, lock: Lock) -> Iterator[str]:
@@ -73,7 +73,7 @@ class TerminalCommand(PortOptions):
         if not self.plain:
             with suppress(ModuleNotFoundError):
                 return prompted(conversation, lock)
-            tell(needs("completion with the manual's words needs", "terminal"))
+            remark(needs("completion with the manual's words needs", "terminal"))
         return typed(conversation)
 
 

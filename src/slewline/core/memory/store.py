@@ -196,7 +196,6 @@ class ReplayedStore(Memory):
         return super().read()
 
     def write(self, data: bytes) -> None:
-        """Make this the content."""
         self._call()
         super().write(data)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
+from inspect import Parameter, signature
 from typing import ParamSpec, TypeVar
 
 from ...errors import UsageError
@@ -13,18 +14,30 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def answering(name: str, also: str = "") -> Callable[[Callable[P, R]], Callable[P, R]]:
+def answering(
+    name: str, also: str = "", options: type | None = None, defaults: Mapping[str, object] = {}
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator: calls with arguments that do not fit are answered with those that do.
 
     Args:
         name: what the function is called in a message.
         also: what else to say.
+        options: the `TypedDict` that is unpacked as `**options` of the function: its signature lists each of them.
+        defaults: of these options; the function receives all of them.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        types = {} if options is None else options.__annotations__
+        rest = {key: defaults[key] for key in types}
+        if rest:
+            _name_each(function, types, rest)
+
         @wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
             try:
+                if rest:
+                    signature(function).bind(*args, **kwargs)
+                    kwargs.update({**rest, **kwargs})
                 return function(*args, **kwargs)
             except TypeError:
                 if wrong := misfit(function, *args, **kwargs):
@@ -39,17 +52,25 @@ def answering(name: str, also: str = "") -> Callable[[Callable[P, R]], Callable[
     return decorate
 
 
+def _name_each(function: Callable[..., object], types: Mapping[str, object], defaults: Mapping[str, object]) -> None:
+    """Let the signature of a function have each of its options, in place of `**options`."""
+    own = signature(function)
+    named = [
+        Parameter(key, Parameter.KEYWORD_ONLY, default=defaults[key], annotation=getattr(kind, "__forward_arg__", kind))
+        for key, kind in types.items()
+    ]
+    rest = [each for each in own.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    both = sorted([*named, *rest], key=lambda each: each.kind)
+    vars(function)["__signature__"] = own.replace(parameters=both)
+
+
 def parameters_of(function: Callable[..., object]) -> list[str]:
     """Return the names of what a function takes."""
-    from inspect import signature
-
     return [*signature(function).parameters]
 
 
 def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> str:
     """Return why a function cannot be called so; empty: it can, or that is not known."""
-    from inspect import signature  # a correct call has no use for it
-
     try:
         signature(function).bind(*args, **kwargs)
     except TypeError as error:

@@ -92,7 +92,6 @@ class CommandHook(Hook[[str]]):
         self.text = ""
 
     def __call__(self, text: str) -> None:
-        """Call every listener."""
         if text or self.text:
             self.text = text
             super().__call__(text)

@@ -34,6 +34,7 @@ class LineReader(Reader):
         return ()
 
     def refused(self, found: Refusal) -> None:
+        """Report a line that the chip refuses."""
         code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
         forms = alike(self.sheet, self.text)
         where = "" if found.code == "unknown" else forms[0].where

@@ -107,6 +107,20 @@ class RequestSpec:
         return f"{self.do}_{self.form}" if self.form else self.do
 
 
+@dataclass(frozen=True)
+class EventSpec:
+    """An event: a line with `event`, its keys, and `time_ps`."""
+
+    event: str
+    says: str
+    keys: tuple[Key, ...]
+
+    @property
+    def name(self) -> str:
+        """What it is called in the schema."""
+        return f"{self.event}_event"
+
+
 A_PIN = Key("pin", PIN, "owner and pin")
 A_LEVEL = Key("level", LEVEL, "the electrical level")
 A_CHIP = Key("chip", NAME, "its name")

@@ -11,8 +11,8 @@ from functools import cache
 from ...core.messages.near import hint
 from ...errors import UsageError
 from . import rows, rows_of_time, rows_of_views
-from .kinds import TEXT, WHOLE, Data, Key, RequestSpec, record
-from .rows_of_events import EVENTS, EventSpec
+from .kinds import TEXT, WHOLE, Data, EventSpec, Key, RequestSpec, record
+from .rows_of_views import EVENTS
 from .validator import as_object, check, shown
 
 REQUESTS = (*rows.REQUESTS, *rows_of_time.REQUESTS, *rows_of_views.REQUESTS)

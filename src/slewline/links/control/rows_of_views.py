@@ -1,4 +1,4 @@
-"""The requests for what is seen of chips and parts, as rows."""
+"""The requests for what is seen of chips and parts, and the events that a client gets after `subscribe`, as rows."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from .kinds import (
     TIME,
     WHOLE,
     Data,
+    EventSpec,
     Key,
     RequestSpec,
     array,
@@ -199,5 +200,25 @@ REQUESTS = (
         (Key("name", NAME, "of the example"),),
         (Key("text", TEXT, "what is in the file"),),
         reads=True,
+    ),
+)
+
+# ------------------------------------------------------------------------------------------------------------- events
+EVENTS = (
+    EventSpec(
+        "view",
+        "Something that a panel shows has changed; while time passes, also that alone, ten times a second.",
+        (Key("view", OBJECT, "what has changed, in the shape of the reply to `view`; null: it is gone"),),
+    ),
+    EventSpec(
+        "said",
+        "Entries are new, or have grown: one that has grown has the number that it had.",
+        (Key("entries", array(ENTRY), "as in the reply to `said`"),),
+    ),
+    EventSpec("stopped", "Time stands, because a breakpoint is met.", (Key("why", TEXT, "which one"),)),
+    EventSpec(
+        "branch",
+        "The server shows another branch, or another instant; a whole view follows.",
+        (Key("branch", WHOLE, "its number"),),
     ),
 )

@@ -174,7 +174,6 @@ class PrologixLine(RequestLine):
         self.half = b""
 
     def sent(self) -> bool:
-        """Return whether everything that has come has been carried out."""
         return True  # the next host may have come to clear what the last one has left
 
     def _line(self, line: bytes) -> None:

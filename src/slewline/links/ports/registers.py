@@ -132,7 +132,6 @@ class RegisterLine(RequestLine):
         return data[:at]
 
     def forget_half(self) -> None:
-        """Forget the beginning of a request whose end comes elsewhere."""
         self.half = b""
 
     def _series(self, steps: bytes, on: bool) -> None:

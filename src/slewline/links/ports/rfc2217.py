@@ -195,7 +195,6 @@ class NetSession(Session):
         self.remote.apply(*self.port.settings)
 
     def room(self) -> int:
-        """Return how many bytes may come from the host now."""
         return min(SHARE, super().room())
 
     def receive(self, data: bytes) -> None:

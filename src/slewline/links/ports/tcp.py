@@ -253,7 +253,6 @@ class TurnSession(Session):
         """Wait for its turn."""
 
     def begin(self) -> None:
-        """Begin the turn of this host."""
         super().begin()
         self.attach()
 

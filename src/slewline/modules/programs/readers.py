@@ -190,7 +190,6 @@ class MemoryReader(ProgramReader):
         return data[: -len(CR)].decode("latin-1")
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return where a branch goes that ends at an address."""
         if row.args[-1].size > 1:
             return value
         return end // self.dialect.page * self.dialect.page + value
@@ -278,7 +277,6 @@ class BufferReader(ProgramReader):
         return len(self.stored)
 
     def written(self, data: bytes) -> str:
-        """Return an instruction as it is written."""
         return text_at(data, 0, self.sheet)
 
     def stopped(self, address: int, data: bytes) -> str:

@@ -43,7 +43,6 @@ class ChipPane(OfChip):
         return self.session.sheets[self.chip]
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the rows that are seen."""
         found = self.of_axes(width) if self.axes > 1 else self.of_chip(width)
         if self.app.has_class("wide"):
             found += self.parts(width)

@@ -30,7 +30,6 @@ class IsaCycle(Strobed):
 
     @property
     def rises(self) -> list[int]:
-        """When it rises."""
         return [self.last]
 
     def bus(self, data: bytes) -> Edges:

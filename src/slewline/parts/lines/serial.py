@@ -146,7 +146,6 @@ class Uart(Part):
 
     @property
     def waiting(self) -> str:
-        """What the part waits for, in words."""
         return f"{self.name}: {'waiting for a start bit' if self.idle else 'receiving a character'}"
 
     # ------------------------------------------------------------------------------------------------ parallel side
