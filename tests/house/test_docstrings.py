@@ -80,20 +80,8 @@ class Clock:
 
 # --------------------------------------------------------------------------------------------------------- inherited
 REPEATED = {  # rooms in which overrides still repeat the docstring of their base: as many, and never more
-    "slewline.chips.cy500": 4,
-    "slewline.chips.cy512": 6,
-    "slewline.chips.cy525": 11,
-    "slewline.chips.cy545": 4,
-    "slewline.chips.cy5xx": 3,
-    "slewline.chips.mc1451a": 7,
-    "slewline.core.motion": 14,
-    "slewline.core.wires": 21,
     "slewline.drive.board": 1,
     "slewline.language.verbatim": 2,
-    "slewline.parts.base": 3,
-    "slewline.parts.hosts": 1,
-    "slewline.parts.shafts": 5,
-    "slewline.parts.steppers": 2,
 }
 
 

@@ -69,7 +69,6 @@ class Cy500(Cy5xx):
     _motion_class = Motion
 
     def _twin_class(self) -> type[Stepwise]:
-        """Return the class of the slow twin, which is loaded on demand."""
         from .twin import Stepwise
 
         return Stepwise

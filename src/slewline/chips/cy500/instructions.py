@@ -34,7 +34,6 @@ class Registers(sloped.Registers):
 
     @property
     def slope(self) -> int:
-        """The slope that counts; 0: none."""
         return self.values["slope"] if self.sloped else 0
 
     @property

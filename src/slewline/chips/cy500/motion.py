@@ -55,7 +55,6 @@ class Motion(sloped.Motion):
 
     # ------------------------------------------------------------------------------------------------- as a step begins
     def watched(self) -> list[tuple[Net, int]]:
-        """The inputs whose change matters now, each with the level that would be a change."""
         jogs, follows = self.text == "J", self.registers.external
         turned = (self.xdir, 0 if self.sign > 0 else 1)
         return [self.inhibit.when_active, self.abort.when_active, *[self.xss.when_inactive] * jogs, *[turned] * follows]
@@ -91,5 +90,4 @@ class Motion(sloped.Motion):
 
     @property
     def progress(self) -> str:
-        """What a running motion waits for."""
         return "runs until xss=1" if self.text == "J" else super().progress

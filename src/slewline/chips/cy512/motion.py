@@ -33,17 +33,14 @@ class Motion(sloped.Motion):
 
     # ------------------------------------------------------------------------------------------ before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Take over the parameters for this motion."""
         self.aborted = False
         return super().parameters(number)
 
     def planned(self) -> Plan:
-        """The plan of this motion, whose first step begins now."""
         return profile.move(self.number, self.at_start.rate, self.at_start.slope, self.at_start.factor, self.law)
 
     # ----------------------------------------------------------------------------------------------- between two steps
     def watched(self) -> list[tuple[Net, int]]:
-        """The inputs whose change matters now, each with the level that would be a change."""
         pairs = [*super().watched(), self.terminate.when_active, self.request.when_active]
         return pairs if self.aborted else [*pairs, self.abort.when_active]
 

@@ -19,7 +19,6 @@ class Stepwise(SlopeStepwise):
         self.terminate = self.chip.pins["terminate"].net
 
     def prepare(self) -> None:
-        """The steps of an undisturbed motion, into `plan`."""
         self.aborted, up = False, self.way_up()
         if 2 * len(up) > self.number:
             self.plan = deque([self.step_of(CRAWL, self.law.start, 1)] * self.number)
@@ -40,7 +39,6 @@ class Stepwise(SlopeStepwise):
             await chip.at_tick(min(self.clock.ticks_until(self.kernel.now) + 1, end))
 
     async def should_continue(self, just: TwinStep) -> bool:
-        """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
         if self.coming() is None:
             if self.made < self.number:
                 self.axis.log.stop()

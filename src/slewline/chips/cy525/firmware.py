@@ -32,11 +32,9 @@ class Cy525(Cy5xx):
     state: Registers
 
     def phase_patterns(self) -> Patterns:
-        """Return the levels of the phases, a row a step; clockwise goes down the rows."""
         return PHASES
 
     def _twin_class(self) -> type[Stepwise]:
-        """Return the class of the slow twin, which is loaded on demand."""
         from .twin import Stepwise
 
         return Stepwise

@@ -69,7 +69,6 @@ class Instructions(instructions.Instructions):
         outputs.off()
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield what a motion should not find in the parameters: whether it does, code and text of a finding."""
         slope, rate, first, divisor = (
             self.registers.values[name] for name in ("slope", "rate", "firstrate", "divisor")
         )

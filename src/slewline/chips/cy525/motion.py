@@ -48,7 +48,6 @@ class Motion(motion.Motion):
         self.abortable = self.abort.is_inactive  # "initially" (s.7, case II): before a hold, which may last
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
         slews = any(leg.name == "slew" for leg in plan.legs)
         return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.continuous)
 
@@ -74,7 +73,6 @@ class Motion(motion.Motion):
 
     # ------------------------------------------------------------------------------------------------------- the looks
     def watched(self) -> list[tuple[Net, int]]:
-        """The inputs whose change matters now, each with the level that would be a change."""
         request = self.request
         withdrawn = self.done and request.is_active
         pairs = [self.inhibit.when_active, request.when_inactive if withdrawn else request.when_active]
@@ -91,7 +89,6 @@ class Motion(motion.Motion):
 
     @property
     def progress(self) -> str:
-        """What a running motion waits for."""
         if self.crawling:
             return f"{self.text} aborted, abort=1 at rate {self.first}: on to its target"
         if self.aborted:

@@ -35,7 +35,6 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------ before the first step
     async def move(self, number: int, sign: int, text: str) -> None:
-        """A motion from its command to the moment when READY may return."""
         self.ordered_steps, self.by_command = number, text == "G"
         await super().move(number, sign, text)
 
@@ -50,7 +49,6 @@ class Stepwise(twin.Stepwise):
         await super().play()
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return a function for the parameters of a motion that begins now, on request."""
         self.motion_made = at_start(self.chip.crystal_hz, self.registers.values, number, self.law)
         return self.motion_made.parameters
 
@@ -62,7 +60,6 @@ class Stepwise(twin.Stepwise):
             self.chip.finding("no-steps", "N is 0")
 
     def expected(self) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
         slews = self.endless or any(step.kind == SLEW for step in self.plan)
         return partial(self.motion_made.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.endless)
 
@@ -104,7 +101,6 @@ class Stepwise(twin.Stepwise):
         return rates
 
     def coming(self) -> TwinStep | None:
-        """The step that comes next as things stand; None: the target is reached."""
         if self.plan:
             return self.plan[0]
         return step_of(SLEW, self.top) if self.endless else None
@@ -134,7 +130,6 @@ class Stepwise(twin.Stepwise):
 
     # ----------------------------------------------------------------------------------- the looks between two steps
     async def should_continue(self, just: TwinStep) -> bool:
-        """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
         # 1. the target
         if self.coming() is None:
             return False

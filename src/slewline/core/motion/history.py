@@ -106,7 +106,6 @@ class Polyline(Staircase):
     held = False
 
     def changes(self, start: int, stop: int) -> Outline:
-        """Return every change at start < t <= stop (ps), the value at `start` before them."""
         import numpy as np
 
         stop = min(stop, self.kernel.now)

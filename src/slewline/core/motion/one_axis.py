@@ -43,7 +43,6 @@ class ReachesCondition(Condition):
         return self.motor.position == self.position
 
     def when(self) -> int | None:
-        """Return when the condition will be met, as promised at present (ps); None if no promise says so."""
         return self.motor.arrives(self.position)
 
 

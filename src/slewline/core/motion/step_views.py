@@ -92,7 +92,6 @@ class Rises(Events):
         self.view, self.clock = view, view.of.train.clock
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
         of, tick = self.view.of, self.clock.ticks_until(self.view.of.within(ps))
         k = of.train.step_at(tick)
         return k - 1 if k and tick < self.view.rise(k - 1) else k
@@ -117,11 +116,9 @@ class PulseView(StepView):
         self.of, self.high = of, high
 
     def rise(self, k: int) -> int:
-        """Return the tick, since the origin of the train, at which the output rises in step k."""
         return self.of.train.end(k + 1) - self.high
 
     def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         import numpy as np
 
         train = self.of.train
@@ -158,11 +155,9 @@ class StrobeView(StepView):
         self.of, self.low = of, low
 
     def rise(self, k: int) -> int:
-        """Return the tick, since the origin of the train, at which the output rises in step k."""
         return self.of.train.end(k) + self.low
 
     def rise_ticks(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the ticks at which the output rises in steps first ... last-1: (n,) int64, since the origin."""
         return self.of.train.ends(first, last) + self.low
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:

@@ -176,7 +176,6 @@ class StepTrain(Train):
         self.steps, self.length = own.steps, own.length  # ticks from the start of step 0 to the end of the last
 
     def end(self, k: int) -> int:
-        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
         if k >= self.steps:
             return self.origin + self.length
         i = bisect_right(self.firsts, k) - 1
@@ -187,7 +186,6 @@ class StepTrain(Train):
         return self.intervals[bisect_right(self.firsts, k) - 1]
 
     def step_at(self, tick: int) -> int:
-        """Return the step that is in progress at a tick, or the last one: how many have begun by it."""
         x = tick - self.origin
         if x < 0:
             return 0
@@ -196,7 +194,6 @@ class StepTrain(Train):
         return self.firsts[i] + (n if n < self.counts[i] else self.counts[i])
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return `step_at` for ticks since `origin`, any order: (n,) int64."""
         import numpy as np
 
         starts = np.array(self.starts, np.int64)
@@ -206,11 +203,9 @@ class StepTrain(Train):
         return np.where(ticks < 0, 0, n)
 
     def pieces(self, since: int, to: int) -> int:
-        """Return how many velocities there are between two ticks since `origin`, within one."""
         return bisect_left(self.starts, to) - bisect_right(self.starts, since) + 1
 
     def rests(self, until: int) -> int:
-        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         return self.end(begun) - self.origin if (begun := self.count(until - 1)) else 0
 
     def velocities(self, since: int, to: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -227,14 +222,12 @@ class StepTrain(Train):
         return ticks, self.clock.hz / intervals
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
         i, j = bisect_right(self.starts, since) - 1, bisect_left(self.starts, to)
         whole = j - i == len(self.starts)
         chosen = self.table.shown if whole else [i + n for n in shown(self.intervals[i:j])]
         return [since, *(self.starts[n] for n in chosen[1:])], [self.clock.hz / self.intervals[n] for n in chosen]
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return `end` of steps first ... last-1, which begin after it: (n,) int64, ticks since `origin`, ascending."""
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)

@@ -105,7 +105,6 @@ class Listed(Events):
         self.instants = instants
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
         return bisect_right(self.instants, ps)
 
     def time(self, k: int) -> When:
@@ -113,7 +112,6 @@ class Listed(Events):
         return self.instants[k - 1] if k <= len(self.instants) else None
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
         import numpy as np
 
         return np.array(self.instants[first - 1 : last], np.int64)
@@ -133,7 +131,6 @@ class Even(Events):
         self.since, self.clock = since, Clock(rate)
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
         return max(self.clock.ticks_until(ps - self.since), 0)
 
     def time(self, k: int) -> When:
@@ -165,7 +162,6 @@ class Until(Events):
         return ps if until is None or ps < until else until - 1
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
         return self.of.count(self.within(ps))
 
     def time(self, k: int) -> When:
@@ -173,7 +169,6 @@ class Until(Events):
         return before(self.of.time(k), self.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.of.times(first, last)
 
     def few(self, numbers: list[int]) -> list[int]:
@@ -188,7 +183,6 @@ class Later(Events):
         self.of, self.lag_ps = of, lag_ps
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
         return self.of.count(ps - self.lag_ps)
 
     def time(self, k: int) -> When:
@@ -196,7 +190,6 @@ class Later(Events):
         return later(self.of.time(k), self.lag_ps)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.of.times(first, last) + self.lag_ps
 
     def few(self, numbers: list[int]) -> list[int]:
@@ -211,7 +204,6 @@ class Since(Events):
         self.of, self.first = of, of.count(ps)
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
         return max(self.of.count(ps) - self.first, 0)
 
     def time(self, k: int) -> When:
@@ -219,7 +211,6 @@ class Since(Events):
         return self.of.time(self.first + k)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
         return self.of.times(self.first + first, self.first + last)
 
     def few(self, numbers: list[int]) -> list[int]:

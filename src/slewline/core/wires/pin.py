@@ -95,7 +95,6 @@ class EitherCondition(Condition):
             condition.begin()
 
     def met(self) -> bool:
-        """Return whether the condition holds now."""
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
@@ -112,7 +111,6 @@ class LevelCondition(Condition):
         self.pin, self.wanted, self.text, self.nets = pin, level, f"{pin.name}={level}", (pin.net,)
 
     def met(self) -> bool:
-        """Return whether the condition holds now."""
         return self.pin.level == self.wanted
 
 
@@ -130,7 +128,6 @@ class EdgeCondition(Condition):
         self.last = self.net.changes + self.number
 
     def met(self) -> bool:
-        """Return whether the condition holds now."""
         return self.net.changes >= self.last
 
 
@@ -141,7 +138,6 @@ class GotCondition(Condition):
         self.received, self.data, self.text = received, data, f"{name} got {data!r}"
 
     def met(self) -> bool:
-        """Return whether the condition holds now."""
         received, data = self.received, self.data
         if isinstance(received, bytearray) and isinstance(data, bytes):
             return data in received

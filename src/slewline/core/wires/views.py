@@ -115,7 +115,6 @@ class Repeated(View):
         return floats(self.of)
 
     def inputs(self) -> Iterable[Promise]:
-        """Return the promises that the view is made of."""
         return (self.of,)
 
     def clock(self, level: int, since: int) -> Events:
@@ -151,18 +150,15 @@ class Rested(Repeated):
         return WalkedEdges(self, level, since)
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return self.rest if (level := self.of.level(ps)) is None else level
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
         following = self.of.after(ps)
         if isinstance(following, int) and self.level_of(following) == self.level_of(ps):
             return NotYet(following)  # it begins or ceases to float
         return following
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         times, levels = self.of.edges(start, stop)
         if isinstance(levels, list):
             levels = [self.rest if level is None else level for level in levels]
@@ -179,11 +175,9 @@ class Inverted(Repeated):
         return super().clock(1 - level, since)
 
     def level_of(self, ps: int) -> Level:
-        """Return the level at an instant (ps), 0, 1 or None, bounded by the inputs alone."""
         return None if (level := self.of.level(ps)) is None else 1 - level
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return the edges at start < t <= stop (ps): two lists, or two arrays (int64 ps, int8 levels)."""
         times, levels = super().edges_of(start, stop)
         if isinstance(levels, list):
             return times, [None if level is None else 1 - level for level in levels]
@@ -212,7 +206,6 @@ class Combined(View):
         raise NotImplementedError
 
     def inputs(self) -> Iterable[Promise]:
-        """Return the promises that the view is made of."""
         return filter(promised, self.of)
 
     def _levels(self, ps: int) -> list[Level]:
@@ -275,18 +268,15 @@ class Wired(Combined):
         return self._rest is None and all(map(floats, self.of))
 
     def combined(self, levels: Sequence[Level]) -> Level:
-        """Return the output, 0, 1 or None, for the levels of the inputs."""
         return self._rest if (level := self._wired(levels)[0]) is None else level
 
     def combined_many(self, levels: Any) -> Any:
-        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
         import numpy as np
 
         rest = FLOATING if self._rest is None else self._rest
         return np.where((levels == 0).any(0), 0, np.where((levels == 1).any(0), 1, rest)).astype(np.int8)
 
     def decides(self, number: int, level: Level) -> bool:
-        """Return whether an input with this level fixes the output, whatever the others do."""
         return level == 0 and level.__class__ is int
 
 
@@ -303,18 +293,15 @@ class Gated(Combined):
         self.table = table
 
     def combined(self, levels: Sequence[Level]) -> Level:
-        """Return the output, 0, 1 or None, for the levels of the inputs."""
         return self.table[sum(1 << n for n, level in enumerate(levels) if level != 0)]
 
     def combined_many(self, levels: Any) -> Any:
-        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
         import numpy as np
 
         number = ((levels != 0) << np.arange(len(levels))[:, None]).sum(0)
         return np.array(self.table, np.int8)[number]
 
     def decides(self, number: int, level: Level) -> bool:
-        """Return whether an input with this level fixes the output, whatever the others do."""
         return (number, level != 0) in deciding(self.table)
 
 

@@ -76,7 +76,6 @@ class Clocked(Follower):
         self.follow(self._look_ahead())
 
     def go_by_edges(self) -> None:
-        """Follow the inputs edge by edge from now on."""
         if not self.laying:
             self._cut(self.kernel.seen)
         super().go_by_edges()

@@ -34,7 +34,6 @@ class Counted(View):
         self.clocked, self.of, self.levels = clock, of, levels
 
     def inputs(self) -> Iterable[Promise]:
-        """Return the promises that the view is made of."""
         return (self.of,) if promised(self.of) else ()
 
     def level_of(self, ps: int) -> Level:
@@ -79,7 +78,6 @@ class Sampled(View):
         self.clocked, self.data, self.before = clock, data, before
 
     def inputs(self) -> Iterable[Promise]:
-        """Return the promises that the view is made of."""
         return (self.data,) if promised(self.data) else ()
 
     def _read(self, ps: int) -> int:

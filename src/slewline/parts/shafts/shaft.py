@@ -320,7 +320,6 @@ class GearedShaft(DrivenShaft):
         return motion.geared(self.ratio)
 
     def below(self, steps: Fraction) -> Fraction:
-        """Return the steps of the driving shaft that correspond to steps of this one."""
         return steps / self.ratio
 
     def stop_at(self, low: Place, high: Place) -> None:

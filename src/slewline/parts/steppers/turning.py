@@ -207,12 +207,10 @@ class MotorShaft(Shaft):
         self._alter(push=float(steps))
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """Set hard stops at two places, in steps; None: no stop on that side."""
         self.stops.append((low, high))
         self._alter(stops=self._bounds)
 
     def quantity(self, name: str, unit: str = "steps", scale: float = 1.0) -> Polyline:
-        """Return the place over time as a quantity, a step being `scale` units."""
         motion = self.rotor
 
         def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

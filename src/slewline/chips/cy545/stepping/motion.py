@@ -54,7 +54,6 @@ class Stepping(motion.Motion):
         self.outputs.moving(moving)
 
     def watched(self) -> list[tuple[Net, int]]:
-        """The inputs whose change matters now, each with the level that would be a change."""
         return [self.limits[self.sign].when_active, (self.ccw, 1 if self.sign > 0 else 0)]
 
     def refused(self) -> bool:
@@ -166,7 +165,6 @@ class Motion(Stepping):
         return profile.move(self.number, at_start.first, at_start.rate, at_start.slope, self.law)
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
         return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, self.endless)
 
     # ------------------------------------------------------------------------------------------------------- the looks
@@ -197,7 +195,6 @@ class Motion(Stepping):
 
     @property
     def progress(self) -> str:
-        """What a running motion waits for."""
         ends = "inhibit_abort=0 at a step's end" if self.endless else "its target unless inhibit_abort=0 there"
         if self.aborted:
             return f"{self.text}, inhibit_abort=0: down to rate {self.at_start.first}, and on to {ends}"

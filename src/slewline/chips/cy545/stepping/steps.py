@@ -64,7 +64,6 @@ class StepOutputs(steps.StepOutputs):
         self.point(self.registers.clockwise)
 
     def turn(self, clockwise: bool) -> None:
-        """Set the direction, and show it."""
         self.registers.clockwise, self.registers.directed = clockwise, True
         self.point(clockwise)
 

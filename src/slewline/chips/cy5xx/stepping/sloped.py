@@ -103,5 +103,4 @@ class Motion(motion.Motion):
         return self.at_start.parameters
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
         return partial(self.at_start.ideal, plan.runs, self.kernel.now, self.axis.position, self.sign)

@@ -190,7 +190,6 @@ class SlopeStepwise(Stepwise):
     law: Law
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return a function for the parameters of a motion that begins now, on request."""
         self.motion_made = self.registers.at_start(self.chip.crystal_hz, number, self.law)
         return self.motion_made.parameters
 
@@ -208,6 +207,5 @@ class SlopeStepwise(Stepwise):
         return way
 
     def expected(self) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
         runs = tuple((step.period, len(list(alike))) for step, alike in groupby(self.plan))
         return partial(self.motion_made.ideal, runs, self.kernel.now, self.axis.position, self.sign)

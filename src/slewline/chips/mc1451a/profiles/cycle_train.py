@@ -167,7 +167,6 @@ class CycleTrain(Train):
 
     # ------------------------------------------------------------------------------------------------------ questions
     def end(self, k: int) -> int:
-        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
         distance = (k + 1) * self.unit - self.lead
         i, before, after = self._near
         if not before < distance <= after:
@@ -179,7 +178,6 @@ class CycleTrain(Train):
         return self.origin + i * self.cycle - (before - distance) * self.cycle // (after - before)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants at which some steps begin (ps), ascending, all of which come."""
         speed, unit, lead, cycle = self.law.steady, self.unit, self.lead, self.cycle
         if not speed or numbers[:1] == [1]:  # step 1 may be due before the train begins
             return super().few(numbers)
@@ -223,7 +221,6 @@ class CycleTrain(Train):
         return ticks, np.diff(self.law.travels(np.arange(i, j + 1))) * self.clock.hz / (self.cycle * self.unit)
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
         if not self.law.even:
             return super().extremes(since, to)
         i, j = since // self.cycle, (to - 1) // self.cycle
@@ -231,11 +228,9 @@ class CycleTrain(Train):
         return ([since, j * self.cycle], [first, last]) if j > i else ([since], [first])
 
     def pieces(self, since: int, to: int) -> int:
-        """Return how many velocities there are between two ticks since `origin`, within one."""
         return 1 if self.law.steady else (to - since) // self.cycle + 1
 
     def rests(self, until: int) -> int:
-        """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
 
     def _cycle(self, distance: int) -> int:
@@ -253,7 +248,6 @@ class CycleTrain(Train):
 
     # --------------------------------------------------------------------------------------------------------- arrays
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return `end` of steps first ... last-1, which begin after it: (n,) int64, ticks since `origin`, ascending."""
         import numpy as np
 
         last = self.steps if last is None else min(last, self.steps)
@@ -381,7 +375,6 @@ class SquareRises(Events):
         self.view, self.halves, self.high = view, view.halves, int(view.high)
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
         return max((self.halves.count(self.view.of.within(ps)) + 1) // 2 - self.high, 0)
 
     def time(self, k: int) -> When:

@@ -24,7 +24,6 @@ class OneCycle(Train):
         self.speed = displaced / ONE * clock.hz / self.length
 
     def end(self, k: int) -> int:
-        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
         return self.origin + (self.ticks[k] if k < self.steps else self.length)
 
     def step_at(self, tick: int) -> int:

@@ -115,7 +115,6 @@ class AdaptiveUart(HostUart):
         self.news.set()
 
     def take(self, character: Character) -> None:
-        """Receive a character."""
         super().take(character)
         self.news.set()
 
