@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..core.datasheet.units import other_kind
 from ..core.messages.near import hint
+from ..core.messages.numbers import without_comma
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..errors import UsageError
 from .board.wire import ENABLE_LOW, UP_IS_HIGH, BoardConfig, DriverFlag, EnableOff
@@ -35,8 +36,8 @@ def steps_a_second(rate: str | int) -> int:
     text = f"{rate} steps/s" if isinstance(rate, int) and not isinstance(rate, bool) else str(rate)
     found = re.fullmatch(r"\s*(\d{1,7})\s*steps/s\s*", text)
     if found is None or not int(found[1]):
-        kind = other_kind(rate, "steps/s")
-        raise UsageError(f"rate {rate!r}: {kind}expected steps per second with their unit, such as '500 steps/s'")
+        says = f"rate {rate!r}: {other_kind(rate, 'steps/s')}expected steps per second with their unit"
+        raise UsageError(f"{says}, such as '500 steps/s'{without_comma(rate)}")
     return int(found[1])
 
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from ..core.datasheet.table import Arg, Sheet
 from ..core.messages.instead import missing
 from ..core.messages.near import hint
+from ..core.messages.numbers import without_comma
 from ..core.messages.whole import whole
 from ..core.motion.train import Train
 from ..core.time.timebase import PS_PER_S, readable
@@ -386,12 +387,13 @@ def value_of(calculator: Calculator, quantity: RampParameter, value: object, cry
             if str(value).lower() == choice.lower():
                 return choice
         raise UsageError(f"{where}; allowed {quantity.allowed}")
+    comma = without_comma(value)
     if isinstance(value, str):
         value = _number(calculator, quantity, value, crystal_hz)
     number = whole(value)
     if number is None or not quantity.arg.allows(number):
         rates = f", or text such as '4000 {_unit(quantity)}'" if quantity.per_s else ""
-        raise UsageError(f"{where}; allowed {quantity.allowed}{rates}")
+        raise UsageError(f"{where}; allowed {quantity.allowed}{rates}{comma}")
     return number
 
 
