@@ -8,7 +8,7 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, JSON, MOTOR_HELP, OPTIONS, path
-from ..options.values import TURN, PartName, WholeNumber
+from ..options.values import STEPS, PartName, WholeNumber
 from .wizard import AskingCommand
 
 
@@ -48,7 +48,7 @@ def calibrate_command(**options: Any) -> int:
 @click.option("--load", metavar="TEXT", help="Such as 'inertia 68 g cm2, friction 5 mNm, torque 30 mNm'.")
 @click.option(
     "--steps",
-    type=WholeNumber(400, "steps", TURN, least=1),
+    type=STEPS,
     required=True,
     metavar="N",
     help="Steps of the move, from rest to rest.",
