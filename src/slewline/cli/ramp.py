@@ -174,9 +174,8 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
     yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in told.items())}"
     yield f"rates         {number(ramp.start)} to {number(ramp.top)} steps/s"
     if not ramp.time_ps:
-        rates = [f"{q.name} {ramp.values[q.name]}" for q in calculator.quantities if q.per_s and q.name in ramp.values]
-        above = ramp.top > ramp.start
-        yield "ramp          none" + ("" if above else f": the rate is not above the first one ({', '.join(rates)})")
+        why = calculator.level(ramp)
+        yield f"ramp          none{why and f': {why}'}"
     else:
         yield f"ramp          {readable(ramp.time_ps)}, {number(ramp.steps)} step{'' if ramp.steps == 1 else 's'}"
         yield f"acceleration  {accelerations(ramp)}"

@@ -283,6 +283,13 @@ class Calculator(ABC):
         says = f"{self.sheet.part}: no parameter {name!r}; there are: {', '.join(names)}"
         raise UnknownName(says + hint(name, names))
 
+    def level(self, ramp: Ramp) -> str:
+        """Return why a ramp has no steps, where its rate is not above the first one; empty: it has some."""
+        if ramp.time_ps or ramp.top > ramp.start:
+            return ""
+        rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
+        return f"the rate is not above the first one ({', '.join(rates)})"
+
     def told(self, values: Values) -> dict[str, Value]:
         """Return values without those that are at their default and cannot be looked for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
