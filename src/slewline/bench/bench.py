@@ -17,7 +17,7 @@ from random import Random
 from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeVar, cast
 
 from ..chips import CATALOGUE as CHIPS
-from ..core.messages.calls import answering
+from ..core.messages.calls import answering, refusal
 from ..core.messages.instead import CALLS_OF_HOSTS, face, missing
 from ..core.messages.near import hint
 from ..core.messages.whole import whole
@@ -77,7 +77,13 @@ def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Conc
 
     @wraps(method)
     def delegated(bench: Bench, /, *args: P.args, **options: P.kwargs) -> R:
-        return method(owner(bench), *args, **options)
+        one = owner(bench)
+        try:
+            return method(one, *args, **options)
+        except TypeError:
+            if says := refusal(method, f"{method.__name__}()", "", one, *args, **options):
+                raise UsageError(says) from None
+            raise
 
     return delegated
 
@@ -253,6 +259,7 @@ class Bench:
     stream_vcd = delegate("_files", WaveformFiles.stream_vcd)
 
     # --------------------------------------------------------------------------------------------------------- pictures
+    @answering("figure()", '; width is "page", "phone" or inches')
     def figure(
         self,
         title: str | None = None,

@@ -13,6 +13,7 @@ from typing import Any
 
 from ..bench.circuit import crystal_for
 from ..chips import ramps_of
+from ..core.messages.calls import answering
 from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Calculator
@@ -31,6 +32,7 @@ from .search import BestFirst, OnProgress, Progress
 from .task import Chosen, MapPlace, Tuned, TuningTask
 
 
+@answering("tune()")
 def tune(
     part: str,
     *,
