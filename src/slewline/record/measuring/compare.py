@@ -137,9 +137,11 @@ class Comparison:
     def __str__(self) -> str:
         begin = f"{self.name}: " if self.name else ""
         counts = f"{len(self.model[0])} edges in the model, {len(self.measured[0])} measured"
-        within = self.within or (readable(self.tolerance_ps) if self.tolerance_ps else "")
-        verdict = f"agree within {within}" if self.agrees else f"differ by more than {within}"
-        verdict = verdict if within else verdict.partition(" ")[0]
+        given = readable(self.tolerance_ps) if self.tolerance_ps and not self.within else ""
+        within = self.within or given
+        verdict = (
+            f"agree{within and f' within {within}'}" if self.agrees else f"differ{given and f' (tolerance {given})'}"
+        )
         lines = [f"{begin}{counts}, shifted by {readable(self.shift_ps)}: {verdict}"]
         lines += [f"  {row}" for row in self.rows[:SHOWN]]
         if len(self.rows) > SHOWN:
