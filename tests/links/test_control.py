@@ -79,6 +79,12 @@ def test_what_does_not_come_about_is_told_at_the_time_limit(stand):
     _, _, ask = stand
     before = ask("status")["time_ps"]
     assert ask("until", pin="x.mov", level=1, timeout="3 s") == {"met": False, "time_ps": before + 3 * 10**12}
+    nowhere = ask("until", chip="x", address=50, timeout="1 s")
+    assert nowhere["met"] is False and nowhere["why"] == "where there is none: no program is stored"
+    assert (
+        "x: instruction at 500; allowed 0..118, the addresses of a program"
+        in ask("until", chip="x", address=500)["error"]
+    )
 
 
 def test_requests_that_come_while_one_waits_are_answered_in_order(stand):
