@@ -139,7 +139,10 @@ export function timebar(link, root, fail) {
   async function runTo(event) {
     event.preventDefault();
     const text = value.value.trim();
-    if (!text) return value.focus();
+    if (!text) {
+      value.focus();
+      return fail(new Error(`Run to: write the ${PLACES[place.value]}, such as ${HINTS[place.value]}`));
+    }
     let number = NaN;
     let instantPs = NaN;
     try {
