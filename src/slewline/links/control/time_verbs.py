@@ -19,6 +19,8 @@ from ..time.moments import (
 from .kinds import Data
 from .verbs import Verbs
 
+RESTING = "no command or program is in progress"
+
 
 class TimeVerbs(Verbs):
     """Pauses, steps, breakpoints, and the way back."""
@@ -68,8 +70,7 @@ class TimeVerbs(Verbs):
             return {"met": True}
         odd = str(condition).removeprefix(condition.text).lstrip(", ")
         doing = waiting_for(self.bench.chips.values(), self.bench.parts.values())
-        why = "; ".join(filter(None, (odd, *doing)))
-        return {"met": False} | ({"why": why} if why else {})
+        return {"met": False, "why": "; ".join(filter(None, (odd, *(doing or [RESTING]))))}
 
     def do_advance(self, request: Data) -> None:
         """Let time pass in lockstep, or while it stands; reply when it has."""
