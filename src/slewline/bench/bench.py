@@ -17,7 +17,7 @@ from random import Random
 from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, ParamSpec, TypeVar, cast
 
 from ..chips import CATALOGUE as CHIPS
-from ..core.messages.calls import answering, refusal
+from ..core.messages.calls import answering
 from ..core.messages.instead import CALLS_OF_HOSTS, face, missing
 from ..core.messages.near import hint
 from ..core.messages.whole import whole
@@ -73,17 +73,11 @@ R = TypeVar("R")
 
 def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
     """Return a method of a bench that calls one of an object it has; signature and docstring are those of that."""
-    owner = attrgetter(to)
+    owner, answered = attrgetter(to), answering(f"{method.__name__}()")(method)
 
     @wraps(method)
     def delegated(bench: Bench, /, *args: P.args, **options: P.kwargs) -> R:
-        one = owner(bench)
-        try:
-            return method(one, *args, **options)
-        except TypeError:
-            if says := refusal(method, f"{method.__name__}()", "", one, *args, **options):
-                raise UsageError(says) from None
-            raise
+        return answered(owner(bench), *args, **options)
 
     return delegated
 

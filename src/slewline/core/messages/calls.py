@@ -27,23 +27,16 @@ def answering(name: str, also: str = "") -> Callable[[Callable[P, R]], Callable[
             try:
                 return function(*args, **kwargs)
             except TypeError:
-                if says := refusal(function, name, also, *args, **kwargs):
+                if wrong := misfit(function, *args, **kwargs):
+                    names = [each for each in parameters_of(function) if each not in ("self", "circuit")]
+                    odd = next((each for each in kwargs if each not in names), "")
+                    says = f"{name}: {wrong}; its arguments: {', '.join(names)}{also}{hint(odd, names) if odd else ''}"
                     raise UsageError(says) from None
                 raise
 
         return called
 
     return decorate
-
-
-def refusal(function: Callable[..., object], name: str, also: str, *args: object, **kwargs: object) -> str:
-    """Return that a function cannot be called so, and what it takes; empty: it can, or that is not known."""
-    wrong = misfit(function, *args, **kwargs)
-    if not wrong:
-        return ""
-    names = [each for each in parameters_of(function) if each not in ("self", "circuit")]
-    odd = next((each for each in kwargs if each not in names), "")
-    return f"{name}: {wrong}; its arguments: {', '.join(names)}{also}{hint(odd, names) if odd else ''}"
 
 
 def parameters_of(function: Callable[..., object]) -> list[str]:
