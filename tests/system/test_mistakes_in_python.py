@@ -179,7 +179,11 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('x.reaches("40")', "UsageError", "x: position '40'; allowed 0..65535"),
     ("x.reaches(1 << 40)", "UsageError", "x: position 1099511627776; allowed 0..65535"),
-    ("x.at_instruction(-1)", "UsageError", "x: instruction at -1; allowed an address, 0 and up, or none for any"),
+    (
+        "x.at_instruction(-1)",
+        "UsageError",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any",
+    ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (
         'b.add("cy255")',
