@@ -56,9 +56,9 @@ def test_signals_that_agree(call: Any) -> None:
     called = call("compare", "model.vcd", "board.vcd", "--map", "x.pulse=D0, slew = D1")
     assert (called.status, called.err) == (0, "")
     assert called.out.splitlines() == [
-        "x.pulse: 4 edges in the model, 4 measured, shifted by -5 µs: agree",
+        "x.pulse: 4 edges in the model, 4 measured, shifted by -5 µs: agree within 1.001 µs",
         "  4 pairs: at most 400 ns apart, 100 ns in the mean",
-        "slew: 1 edges in the model, 1 measured, shifted by -5 µs: agree",
+        "slew: 1 edges in the model, 1 measured, shifted by -5 µs: agree within 1.001 µs",
         "  1 pair: at most 400 ns apart, 400 ns in the mean",
     ]
 

@@ -142,7 +142,9 @@ def test_what_is_no_quantity_is_refused_with_what_is(value):
     with pytest.raises(UsageError) as error:
         quantity(value, "A", "m: current")
     other = "mH is a unit of inductance; " if value == "5 mH" else ""
-    assert str(error.value) == f"m: current {value!r}; {other}allowed a number (A), or text with a unit: A, mA"
+    comma = "; write 1.4 A, with a decimal point" if value == "1,4 A" else ""
+    says = f"m: current {value!r}; {other}allowed a number (A), or text with a unit: A, mA{comma}"
+    assert str(error.value) == says
     with pytest.raises(ValueError):
         measured(value, "A")
     row = Option("current", "quantity", 0.0, "of a phase", unit="A")

@@ -78,7 +78,14 @@ def test_a_program_runs_as_far_as_time_does(stand):
 def test_what_does_not_come_about_is_told_at_the_time_limit(stand):
     _, _, ask = stand
     before = ask("status")["time_ps"]
-    assert ask("until", pin="x.mov", level=1, timeout="3 s") == {"met": False, "time_ps": before + 3 * 10**12}
+    resting, at = "no command or program is in progress", before + 3 * 10**12
+    assert ask("until", pin="x.mov", level=1, timeout="3 s") == {"met": False, "why": resting, "time_ps": at}
+    nowhere = ask("until", chip="x", address=50, timeout="1 s")
+    assert nowhere["met"] is False and nowhere["why"] == f"where there is none: no program is stored; {resting}"
+    assert (
+        "x: instruction at 500; allowed 0..118, the addresses of a program"
+        in ask("until", chip="x", address=500)["error"]
+    )
 
 
 def test_requests_that_come_while_one_waits_are_answered_in_order(stand):

@@ -82,7 +82,17 @@ def test_two_causes_of_a_code_do_not_hide_each_other(stand):
     minutes.pass_()
     assert told[3:] == [
         "x: E4: 1 more like this: 'v1' is not a command of the gs-c200s",
-        "x: E4: 2 more like this: +100 outside a program",
+        "x: E4: 2 more like this: ... outside a program",
+    ]
+
+
+def test_what_comes_again_is_shown_as_far_as_it_is_the_same_and_cut_between_words(stand):
+    reports, minutes, told = stand
+    case = "a line begins with {!r}, which is not the address of a module here: no module answers; begin it with 2"
+    said(reports, case.format("V"), case.format("*"))
+    minutes.pass_()
+    assert told[1:] == [
+        "x: E4: 1 more like this: a line begins with ..., which is not the address of a module here: no module ..."
     ]
 
 

@@ -150,3 +150,42 @@ def test_a_page_that_was_cut_off_comes_back(opened, served, script):
     page.locator("#connection.on").wait_for()
     before = page.locator(".clock").text_content()
     page.wait_for_function("text => document.querySelector('.clock').textContent !== text", arg=before)
+
+
+WRONG_PLACES = [  # what is chosen, what is typed, the answer
+    ("time", "500", "time 500: has no unit; write 500 ms or 500 s"),
+    ("time", "next tuesday", "'next tuesday'; expected text with a unit such as"),
+    ("time", "-5 ms", "'-5 ms': virtual time does not run backwards"),
+    ("position", "", "Run to: write the position, such as 400"),
+    ("position", "abc", "position abc: expected a whole number, such as 400"),
+    ("position", "99999999", "position 99999999; allowed 0..65535"),
+    ("address", "abc", "line abc: expected a whole number, such as 400"),
+    ("address", "6", "line 6: no instruction begins there; no program is stored in x"),
+]
+
+
+def test_a_place_to_run_to_that_is_none_is_answered_at_once(opened, served):
+    page = opened()
+    page.get_by_role("button", name="Pause", exact=True).click()
+    page.get_by_role("button", name="Go", exact=True).first.wait_for()
+    steps(page)
+    before = served.do(lambda: served.bench.now_ps)
+    for place, text, says in WRONG_PLACES:
+        page.get_by_label("Run to", exact=True).select_option(place)
+        page.get_by_label("Where to run to").fill(text)
+        page.get_by_role("button", name="Run there").click()
+        page.locator("[role=alert]").filter(has_text=says).first.wait_for(timeout=20_000)
+    assert served.do(lambda: served.bench.now_ps) == before
+
+
+def test_a_place_that_is_not_reached_says_what_the_chip_waits_for(opened, served):
+    page = opened()
+    page.get_by_role("tab", name="Editor").click()
+    page.get_by_role("textbox", name="Program", exact=True).fill("E\nD 65535\nD 65535\nS 200\nQ\nX\n")
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.get_by_role("listbox", name="Program of x").get_by_role("option").nth(1).wait_for()
+    steps(page)
+    page.get_by_label("Run to", exact=True).select_option("address")
+    page.get_by_label("Where to run to").fill("6")
+    page.get_by_role("button", name="Run there").click()
+    page.locator(".stopped").filter(has_text="not within 60 s; x: ").wait_for(timeout=60_000)

@@ -52,8 +52,12 @@ def test_a_late_edge_is_told():
     assert told(found) == [("late", 412, int(model[0][412]), 0, 2_300_000)]
     assert str(found.rows[0]) == "edge 412 (falls) at 20.607 ms is 2.3 µs late"
     assert not found.agrees and found.greatest_ps == 2_300_000 and found.mean_ps == 2_300_001 / 2000
-    assert "differ\n  edge 412 (falls) at 20.607 ms is 2.3 µs late\n  2000 pairs: at most 2.3 µs" in str(found)
+    assert (
+        "differ (tolerance 1 ps)\n  edge 412 (falls) at 20.607 ms is 2.3 µs late\n  2000 pairs: at most 2.3 µs"
+        in str(found)
+    )
     assert slewline.compare_edges(model, moved(model, 412, 2_300_000), tolerance="2.3 us").agrees
+    assert ": agree within 2.3 µs\n" in str(slewline.compare_edges(model, moved(model, 412, 9), tolerance="2.3 us"))
     early = slewline.compare_edges(model, moved(model, 413, -7000))
     assert [str(row) for row in early.rows] == ["edge 413 (rises) at 20.612 ms is 7 ns early"]
 

@@ -150,9 +150,9 @@ MISTAKES = [  # the line, the error, the end of its message
         "the condition is on another bench, whose time does not pass here",
     ),
     (
-        'b.run_until(x.at_instruction(99), timeout="1 s")',
+        'b.run_until(x.at_instruction(50), timeout="1 s")',
         "Timeout",
-        "x at instruction 99, where there is none: no program is stored; the time is",
+        "x at instruction 50, where there is none: no program is stored; the time is",
     ),
     # -------------------------------------------------------------------------------------------------------- hooks
     ("x.on_step", "NoSuchAttribute", "x.on_motion_begin.add(...) reports motions, x.steps() has every step"),
@@ -330,10 +330,10 @@ def test_a_wait_for_an_instruction_names_those_that_there_are():
     world["b"].run_until_idle()
     rows = ", ".join(str(row.address) for row in world["x"].program_rows())
     with pytest.raises(
-        errors.Timeout, match=f"instruction 99, where there is none: there are {rows}; the time is"
+        errors.Timeout, match=f"instruction 50, where there is none: there are {rows}; the time is"
     ) as raised:
-        world["b"].run_until(world["x"].reaches(3) | world["x"].at_instruction(99), timeout="1 s")
-    assert "x at position 3 or x at instruction 99" in str(raised.value)
+        world["b"].run_until(world["x"].reaches(3) | world["x"].at_instruction(50), timeout="1 s")
+    assert "x at position 3 or x at instruction 50" in str(raised.value)
 
 
 class Mine(slewline.Bench):

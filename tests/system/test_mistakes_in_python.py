@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+
 import pytest
 
 import slewline
@@ -32,7 +34,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.Drive(mb, m.axis(1), "twin")',
         "UsageError",
-        "expected a chip of the bench, or its name; axis=2 names another axis",
+        "position 0, at rest>: is an axis; give its chip, and axis=1",
     ),
     (
         'slewline.Drive(gb, g, "twin", inputs="A1=home")',
@@ -44,6 +46,39 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "start 50 ms, stop 20 ms: give a stop after the start",
     ),
+    ('slewline.Drive(gb, g, "twin", inputs={"home": "A1"})', "UsageError", "the pin of the board comes first: A1=home"),
+    ('slewline.Drive(gb, g, "twin", outputs={"uo1": "D2"})', "UsageError", "the pin of the board comes first: D2=uo1"),
+    ('slewline.Drive(gb, g, "twin", horizon=100)', "TimeError", "horizon: time 100: a bare number is picoseconds"),
+    ('slewline.Drive(gb, g, "twin", enable_hold="60")', "TimeError", "enable_hold: time '60': expected a number and"),
+    (
+        'slewline.Drive(gb, g, "twin", horizen="1 s")',
+        "UsageError",
+        "Drive(): got an unexpected keyword argument 'horizen'",
+    ),
+    ('slewline.Drive(gb, g, "twin", horizen="1 s")', "UsageError", "clock, wait; did you mean horizon?"),
+    ('h.ask("V 0", to="x")', "UsageError", "its arguments: command, timeout; host.to(x) selects one of several chips"),
+    ('gh.ask("V1", to="x")', "UsageError", "its arguments: command, timeout; host.to(x) selects one of several chips"),
+    ('mh.ask("GET_POS", to="x")', "UsageError", "command, timeout, axis; host.to(x) selects one of several chips"),
+    ("b.host([x])", "UsageError", "expected chips of this bench, one argument each: bench.host(*chips)"),
+    ('b.part("stepper", x)', "UsageError", "allowed letters, digits and underscores; a neighbour is to=x"),
+    (
+        'b.part("stepper", to=x, motor={"like": "AS1010", "inertia": 80})',
+        "UsageError",
+        "inertia 80; allowed up to 1 kg m2",
+    ),
+    (
+        'b.part("stepper", to=x, motor="like AS1010, inertia 80 kg m2")',
+        "UsageError",
+        "so write the unit, such as '68 g cm2'",
+    ),
+    ('b.part("stepper", to=x, load={"inertia": 68})', "UsageError", "a number alone is in kg m2, so write the unit"),
+    ('b.part("stepper", to=x, load={"mass": 2, "lead": 5})', "UsageError", "lead 5; allowed up to 1 m; a number alone"),
+    (
+        'b.part("stepper", to=x, load={"torque": -300})',
+        "UsageError",
+        "torque -300; allowed up to 100 N m; a number alone",
+    ),
+    ('b.part("stepper", to=x, load={"friction": 10})', "UsageError", "at 1 A: check the unit of its figures"),
     ("x.slew", "NoSuchAttribute", "x has no 'slew'; it is a pin: x.pin(\"slew\")"),
     ("x.velocity", "NoSuchAttribute", "x has no 'velocity'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
     ("x.speed", "NoSuchAttribute", "x has no 'speed'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
@@ -144,7 +179,11 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('x.reaches("40")', "UsageError", "x: position '40'; allowed 0..65535"),
     ("x.reaches(1 << 40)", "UsageError", "x: position 1099511627776; allowed 0..65535"),
-    ("x.at_instruction(-1)", "UsageError", "x: instruction at -1; allowed an address, 0 and up, or none for any"),
+    (
+        "x.at_instruction(-1)",
+        "UsageError",
+        "x: instruction at -1; allowed 0..59, the addresses of a program, or none for any",
+    ),
     ('x.power("off")', "UsageError", "x: power('off'); allowed True, False"),
     (
         'b.add("cy255")',
@@ -515,6 +554,36 @@ def test_a_mistake_is_answered(subtests, tmp_path, monkeypatch):
                 exec(line, World(slewline=slewline))
             assert says in str(raised.value)
             assert not list(tmp_path.iterdir())  # nothing half-written
+
+
+def calls_with_keywords():
+    """Yield the functions of slewline, and the calls on a bench and on hosts that take more than a value."""
+    for name in slewline.__all__:
+        one = getattr(slewline, name)
+        if inspect.isfunction(one) or name in ("Bench", "Drive"):
+            yield name, one
+    world = World()
+    bench = world["b"]
+    for name in type(bench)._for_users:
+        one = getattr(bench, name)
+        if inspect.ismethod(one):
+            yield f"bench.{name}", one
+    for host in ("h", "mh", "gh"):
+        yield f"{host}.ask", world[host].ask
+
+
+@pytest.mark.parametrize("call", [pytest.param(call, id=name) for name, call in calls_with_keywords()])
+def test_a_keyword_that_there_is_not_is_answered_with_those_that_there_are(call):
+    names = [
+        name
+        for name, of in inspect.signature(call).parameters.items()
+        if of.kind not in (of.VAR_KEYWORD, of.VAR_POSITIONAL)
+    ]
+    with pytest.raises(errors.UsageError) as raised:
+        call(nonsense_=1)
+    text = str(raised.value)
+    assert "its arguments: " in text
+    assert all(name in text.partition("its arguments: ")[2] for name in names)
 
 
 def test_names_that_are_not_there_trouble_nobody():

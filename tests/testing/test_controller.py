@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import serial
 
+import slewline
+from slewline.core.messages.instead import Instead
 from slewline.core.time.timebase import readable
 from slewline.errors import ChecksumError, Timeout, UnknownName, UsageError
 from slewline.testing.endpoints import running
@@ -212,7 +214,7 @@ def test_a_garbled_byte_is_found_out_by_the_checksum(gs_c200s):
 
 
 def test_no_garbled_byte_escapes_the_checksum(gs_c200s):
-    noise, hits = gs_c200s.faults.noise["module"], set()
+    noise, hits = gs_c200s.faults.noises["module"], set()
     for seed in range(100):
         noise.plan("garbled", seed=seed)
         hits.add(noise.hit(0x46)[0] ^ 0x46)
@@ -352,3 +354,13 @@ def test_a_long_transcript_is_cut(gs_c200s):
     report = gs_c200s.report().splitlines()
     begin = report.index("transcript (< to the module, > to the host), 40 of 60 lines:")
     assert len(report) == begin + 41
+
+
+def test_no_attribute_of_an_object_hides_what_to_write_instead(gs_c200s):
+    line = gs_c200s
+    bench = slewline.Bench()
+    chip = bench.add("cy525")
+    for one in (line.faults, line.host, line.chip, line.pin("mov"), bench, chip, bench.host(chip)):
+        remedies = {name for base in type(one).__mro__ for name, of in vars(base).items() if isinstance(of, Instead)}
+        assert remedies - {"velocity"}, one
+        assert not remedies & {*getattr(one, "__dict__", {})}, one

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+import warnings
 from itertools import cycle
 from pathlib import Path
 from threading import Event, Thread
@@ -45,6 +46,39 @@ def ask(port, command):
 
 
 # ------------------------------------------------------------------------------------------------------------ programs
+def asleep(port, real_s):
+    """A program that was away for so many seconds of the wall clock."""
+    clock = port.rig.pace.clock
+    port.rig.pace.clock = lambda: clock() + int(real_s * 1e9)
+
+
+def test_a_program_that_sleeps_while_the_module_is_busy_is_warned_once(opened):
+    port = opened()
+    asleep(port, 5)  # before anything has been sent
+    for command in (*PROGRAM, "E"):
+        ask(port, command)
+    asleep(port, 2)
+    with pytest.warns(UserWarning, match=r": 2.0 s of real time have passed, and no virtual time") as seen:
+        assert ask(port, "V1") == b"BR\r"
+    assert seen[0].filename == __file__
+    assert "call port.sleep(...) instead of time.sleep(...), or give a rate in the URL, rate=1." in str(seen[0].message)
+    asleep(port, 2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ask(port, "V1")
+
+
+@pytest.mark.parametrize(("url", "real_s"), [("?rate=1", 2), ("", 0.5)])
+def test_a_program_that_is_away_shortly_or_has_a_rate_is_not_warned(opened, url, real_s):
+    port = opened(f"slewline://gs-c200s{url}")
+    for command in (*PROGRAM, "E"):
+        ask(port, command)
+    asleep(port, real_s)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ask(port, "V1")
+
+
 def test_a_program_is_entered_run_polled_and_saved(opened):
     port = opened()
     assert [ask(port, command) for command in (*PROGRAM, "E")] == [b"YY\r"] * 6
@@ -108,8 +142,9 @@ def test_two_hosts_cannot_have_one_module(opened):
 def test_a_name_stands_for_one_module(opened):
     opened("slewline://gs-c200s?name=left&chs=0").close()
     for url in ("slewline://gs-c200?name=left", "slewline://gs-c200s?name=left&chs=1"):
-        with pytest.raises(UsageError, match=r"'left' is slewline://gs-c200s\?name=left&chs=0 already"):
+        with pytest.raises(UsageError, match=r"'left' is slewline://gs-c200s\?name=left&chs=0 already") as wrong:
             opened(url)
+        assert "give this one another name" in str(wrong.value)
 
 
 def test_the_url_that_is_advised_is_one_that_opens(opened):
@@ -117,6 +152,23 @@ def test_the_url_that_is_advised_is_one_that_opens(opened):
     with pytest.raises(UsageError) as refused:
         opened("slewline://gs-c200?name=left")
     assert opened(str(refused.value).rpartition(", or ")[2]).chip.sheet.part == "gs-c200s"
+
+
+@pytest.mark.parametrize(
+    ("query", "says"),
+    [
+        ("name=", "name '': allowed letters"),
+        ("store=no/dir/x.eeprom", "store no/dir/x.eeprom: expected a file in a directory that exists"),
+        ("seed=x", "seed 'x'; allowed a whole number"),
+        ("eeprom_time=20", "gs_c200s: eeprom_time 20; time 20: a bare number is picoseconds; write its unit"),
+        ("nonsense=1", "gs-c200s: no option 'nonsense'"),
+        ("chs=2", "gs_c200s"),
+    ],
+)
+def test_what_is_wrong_in_a_url_names_the_url(opened, query, says):
+    with pytest.raises(UsageError) as refused:
+        opened(f"slewline://gs-c200s?{query}")
+    assert str(refused.value).startswith(f"slewline://gs-c200s?{query}: {says}")
 
 
 def test_straps_and_options_of_the_query(opened):

@@ -135,10 +135,20 @@ def test_more_than_the_rated_current_is_said(call: Any) -> None:
     assert "is rated" not in out
 
 
+@pytest.mark.parametrize("driver", ["L/4R 20 mV", "24 V, 1 mA averaged", "24 V, 1 mA chopper, 36 kHz", "current 1 mA"])
+def test_a_driver_with_hardly_any_current_is_the_reason_why_nothing_holds(call: Any, driver: str) -> None:
+    free = ("--motor", "QSH4218-51-10-049", "--steps", "40", "--grid", "F=6 R=8 S=199")
+    status, _, err = call("cy525", *free, "--driver", driver)
+    assert status == 1
+    assert "cy525: none of 1 moves holds: 0.001 A a phase, and QSH4218-51-10-049 is rated 1 A: it has 0.1% of" in err
+
+
 def test_where_nothing_holds(call: Any) -> None:
     fast = ("cy525", *MOTOR, "--steps", "200", "--grid", "F=30 R=60,80 S=250")
     status, out, err = call(*fast)
     assert status == 1 and not out
+    _, _, flat = call("cy525", *MOTOR, "--steps", "40", "--grid", "F=50 R=8 S=199")
+    assert "try a grid with ramps: here the rate is not above the first one (F 50, R 8), so that the move" in flat
     assert (
         "cy525: none of 2 moves holds; the slowest, F=30 R=60 S=250 Z=1, loses steps under '" in err and "; try " in err
     )

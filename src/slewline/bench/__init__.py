@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ..core.messages.calls import answering
 from ..lazy import lazily
 from .bench import Bench
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["Bench", "load", "replay"]
 
 
+@answering("load()")
 def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **options: Any) -> Bench:
     """Return the bench that a bench file (TOML) describes: its chips, parts and wires, with its scripts queued.
 

@@ -75,11 +75,11 @@ R = TypeVar("R")
 
 def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
     """Return a method of a bench that calls one of an object it has; signature and docstring are those of that."""
-    owner = attrgetter(to)
+    owner, answered = attrgetter(to), answering(f"{method.__name__}()")(method)
 
     @wraps(method)
     def delegated(bench: Bench, /, *args: P.args, **options: P.kwargs) -> R:
-        return method(owner(bench), *args, **options)
+        return answered(owner(bench), *args, **options)
 
     return delegated
 
@@ -248,7 +248,7 @@ class Bench:
     stream_vcd = delegate("_files", WaveformFiles.stream_vcd)
 
     # --------------------------------------------------------------------------------------------------------- pictures
-    @answering("figure()", "", PictureOptions, PICTURE)
+    @answering("figure()", '; width is "page", "phone" or inches', PictureOptions, PICTURE)
     def figure(
         self,
         title: str | None = None,

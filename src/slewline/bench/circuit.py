@@ -261,7 +261,8 @@ class Circuit:
         if name is None:
             name = free_name(stem, taken)
         if not isinstance(name, str) or not name.replace("_", "a").isalnum():
-            raise UsageError(f"name {name!r}: allowed letters, digits and underscores")
+            meant = f"; a neighbour is to={name.name}" if isinstance(name, Chip | Part) else ""
+            raise UsageError(f"name {name!r}: allowed letters, digits and underscores{meant}")
         if name in taken:
             raise UsageError(f"the bench has a {name!r} already; names are unique")
         return name

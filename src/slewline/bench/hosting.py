@@ -115,6 +115,8 @@ def host(
     for chip in chips:
         if not any(chip is own for own in circuit.chips.values()):
             meant = f": bench.host(bench[{chip!r}])" if isinstance(chip, str) else ""
+            if isinstance(chip, list | tuple):
+                meant = ", one argument each: bench.host(*chips)"
             raise UsageError(f"host: {getattr(chip, 'name', chip)!r}; expected chips of this bench{meant}")
     channels = [channel_over(chip, over) for chip in chips]
     kinds = sorted({channel.says for channel in channels})

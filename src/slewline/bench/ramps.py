@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..chips import ramps_of
+from ..core.messages.calls import answering
 from ..core.messages.whole import whole
 from ..core.time.timebase import Time, picoseconds
 from ..errors import UsageError
@@ -18,6 +19,7 @@ from ..language.ramps import Goal, Ramp, Search, Value, Wanted, nearest, read
 from .circuit import crystal_for
 
 
+@answering("ramp()")
 def ramp(
     part: str, *, crystal: str | int | None = None, options: Mapping[str, Any] | None = None, **values: Value
 ) -> Ramp:
@@ -40,6 +42,7 @@ def ramp(
     return calculator.ramp(read(calculator, values, hz, search=False)[0], hz)
 
 
+@answering("find_ramps()")
 def find_ramps(
     part: str,
     *,

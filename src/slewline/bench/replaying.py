@@ -18,6 +18,7 @@ from ..chips import chip_class
 from ..core.component import input_of
 from ..core.memory.image import LARGEST
 from ..core.memory.store import JournaledStore, ReplayedStore
+from ..core.messages.calls import answering
 from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..gate import FileGate
@@ -80,6 +81,7 @@ def differing(known: Survey) -> str:
     return ", ".join(f"{part} had behaviour {had} and has {here[part]}" for part, had in different)
 
 
+@answering("replay()")
 def replay(
     path: str | PathLike[str],
     *,

@@ -93,6 +93,12 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
     return cast(HasVirtualLoop, loop)
 
 
+def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
+    """Return what each chip and part waits for that is not idle."""
+    found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
+    return found + [part.waiting for part in parts if not part.idle]
+
+
 class Runner:
     """What lets time pass on a circuit."""
 
@@ -313,8 +319,7 @@ class Runner:
         lines = [f"waited {readable(picoseconds(timeout))} for {condition}; the time is {readable(self.kernel.now)}"]
         if dead and not any(chip.moving for chip in self.chips.values()):
             lines.append("deadlock: no event is pending, so the condition cannot become true")
-        lines += [f"  {chip.waiting}" for chip in self.chips.values() if not chip.idle or chip.unfinished]
-        lines += [f"  {part.waiting}" for part in self.parts.values() if not part.idle]
+        lines += [f"  {each}" for each in waiting_for(self.chips.values(), self.parts.values())]
         return Timeout("\n".join(lines))
 
     # --------------------------------------------------------------------------------------------------------- asyncio

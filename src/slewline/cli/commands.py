@@ -13,7 +13,17 @@ from .motors.commands import calibrate_command, tune_command
 from .options import completion
 from .options.kinds import CommandGroup, CommandWithGuide, OncePerName
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
-from .options.values import DIRECTORY, FILE, Names, PartName, PinDrive, QuantityWithUnit, TimeWithUnit
+from .options.values import (
+    DIRECTORY,
+    FILE,
+    STEPS,
+    Names,
+    PartName,
+    PinDrive,
+    QuantityWithUnit,
+    TimeWithUnit,
+    WholeNumber,
+)
 
 INTO = click.option(
     "--output", "-o", metavar="DIR", default=".", show_default=True, help="Where the files go.", type=DIRECTORY
@@ -180,7 +190,7 @@ def lint_command(**options: Any) -> int:
 @click.argument("chip", type=PartName())
 @click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1, shell_complete=completion.parameter)
 @CRYSTAL
-@click.option("--distance", type=int, metavar="STEPS", help="Report a move of so many steps, too.")
+@click.option("--distance", type=STEPS, metavar="STEPS", help="Report a move of so many steps, too.")
 @click.option("--time", type=TimeWithUnit(), help="Find the ramp whose time is nearest to this, such as '0.5 s'.")
 @click.option(
     "--accel",
@@ -188,8 +198,10 @@ def lint_command(**options: Any) -> int:
     metavar="A",
     help="Find the ramp whose mean acceleration is nearest to A, such as '20000 steps/s2'.",
 )
-@click.option("--steps", type=float, metavar="N", help="Find the ramp whose steps are nearest to N.")
-@click.option("--best", type=int, metavar="N", default=5, show_default=True, help="How many of the nearest to list.")
+@click.option("--steps", type=STEPS, metavar="N", help="Find the ramp whose steps are nearest to N.")
+@click.option(
+    "--best", type=WholeNumber(5, least=1), metavar="N", help="How many of the nearest to list; 5 by default."
+)
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
 @path("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
@@ -233,9 +245,13 @@ for motors in (calibrate_command, tune_command):
 @click.option("--edge", type=click.Choice(["rising", "falling", "both"]), default="rising", show_default=True,
               help="The edge of STEP with which a step begins, where it was recorded.")  # fmt: skip
 @click.option(
-    "--forward", type=click.IntRange(0, 1), default=1, show_default=True, help="DIR where positions count up."
+    "--forward",
+    type=WholeNumber(1, least=0, most=1),
+    default=1,
+    show_default=True,
+    help="DIR where positions count up.",
 )
-@click.option("--idle", type=click.IntRange(0, 1), help="The level of STEP where it floats or is unknown.")
+@click.option("--idle", type=WholeNumber(1, least=0, most=1), help="The level of STEP where it floats or is unknown.")
 @click.option("--glitch", type=TimeWithUnit(), help="Shorter pulses are glitches; by default half of the median pulse.")
 @click.option(
     "--chip", type=PartName(), metavar="CHIP", help="The part whose pins were recorded; its limits count, too."

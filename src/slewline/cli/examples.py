@@ -30,8 +30,13 @@ def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
     if found := exact or by_name or by_stem:
         leaning = {path.parent for path in found if path.suffix in LEAN}
         return {place: path for place, path in everything.items() if path in found or path.parent in leaning}
-    near = hint(name, [word for place, path in everything.items() for word in (place, path.name, path.stem)])
+    near = hint(name, [word for place, path in everything.items() for word in (*path_words(place), path.stem)])
     raise UsageError(f"no example {name!r}; slewline examples lists them{near}")
+
+
+def path_words(place: str) -> tuple[str, ...]:
+    """Return the names by which an example is found: its place, its folders, its file."""
+    return (place, *Path(place).parts)
 
 
 def copied(found: Mapping[str, Path], output: str) -> Iterator[Path]:

@@ -51,12 +51,15 @@ NO_PROGRAMS = {  # by the endings of names
     **dict.fromkeys(("svg", "png", "pdf"), "a picture"),
     "npz": "a result of a run",
     "ipynb": "a notebook; jupyter opens it",
+    "listing": "a listing of slewline asm; the bytes are written by:  slewline asm FILE -o F.hex",
     "json": "JSON, as results of a run are; a bench file is TOML",
     **dict.fromkeys(("eeprom", "raw"), "what a module holds, or has sent"),
 }
 
 
 VCD = re.compile(r"\s*\$(comment|date|scope|timescale|var|version)\s")
+LISTING = re.compile(r"[0-9A-F]{2,5}  [0-9A-F]{2}( [0-9A-F]{2})*  +\S")
+NOTEBOOK = re.compile(r'\s*\{\s*"(cells|nbformat|metadata)":')
 BEGINNINGS = {  # of texts, whatever their names are
     "; slewline raw ": "raw",
     '{"slewline":': "dialogue",
@@ -74,10 +77,13 @@ def read_program(path: str, source: bool = False) -> str:
         source: commands are needed; the bytes of a .hex file are refused.
     """
     if source and is_named_hex(path):
-        raise BenchFileError(f"{path}: holds bytes, by its name; slewline dis {path} makes commands of them")
+        raise BenchFileError(
+            f"{path}: holds bytes, by its name; slewline dis {path} --chip CHIP makes commands of them"
+        )
     text = program_text(path, sys.stdin.buffer.read() if path == STDIN else None)
-    if VCD.match(text):
-        raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS['vcd']}")
+    for pattern, what in ((VCD, "vcd"), (LISTING, "listing"), (NOTEBOOK, "ipynb")):
+        if pattern.match(text) and not is_named_hex(path):
+            raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS[what]}")
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
             found = f"{path}, line {number}: {len(line)} characters"
@@ -115,6 +121,8 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
         raise UsageError(f"{path}: is a directory; name the files in it")
     if part in NO_PROGRAMS:
         raise UsageError(f"{path}: is no program, but {NO_PROGRAMS[part]}")
+    if is_bench(path):
+        raise UsageError(f"{path}: is a bench file, by its name; slewline run, lint, serve, panel and debug read one")
     if fits is not None:
         names = [name for name in names if _fits(name, fits)]
     endings = ", ".join(f".{name}" for name in names)

@@ -17,7 +17,7 @@ from ..core.memory.image import ERASED, is_hex, to_hex
 from ..core.messages.whole import counted
 from ..errors import BenchFileError, UsageError
 from ..gate import BOM, read_file
-from .files import STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
+from .files import LISTING, NO_PROGRAMS, STDIN, Outputs, chip_of, is_bench, read_options, read_program, sheet_for
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 SOURCE = "this is a program text, not program bytes; slewline asm makes bytes of it"
 FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by the ending of a name
+HOLD_BYTES = ("eeprom", "raw")  # endings of files that are no programs, but may hold the bytes of one
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 
@@ -139,7 +140,12 @@ def dis(
         found: Any = {"chip": sheet.part, "commands": said}
         text = "".join(f"{command}\n" for command in said)
     else:
-        found = {"chip": sheet.part, "lines": [line_object(line) for line in instructions(data, sheet)]}
+        lines = list(instructions(data, sheet))
+        found = {"chip": sheet.part, "lines": [line_object(line) for line in lines]}
+        unknown = sum(line.row is None for line in lines)
+        if 2 * unknown > len(lines):
+            says = f"{unknown} of {len(lines)} instructions are no commands of the {sheet.part}; check FILE and --chip"
+            click.echo(f"slewline: {file}: {says}", err=True)
         text = disassemble(data, sheet, labels=labels)
     put((json.dumps(found, indent=2) + "\n" if as_json else text).encode(), output, outputs)
     return 0
@@ -162,6 +168,8 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
         raise BenchFileError(f"{file}: is empty, so it has no bytes")
     if form == "bin":
         return raw
+    if form is None and (says := no_bytes(file, raw)):
+        raise BenchFileError(f"{file}: has no program bytes: it is {says}")
     if form is None and not is_named_hex(file):
         text = raw.removeprefix(BOM)  # with which a binary file may begin by chance
         digits = b"".join(re.sub(rb";[^\r\n]*", b"", text).split())
@@ -177,6 +185,14 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
             raise BenchFileError(f"{file}: {SOURCE}") from None
         raise
     raise BenchFileError(f"{file}: is empty, so it has no bytes")
+
+
+def no_bytes(file: str, raw: bytes) -> str:
+    """Return what a file is that has no program bytes, by its name or its first line; empty: that is not known."""
+    ending = Path(file).suffix[1:].lower()
+    if LISTING.match(raw.decode("latin-1")):
+        return NO_PROGRAMS["listing"]
+    return "" if ending in HOLD_BYTES else NO_PROGRAMS.get(ending, "")
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,6 +11,7 @@ import click
 from ..bench.ramps import find_ramps
 from ..bench.ramps import ramp as ramp_of
 from ..chips import ramps_of
+from ..core.messages.numbers import without_comma
 from ..core.messages.whole import counted
 from ..core.time.timebase import readable
 from ..errors import UsageError
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from ..record.pictures.tracks import Track
 
 UNREACHED = 10**18  # ps, steps or steps/s^2: more than any ramp has
+BEST = 5  # ramps that are listed, where no other number is given
 MAX_COMPARED = 8  # ramps, of a list of values
 MAX_DRAWN = 5_000_000  # steps
 
@@ -35,7 +38,7 @@ def ramp(
     time: int | None,
     accel: float | None,
     steps: float | None,
-    best: int,
+    best: int | None,
     table: bool,
     as_json: bool,
     plot: str | None,
@@ -49,10 +52,12 @@ def ramp(
     values, *others = several(calculator, parameters)
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
     goal = {name: value for name, value in wanted.items() if value is not None}
+    if best is not None and not goal:
+        raise UsageError("--best: needs --time, --accel or --steps, which say what is looked for")
     if goal and others:
         raise UsageError("a list of values is not searched; leave out --time, --accel and --steps, or the list")
     if goal:
-        found = nearest(chip, crystal, best, wanted, values, fitting)
+        found = nearest(chip, crystal, BEST if best is None else best, wanted, values, fitting)
     else:
         found = [ramp_of(chip, crystal=crystal, options=fitting, **each) for each in (values, *others)]
     moves = [None if distance is None else each.move(distance) for each in found]
@@ -130,13 +135,16 @@ def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str,
     if len(lists) > 1:
         raise UsageError(f"{' and '.join(lists)}: lists of values; give one list, and a single value for the others")
     for name, texts in lists.items():
+        if re.search("[a-z]", texts[-1]) and re.fullmatch("[\\d ]+", texts[0]):
+            each = "; in a list each value has its unit" if len(texts) > 1 else ""
+            raise UsageError(f"{calculator.sheet.part}: {name} {values[name]!r}{without_comma(values[name])}{each}")
         if len(texts) > MAX_COMPARED:
             raise UsageError(f"{name}: {len(texts)} values; allowed {MAX_COMPARED}")
         return [{**values, name: text.strip()} for text in texts]
     return [values]
 
 
-def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
+def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
     """Return the parameters by name.
 
     Raises:
@@ -146,6 +154,10 @@ def named(calculator: Calculator, parameters: Iterable[str]) -> dict[str, str]:
     values: dict[str, str] = {}
     for parameter in parameters:
         name, equals, value = (part.strip() for part in parameter.partition("="))
+        if "=" in value or "=" in parameters:
+            parted = re.sub(r"\s*=\s*", "=", " ".join(parameters)).replace(",", " ").split()
+            says = f"{parameter!r}: a parameter is NAME=VALUE without blanks, with blanks between two"
+            raise UsageError(f"{says}; write {' '.join(parted)}")
         if not (name and equals and value):
             raise UsageError(f"{parameter!r}: give a parameter and its value, such as R=100")
         known = calculator.quantity(name).name
@@ -162,9 +174,8 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
     yield f"{head(calculator, ramp)}: {', '.join(f'{name} {value}' for name, value in told.items())}"
     yield f"rates         {number(ramp.start)} to {number(ramp.top)} steps/s"
     if not ramp.time_ps:
-        rates = [f"{q.name} {ramp.values[q.name]}" for q in calculator.quantities if q.per_s and q.name in ramp.values]
-        above = ramp.top > ramp.start
-        yield "ramp          none" + ("" if above else f": the rate is not above the first one ({', '.join(rates)})")
+        why = calculator.level(ramp)
+        yield f"ramp          none{why and f': {why}'}"
     else:
         yield f"ramp          {readable(ramp.time_ps)}, {number(ramp.steps)} step{'' if ramp.steps == 1 else 's'}"
         yield f"acceleration  {accelerations(ramp)}"

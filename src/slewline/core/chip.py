@@ -300,9 +300,9 @@ class Chip(Component, OneAxis):
         """Return a condition that is met when the instruction at an address next begins; without an address, any one.
 
         Raises:
-            UsageError: `address` is not a whole number, 0 or more.
+            UsageError: `address` is not a whole number, 0 or more, or no program has room there.
         """
-        return InstructionCondition(self, address)
+        return InstructionCondition(self, address, self.sheet.buffer_bytes)
 
     def program_rows(self) -> list[ProgramRow]:
         """Return the stored program, one row for each instruction: address, bytes and text."""

@@ -45,12 +45,17 @@ class Running(Protocol):
 
 
 class InstructionCondition(Condition):
-    """An instruction of the stored program begins, at an address or at any (None)."""
+    """An instruction of the stored program begins, at an address or at any (None).
 
-    def __init__(self, chip: Running, address: int | None) -> None:
+    Args:
+        room: addresses that a program may have, from 0 on; 0: that is not known.
+    """
+
+    def __init__(self, chip: Running, address: int | None, room: int = 0) -> None:
         at = whole(address)
-        if address is not None and (at is None or at < 0):
-            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed an address, 0 and up, or none for any")
+        if address is not None and (at is None or at < 0 or at >= (room or at + 1)):
+            allowed = f"0..{room - 1}, the addresses of a program" if room else "an address, 0 and up"
+            raise UsageError(f"{chip.name}: instruction at {address!r}; allowed {allowed}, or none for any")
         self.chip, self.address, self.hit = chip, at, False
         self.text = f"{chip.name} at {'its next instruction' if at is None else f'instruction {at}'}"
 

@@ -18,6 +18,7 @@ from time import perf_counter_ns, sleep
 from typing import TYPE_CHECKING, Self
 
 from ..bench.runner import FunctionCondition
+from ..core.messages.calls import answering
 from ..core.time.hook import Hook
 from ..core.time.timebase import Time, picoseconds
 from ..core.wires.pin import Condition
@@ -104,6 +105,7 @@ class Drive:
         TimeError: `horizon` is not a time.
     """
 
+    @answering("Drive()")
     def __init__(
         self,
         bench: Bench,
@@ -132,6 +134,8 @@ class Drive:
         wait: Callable[[float], object] | None = None,
     ) -> None:
         model: Chip = bench[chip] if isinstance(chip, str) else chip  # type: ignore[assignment]
+        if (number := getattr(model, "number", None)) is not None:
+            raise UsageError(f"chip {chip!r}: is an axis; give its chip, and axis={number}")
         if not hasattr(model, "axis"):
             raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 names another axis")
         model.axis(axis)  # there is one

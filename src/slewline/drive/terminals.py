@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ..core.datasheet.units import other_kind
 from ..core.messages.near import hint
+from ..core.messages.numbers import without_comma
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
-from ..errors import UsageError
+from ..errors import TimeError, UsageError
 from .board.wire import ENABLE_LOW, UP_IS_HIGH, BoardConfig, DriverFlag, EnableOff
 from .drivers import STEP_DRIVERS, check_pulse, step_driver
 
@@ -35,9 +36,26 @@ def steps_a_second(rate: str | int) -> int:
     text = f"{rate} steps/s" if isinstance(rate, int) and not isinstance(rate, bool) else str(rate)
     found = re.fullmatch(r"\s*(\d{1,7})\s*steps/s\s*", text)
     if found is None or not int(found[1]):
-        kind = other_kind(rate, "steps/s")
-        raise UsageError(f"rate {rate!r}: {kind}expected steps per second with their unit, such as '500 steps/s'")
+        says = f"rate {rate!r}: {other_kind(rate, 'steps/s')}expected steps per second with their unit"
+        raise UsageError(f"{says}, such as '500 steps/s'{without_comma(rate)}")
     return int(found[1])
+
+
+def exchanged(name: str, wired: str, names: Iterable[str]) -> str:
+    """Return that the names of a board and of a chip are in each other's place; empty: they are not."""
+    return f"; the pin of the board comes first: {wired}={name}" if str(wired).upper() in names else ""
+
+
+def time_of(name: str, time: Time) -> int:
+    """Return a time in picoseconds.
+
+    Raises:
+        TimeError: it is not a time; the message has its name.
+    """
+    try:
+        return picoseconds(time)
+    except TimeError as error:
+        raise TimeError(f"{name}: {error}") from None
 
 
 def checked_horizon(horizon: Time) -> int:
@@ -47,7 +65,7 @@ def checked_horizon(horizon: Time) -> int:
         TimeError: it is not a time.
         UsageError: it is out of range.
     """
-    ps = picoseconds(horizon)
+    ps = time_of("horizon", horizon)
     if not LEAST_HORIZON_PS <= ps <= MOST_HORIZON_PS:
         allowed = f"{readable(LEAST_HORIZON_PS)} to {readable(MOST_HORIZON_PS)}"
         raise UsageError(f"horizon {horizon!r}; allowed {allowed}")
@@ -87,7 +105,9 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
     found: dict[int, str] = {}
     for name, pin in wiring.items():
         if name.upper() not in printed:
-            raise UsageError(f"output {name!r} of the board; allowed {', '.join(printed)}")
+            raise UsageError(
+                f"output {name!r} of the board; allowed {', '.join(printed)}{exchanged(name, pin, printed)}"
+            )
         if printed.index(name.upper()) in found:
             raise UsageError(f"output {name}: is given twice; leave one out")
         if any(row.name == pin for row in chip.sheet.pins if row.way == "in"):
@@ -168,7 +188,7 @@ def hold_of(board: BoardModel, hold: Time) -> int:
         TimeError: it is not a time.
         UsageError: it is longer than the board can count.
     """
-    ps, most = picoseconds(hold), HOLD_TICKS * 0xFFFF * 10**12 // board.hz
+    ps, most = time_of("enable_hold", hold), HOLD_TICKS * 0xFFFF * 10**12 // board.hz
     if not 0 <= ps <= most:
         raise UsageError(f"enable_hold {hold!r}; allowed 0 s to {readable(most // 10**12 * 10**12)}")
     return min(ps * board.hz // (HOLD_TICKS * 10**12), 0xFFFF)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from ..core.datasheet.table import Arg, Sheet
 from ..core.messages.instead import missing
 from ..core.messages.near import hint
+from ..core.messages.numbers import without_comma
 from ..core.messages.whole import whole
 from ..core.motion.train import Train
 from ..core.time.timebase import PS_PER_S, readable
@@ -282,6 +283,13 @@ class Calculator(ABC):
         says = f"{self.sheet.part}: no parameter {name!r}; there are: {', '.join(names)}"
         raise UnknownName(says + hint(name, names))
 
+    def level(self, ramp: Ramp) -> str:
+        """Return why a ramp has no steps, where its rate is not above the first one; empty: it has some."""
+        if ramp.time_ps or ramp.top > ramp.start:
+            return ""
+        rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
+        return f"the rate is not above the first one ({', '.join(rates)})"
+
     def told(self, values: Values) -> dict[str, Value]:
         """Return values without those that are at their default and cannot be looked for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
@@ -386,12 +394,13 @@ def value_of(calculator: Calculator, quantity: RampParameter, value: object, cry
             if str(value).lower() == choice.lower():
                 return choice
         raise UsageError(f"{where}; allowed {quantity.allowed}")
+    comma = without_comma(value)
     if isinstance(value, str):
         value = _number(calculator, quantity, value, crystal_hz)
     number = whole(value)
     if number is None or not quantity.arg.allows(number):
         rates = f", or text such as '4000 {_unit(quantity)}'" if quantity.per_s else ""
-        raise UsageError(f"{where}; allowed {quantity.allowed}{rates}")
+        raise UsageError(f"{where}; allowed {quantity.allowed}{rates}{comma}")
     return number
 
 

@@ -18,6 +18,7 @@ from typing import Any, ClassVar
 from ..bench import Bench
 from ..closing import Closing
 from ..core.chip import Chip, step_nets
+from ..core.messages.calls import answering
 from ..core.messages.instead import face, missing
 from ..core.messages.whole import counted
 from ..core.motion.axis import Steps
@@ -140,6 +141,7 @@ class Controller(Closing):
         return self.chip.pin(pin.strip()).is_(int(level))
 
     # ------------------------------------------------------------------------------------------------------- exchange
+    @answering("ask()")
     def ask(self, command: str, timeout: Time = "5 s") -> Any:
         r"""Send a command, as a host would, and return the answer: of a serial line without checksum and return.
 

@@ -89,10 +89,10 @@ class Faults(Part):
         self._unplug, self._plug = unplug, plug
         self.random = Random(seed)
         spared = dialect_of(chip.sheet).constant_bit
-        self.noise: dict[str, ReportedNoise] = {}
+        self.noises: dict[str, ReportedNoise] = {}
         if isinstance(line, ConnectorLine):
-            self.noise = {way: ReportedNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
-            line.to_chip, line.to_host = self.noise["module"], self.noise["host"]
+            self.noises = {way: ReportedNoise(line.port.word.bits, way, self.tell, spared) for way in WAYS}
+            line.to_chip, line.to_host = self.noises["module"], self.noises["host"]
 
     def tell(self, what: str) -> None:
         """Keep what a fault does."""
@@ -168,9 +168,9 @@ class Faults(Part):
     def _noisy(self, name: str, kind: str, to: str, count: int, at: Time | None, lasting: Time | None) -> Fault:
         if to not in WAYS:
             raise UsageError(f"{name}: to {to!r}; allowed {', '.join(WAYS)}")
-        if not self.noise:
+        if not self.noises:
             raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, is on no serial line")
-        noise, planned = self.noise[to], []
+        noise, planned = self.noises[to], []
 
         def begin() -> str:
             noise.plan(kind, count, seed=self.random.getrandbits(32))

@@ -9,7 +9,10 @@ follows the wall clock instead.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from threading import Condition
@@ -36,6 +39,8 @@ from ..parts.hosts.serial_host import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"
+SLEPT_NS = 1_000_000_000  # of the wall clock: a program that does something else seldom takes so long
+LIBRARIES = ("slewline", "serial", "serialx", "pyvisa")  # between a program and a module
 SLICES = 50  # at most, to come up to the wall clock
 YIELD_S = 1e-4  # of the wall clock: pause between two slices, for other threads
 STRAP = Option("strap", "int", None, "level of an input")
@@ -127,8 +132,10 @@ class Rig:
         put_memory(self.bench, self.chip, memory, store=kept if external else None)
         self.pace = self.pace_of(rate)
         self.log = TranscriptFile(self.bench.kernel, log)
+        self.left_ns = self.pace.clock()  # when the program was last here, by the wall clock
         self.reach()
 
+    warned = False  # that its program sleeps in vain
     away = ""  # why a program does not find the port; empty: it does
     program: PortUser | None = None  # that has the port open
 
@@ -186,13 +193,30 @@ class Rig:
     ) -> bool:
         """Let virtual time pass until a condition is met, for so many picoseconds at most; return whether it was."""
         over: list[bool] = []
+        self.check_slept()
         with self.lock:
             self.pace.wait(Wait(met, self.present() + ps, over.append, when, nets))
             while not over:
                 done = self.pace.pass_time()
                 if not over:
                     self.lock.wait(max(self.pace.pause() or 0, YIELD_S) if done else YIELD_S)
+        self.left_ns = self.pace.clock()
         return over[0]
+
+    def check_slept(self) -> None:
+        """Warn once of a program that was away for long while the module is busy, where only calls let time pass."""
+        gap = self.pace.clock() - self.left_ns
+        if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
+            return
+        if self.chip.idle or not self.bench.now_ps:
+            return
+        self.warned = True
+        warnings.warn(
+            f"{self.url}: {gap / 1e9:.1f} s of real time have passed, and no virtual time: the module is where it was. "
+            "Virtual time passes in calls of the port; call port.sleep(...) instead of time.sleep(...), or give a rate "
+            "in the URL, rate=1.",
+            stacklevel=level_of_caller(),
+        )
 
     def present(self) -> int:
         """Return the present instant (ps); with a rate, the one that belongs to the wall clock."""
@@ -227,6 +251,14 @@ class Rig:
         """End the transcript."""
         self.leave()
         self.log.close()
+
+
+def level_of_caller() -> int:
+    """Return how far up the stack, from the caller of this function, the code of the program is."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in LIBRARIES:
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def never() -> bool:
@@ -265,24 +297,34 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
     if junk:
         raise UsageError(f"{url}: unexpected {junk!r}; expected {SCHEME}://{part}?name=value&...")
     name = query.get("name")
-    try:
-        if name not in NAMED or NAMED[name].part != part:
+    if name not in NAMED or NAMED[name].part != part:
+        with named_by(url):
             sheet_of(part, allow_code=allow_code)
-    except (UnknownName, UsageError) as error:
-        raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial has it of a wrong URL
     if name in ENDED:
         raise FileNotFoundError(f"{url}: {CLOSED}")
     if name not in NAMED:
-        rig = Rig(part, **settings(part, query))
+        with named_by(url):
+            rig = Rig(part, **settings(part, query))
         rig.begin()
+        rig.url = url
         if name is None:
             return rig
-        NAMED[name], rig.url = rig, url
+        NAMED[name] = rig
     rig = NAMED[name]
     named = rig.part
     if part != named or (len(query) > 1 and url != rig.url):
-        raise UsageError(f"{url}: {name!r} is {rig.url} already; open that, or {SCHEME}://{named}?name={name}")
+        that = f"{name!r} is {rig.url} already; give this one another name, open that one"
+        raise UsageError(f"{url}: {that}, or {SCHEME}://{named}?name={name}")
     return rig
+
+
+@contextmanager
+def named_by(url: str) -> Iterator[None]:
+    """Let what is wrong with a module name the URL that it is made from."""
+    try:
+        yield
+    except (UnknownName, UsageError) as error:
+        raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial has it of a wrong URL
 
 
 def _query(url: str, text: str) -> dict[str, str]:

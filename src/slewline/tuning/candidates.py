@@ -8,7 +8,7 @@ from hashlib import blake2b
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
-from ..language.ramps import Calculator, Value
+from ..language.ramps import Calculator, Ramp, Value
 from .grid import Grid
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class Candidates:
             if place % EVERY == 0:
                 on_listed(place)
             try:
-                timed.append((calculator.ramp(grid.at(place), crystal_hz).move(steps).time_ps, place))
+                timed.append((self.ramp(place).move(steps).time_ps, place))
             except UsageError as refusal:
                 self.refused[place] = str(refusal)
         if not timed:
@@ -64,9 +64,13 @@ class Candidates:
         """Return the values at a place."""
         return self.grid.at(place)
 
+    def ramp(self, place: int) -> Ramp:
+        """Return the ramp at a place."""
+        return self.calculator.ramp(self.grid.at(place), self.crystal_hz)
+
     def _times(self, place: int) -> NDArray[np.int64]:
         """The instants of the steps of a move: (steps,) int64 ps."""
-        return self.calculator.ramp(self.grid.at(place), self.crystal_hz).move(self.steps).times()
+        return self.ramp(place).move(self.steps).times()
 
     def key(self, place: int) -> str:
         """Return what stands for a move: the same for two places whose steps are the same."""

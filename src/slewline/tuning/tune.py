@@ -13,9 +13,11 @@ from typing import Any
 
 from ..bench.circuit import crystal_for
 from ..chips import ramps_of
+from ..core.messages.calls import answering
 from ..core.messages.whole import whole
 from ..errors import UsageError
 from ..language.ramps import Calculator
+from ..parts.motors.choppers import current_note
 from ..parts.motors.data import DriverData, LoadData, MotorData
 from ..parts.motors.law import MotorLaw, check_steps, usual_step
 from ..parts.motors.laws import read_system
@@ -30,6 +32,7 @@ from .search import BestFirst, OnProgress, Progress
 from .task import Chosen, MapPlace, Tuned, TuningTask
 
 
+@answering("tune()")
 def tune(
     part: str,
     *,
@@ -144,7 +147,7 @@ def perform(
         if log is not None:
             log.close()
     if found.best is None and not full_map:
-        raise nothing_holds(search)
+        raise nothing_holds(search, current_note(task.motor, task.driver, little=True))
 
     def chosen(outcome: Outcome | None) -> Chosen | None:
         if outcome is None:
@@ -192,8 +195,12 @@ REMEDIES = {  # by the first word of what kills, what may help
 }
 
 
-def nothing_holds(search: BestFirst) -> UsageError:
-    """Return the error that says what kills the slowest candidate, and what may help."""
+def nothing_holds(search: BestFirst, note: str = "") -> UsageError:
+    """Return the error that says what kills the slowest candidate, and what may help.
+
+    Args:
+        note: what is wrong with the current of the motor, which explains all.
+    """
     from .task import NothingHolds
 
     candidates = search.candidates
@@ -203,7 +210,12 @@ def nothing_holds(search: BestFirst) -> UsageError:
     told = candidates.calculator.told(candidates.values(slowest))
     values = " ".join(f"{key}={value}" for key, value in told.items())
     remedy = REMEDIES.get(name.partition(" ")[0].rstrip(","), REMEDIES["nominal"])
+    part = candidates.calculator.sheet.part
+    if note:
+        return NothingHolds(f"{part}: none of {len(candidates)} moves holds: {note}")
+    if level := candidates.calculator.level(candidates.ramp(slowest)):
+        remedy = f"a grid with ramps: here {level}, so that the move begins at its full rate"
     return NothingHolds(
-        f"{candidates.calculator.sheet.part}: none of {len(candidates)} moves holds; the slowest, {values}, loses "
+        f"{part}: none of {len(candidates)} moves holds; the slowest, {values}, loses "
         f"steps under {name!r}; try {remedy}"
     )

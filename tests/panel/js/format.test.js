@@ -5,10 +5,18 @@ import { picoseconds, wholeNumber, writtenTime } from "../../../src/slewline/pan
 
 test("a time that somebody has written is one for a request, and a number of picoseconds", () => {
   for (const [text, written, ps] of [
-    ["1.5", "1.5 s", 1.5e12], ["1,5", "1.5 s", 1.5e12], ["20ms", "20 ms", 2e10], ["3 µs", "3 us", 3e6], ["7 us", "7 us", 7e6],
+    ["1.5 s", "1.5 s", 1.5e12], ["1,5 s", "1.5 s", 1.5e12], ["20ms", "20 ms", 2e10], ["3 µs", "3 us", 3e6], ["7 us", "7 us", 7e6],
   ]) {
     assert.equal(writtenTime(text), written);
     assert.equal(picoseconds(text), ps);
+  }
+});
+
+test("a number without a unit is no time", () => {
+  for (const text of ["500", "1.5", "1,5", " 20 "]) {
+    const number = text.trim().replace(",", ".");
+    const says = `time ${text.trim()}: has no unit; write ${number} ms or ${number} s`;
+    assert.throws(() => picoseconds(text), new RegExp(`^Error: ${says.replaceAll(".", "\\.")}$`));
   }
 });
 

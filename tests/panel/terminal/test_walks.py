@@ -97,7 +97,7 @@ def test_the_next_edge_of_a_pin_and_a_position():
         await walk.press("enter")
         assert walk.session.why == "next edge of cy525.programmable_output"
         await walk.pilot.press("e")
-        assert walk.app.query_one("#command").value == ":edge programmable_output"
+        assert walk.app.query_one("#command").value == ":edge ascii_binary"
         await walk.press("escape")
         await walk.pilot.press("p", *"250")
         await walk.press("enter")
@@ -139,7 +139,16 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
     [
         (":rate 0", "rate '0'; expected virtual seconds per second, 0.001 to 1000"),
         (":go nan", "rate 'nan'; expected virtual seconds per second"),
-        (":break 200", "no instruction begins at 200 now"),
+        (":break 200", "cy525: instruction at 200; allowed 0..59, the addresses of a program"),
+        (":break 50", "no instruction begins at 50 now"),
+        (":break 6a", "break '6a'; expected ADDRESS, pin PIN [EDGE], register NAME"),
+        (":break", "break: expected ADDRESS, pin PIN [EDGE], register NAME"),
+        (":power maybe", "power 'maybe'; expected on or off"),
+        (":edge slew fals", "edge 'slew fals'; expected a pin, and rises, falls or any"),
+        (":drive wait", "drive 'wait'; expected a pin and a level, such as wait 0"),
+        (":act table", "act 'table'; expected a part and a verb"),
+        (":edge ascii_binary", "not reached within 3600 s of virtual time; no command or program is in progress"),
+        (":edge ascii_binary", "; :time 0.015 goes back"),
         (":break pin slew low", "break: edge 'low'; allowed rises, falls, any"),
         (":drive wait low", "drive: level 'low'; allowed 0 and 1"),
         ("break 6", "break 6: is no command of cy525; a verb of the debugger begins with a colon"),
@@ -156,7 +165,7 @@ def test_a_mistake_is_answered_at_the_foot(typed, says):
         await walk.say(":time 15 ms")  # a program is stored
         await walk.say(typed)
         assert says in walk.session.trouble
-        assert says[:40] in walk.screen
+        assert says.startswith(";") or says[:40] in walk.screen
 
     walked([WELD], SIZES["80x24"], way)
 

@@ -9,11 +9,13 @@ from typing import Any
 
 from ...chips import CATALOGUE
 from ...core.memory.image import LARGEST, check_text, from_file, from_hex, named_file, to_hex
+from ...core.messages.calls import answering
 from ...errors import BenchFileError, UsageError
 from ...gate import BOM, read_file
 from .hex_text import hex_text, is_named_hex
 
 
+@answering("read_image()")
 def read_image(path: str | PathLike[str]) -> bytes:
     """Return the memory image in a file, from address 0 on.
 
@@ -52,6 +54,7 @@ def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
     return to_hex(image).encode("ascii") if is_named_hex(path) else image
 
 
+@answering("write_image()")
 def write_image(path: str | PathLike[str], image: bytes) -> None:
     """Write a memory image to a file, which appears whole or not at all.
 

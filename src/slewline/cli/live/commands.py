@@ -9,7 +9,7 @@ import click
 
 from ..options.kinds import HintingCommand, OncePerName
 from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, STRAPS, TOKEN, path
-from ..options.values import DIRECTORY, FILE, STEP_RATE, TIME, PartName, SettingText
+from ..options.values import DIRECTORY, FILE, STEP_RATE, TIME, AnyNumber, PartName, SettingText, WholeNumber
 
 Command = Callable[..., Any]
 
@@ -141,7 +141,7 @@ def serve_command(**options: Any) -> int:
 @click.option("--invert-dir", is_flag=True, help="DIR has the other level than the direction pin of the chip.")
 @click.option(
     "--filter",
-    type=click.IntRange(0, 15),
+    type=WholeNumber(3, least=0, most=15),
     default=0,
     help="How often an input is looked at, 4 us apart, before it counts; an E-stop is not filtered.",
 )
@@ -260,7 +260,9 @@ def panel_command(**options: Any) -> int:
 @MEMORY
 @ANYWHERE
 @ALLOW_CODE
-@click.option("--rate", type=float, default=1.0, show_default=True, help="Virtual seconds per second, 0.001 to 1000.")
+@click.option(
+    "--rate", type=AnyNumber("0.5"), default=1.0, show_default=True, help="Virtual seconds per second, 0.001 to 1000."
+)
 @click.option("--attach", metavar="HOST:PORT", help="Debug what the server with this control port has, instead.")
 @click.option("--control", metavar="HOST:PORT", help="No screen: open a control port, for a front end of your own.")
 @TOKEN

@@ -8,7 +8,7 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, path
-from ..options.values import FILE, TimeWithUnit, UnitsPerStep
+from ..options.values import FILE, TimeWithUnit, UnitsPerStep, WholeNumber
 from .options import PORT, chip_option, module_options, setting_options
 
 
@@ -16,7 +16,11 @@ from .options import PORT, chip_option, module_options, setting_options
 @module_options
 @path("--output", "-o", required=True, help="A new file for the program, such as weld.gs-c200s.")
 @click.option(
-    "--from", "base", type=int, metavar="ADDRESS", help="Where the program begins in a memory with addresses."
+    "--from",
+    "base",
+    type=WholeNumber(256),
+    metavar="ADDRESS",
+    help="Where the program begins in a memory with addresses.",
 )
 @click.option(
     "--eeprom",

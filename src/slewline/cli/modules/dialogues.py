@@ -9,10 +9,10 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
-from ..options.values import FILE, TimeWithUnit
+from ..options.values import FILE, TimeWithUnit, WholeNumber
 from .options import CLOCK, ECHO, MARKINGS, PORT, chip_option, setting_options
 
-ADDRESS = click.option("--address", type=int, metavar="N", help="Of the module, on a line of several.")
+ADDRESS = click.option("--address", type=WholeNumber(2), metavar="N", help="Of the module, on a line of several.")
 CHECKSUM = click.option(
     "--checksum/--no-checksum", default=None, help="Lines end in checksums, or not; by default as the dialogue shows."
 )
@@ -25,7 +25,9 @@ CHECKSUM = click.option(
 @click.option("--pty", metavar="LINK", help="The host opens a pseudo-terminal, under the name of this link.")
 @click.option("--tcp", metavar="HOST:PORT", help="The host connects to this port.")
 @chip_option("What the module is.")
-@click.option("--baud", type=int, metavar="RATE", help="Its rate; the highest one that it has by default.")
+@click.option(
+    "--baud", type=WholeNumber(9600), metavar="RATE", help="Its rate; the highest one that it has by default."
+)
 @CHECKSUM
 @ADDRESS
 @ECHO
@@ -50,7 +52,9 @@ def proxy_command(**options: Any) -> int:
 @chip_option("What the module is.")
 @click.option("--host", metavar="SIGNAL", required=True, help="The wire on which the host sends, such as D0.")
 @click.option("--module", metavar="SIGNAL", required=True, help="The wire on which the module sends.")
-@click.option("--baud", type=int, metavar="RATE", help="The rate; by default the one of the part that fits best.")
+@click.option(
+    "--baud", type=WholeNumber(9600), metavar="RATE", help="The rate; by default the one of the part that fits best."
+)
 @CHECKSUM
 @ADDRESS
 @click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")
@@ -134,7 +138,9 @@ def terminal_command(**options: Any) -> int:
 @click.option("--replace", is_flag=True, help="With --port: also if the module loses the program that it holds.")
 @path("--report", help="Dialogue: write a file to send: part, markings, crystal, transcript, and nothing else.")
 @chip_option("Dialogue: the part, if it is another than recorded.", required=False)
-@click.option("--baud", type=int, metavar="RATE", help="Dialogue: the rate, if it is another than recorded.")
+@click.option(
+    "--baud", type=WholeNumber(9600), metavar="RATE", help="Dialogue: the rate, if it is another than recorded."
+)
 @CHECKSUM
 @ADDRESS
 @ECHO

@@ -11,7 +11,7 @@ import click
 from ...core.time.timebase import hertz
 from ..options.kinds import ChipOption
 from ..options.shared import path
-from ..options.values import FREQUENCY, PartName
+from ..options.values import FREQUENCY, PartName, WholeNumber
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -27,11 +27,13 @@ PORT = click.argument("port")
 PART = chip_option("What it is; by default as FILE ends, such as .gs-c200s.", required=False)
 ECHO = click.option("--echo", is_flag=True, help="The line echoes what is sent, as an RS-485 adapter does: drop that.")
 SETTING = (
-    click.option("--baud", type=int, metavar="RATE", help="Its rate; by default it is looked for, or 9600."),
+    click.option(
+        "--baud", type=WholeNumber(9600), metavar="RATE", help="Its rate; by default it is looked for, or 9600."
+    ),
     click.option(
         "--checksum/--no-checksum", default=None, help="Its lines have checksums, or not; by default it is asked."
     ),
-    click.option("--address", type=int, metavar="N", help="Of the module, on a line that several share."),
+    click.option("--address", type=WholeNumber(2), metavar="N", help="Of the module, on a line that several share."),
     ECHO,
 )
 DIALOGUE = path("--dialogue", help="Write what is said into this new file; by default one beside FILE.")

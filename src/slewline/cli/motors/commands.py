@@ -8,7 +8,7 @@ import click
 
 from ..options.kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, JSON, MOTOR_HELP, OPTIONS, path
-from ..options.values import PartName, StepCount
+from ..options.values import STEPS, PartName, WholeNumber
 from .wizard import AskingCommand
 
 
@@ -46,13 +46,21 @@ def calibrate_command(**options: Any) -> int:
     "--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A averaged'."
 )
 @click.option("--load", metavar="TEXT", help="Such as 'inertia 68 g cm2, friction 5 mNm, torque 30 mNm'.")
-@click.option("--steps", type=StepCount(), required=True, metavar="N", help="Steps of the move, from rest to rest.")
+@click.option(
+    "--steps",
+    type=STEPS,
+    required=True,
+    metavar="N",
+    help="Steps of the move, from rest to rest.",
+)
 @click.option("--stepping", default="full", show_default=True, metavar="HOW", help="full, wave, half, or 'micro 8'.")
 @click.option("--grid", metavar="TEXT", help="Values to try: 'F=3..10 R=4..40/12 S=1,100,200'; the rest has its own.")
 @click.option(
     "--perturb", metavar="TEXT", help="What may differ: 'load 20%, supply -10%'; 'none'; by default ten ways."
 )
-@click.option("--jobs", type=int, metavar="N", help="Processes; by default all processors for a map, else one.")
+@click.option(
+    "--jobs", type=WholeNumber(2), metavar="N", help="Processes; by default all processors for a map, else one."
+)
 @click.option(
     "--dask",
     "cluster",

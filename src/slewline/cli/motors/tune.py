@@ -134,7 +134,8 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     if found.recommended is not None:
         yield "              its neighbours hold" + (", also with the switching chopper" if found.switched else "")
     here = "" if found.runs_here == found.runs else f", {found.runs_here} of them now" * (found.runs_here < found.runs)
-    yield f"runs          {found.runs} of {found.exhaustive}{here}"
+    full = f" of {found.exhaustive}" if found.runs <= found.exhaustive else ""  # a switching chopper adds some
+    yield f"runs          {found.runs}{full}{here}"
     killers = sorted(found.killers.items(), key=lambda each: -each[1])[:4]
     if killers:
         yield f"lost under    {', '.join(f'{name} ({count})' for name, count in killers)}"

@@ -54,6 +54,8 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
         words, rest = parted(command, args)
     except LookupError:
         return None
+    if says := exchanged(command, ctx, args, words):
+        return says
     left = [(word, kind_of(command, word)) for word in words]
     kinds = dict(left)
     arguments = [each for each in command.get_params(ctx) if isinstance(each, click.Argument)]
@@ -84,6 +86,20 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
     line += needed(command, ctx, line)
     says = said(words[at], kinds[words[at]], arguments[at] if at < len(arguments) else None)
     return f"{says}; write:  slewline {ctx.info_name} {' '.join(line)}"
+
+
+def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], words: Sequence[str]) -> str:
+    """Return that a port is given where a file is written, and a file for the port; empty: they are not."""
+    written = next((each for each in command.params if "--output" in each.opts), None)
+    first = next((each for each in command.get_params(ctx) if isinstance(each, click.Argument)), None)
+    if written is None or first is None or TAKES.get(first.name or "") != TAKES["port"] or len(words) != 1:
+        return ""
+    at = next((at for at, word in enumerate(args[:-1]) if word in written.opts), None)
+    if at is None or kind_of(command, args[at + 1]) not in TAKES["port"] or kind_of(command, words[0]) not in FILES:
+        return ""
+    places = {words[0]: args[at + 1], args[at + 1]: words[0]}
+    line = " ".join(shlex.quote(places.get(word, word)) for word in args)
+    return f"{words[0]!r} is a file, and {args[at + 1]!r} a port; write:  slewline {ctx.info_name} {line}"
 
 
 def said(word: str, kind: str, argument: click.Argument | None) -> str:

@@ -13,6 +13,7 @@ from click.shell_completion import CompletionItem
 
 from ...core.datasheet.units import KINDS, quantity
 from ...core.messages.near import hint
+from ...core.messages.numbers import without_comma
 from ...core.time.timebase import hertz, picoseconds
 from ...errors import TimeError, UsageError
 from . import completion
@@ -70,25 +71,64 @@ class UnitsPerStep(click.ParamType[float]):
         try:
             found = float(number)
         except ValueError:
-            self.fail(f"{value!r}: expected a number, such as 0.005", param, ctx)
+            self.fail(f"{value!r}: expected a number, such as 0.005{without_comma(value)}", param, ctx)
         if unit:
             self.fail(f"{value!r}: write {number}, and --units {unit}", param, ctx)
         return found
 
 
-class StepCount(click.ParamType[int]):
-    """A number of steps."""
+class WholeNumber(click.ParamType[int]):
+    """A whole number.
 
-    name = "steps"
+    Args:
+        example: one, for messages.
+        noun: what is counted, which may follow the number.
+        also: what else a message says.
+        least, most: what is allowed; None: the command checks that.
+    """
+
+    name = "number"
+
+    def __init__(
+        self, example: int, noun: str = "", also: str = "", least: int | None = None, most: int | None = None
+    ) -> None:
+        self.example, self.noun, self.also, self.least, self.most = example, noun, also, least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return it; "400 steps" is one, too."""
-        found = re.fullmatch(r"\s*([0-9]{1,12})\s*(?:steps?)?\s*", str(value))
+        """Return it; "400 steps" is one, too, where steps are counted."""
+        noun = rf"(?:{self.noun}?)?" if self.noun else ""
+        found = re.fullmatch(rf"\s*([+-]?[0-9]{{1,12}})\s*{noun}\s*", str(value))
         if found is None:
-            self.fail(
-                f"{value!r}: expected a whole number of steps, such as 400; a turn is 200 of most motors", param, ctx
-            )
-        return int(found[1])
+            what = f"a whole number{self.noun and f' of {self.noun}'}, such as {self.example}"
+            self.fail(f"{value!r}: expected {what}{self.also}{without_comma(value)}", param, ctx)
+        number = int(found[1])
+        if self.least is not None and not self.least <= number <= (number if self.most is None else self.most):
+            most = "and more" if self.most is None else f"to {self.most}"
+            self.fail(f"{value!r}; allowed {self.least} {most}", param, ctx)
+        return number
+
+
+class AnyNumber(click.ParamType[float]):
+    """A number.
+
+    Args:
+        example: one, for messages.
+    """
+
+    name = "number"
+
+    def __init__(self, example: str) -> None:
+        self.example = example
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return it."""
+        try:
+            return float(value)
+        except ValueError:
+            self.fail(f"{value!r}: expected a number, such as {self.example}{without_comma(value)}", param, ctx)
+
+
+STEPS = WholeNumber(400, "steps", "; a turn is 200 of most motors")
 
 
 class QuantityWithUnit(click.ParamType[float]):

@@ -37,7 +37,7 @@ def capture(
 
     outputs = Outputs([file])
     outputs.claim(plot, SUFFIXES)
-    named = dict(_pair(text, "--axis", "x=D0,D1") for text in axes)
+    named = dict(_pair(text, "--axis", f"x={text}" if "," in text and "=" not in text else "x=D0,D1") for text in axes)
     signals = {name: _axis(name, value) for name, value in named.items()}
     of_part = dict(_pair(part, "--pin", "pulse=D0") for text in pins for part in text.split(","))
     waves = read_waveforms(file, timescale=timescale, torn=torn, threshold=threshold)

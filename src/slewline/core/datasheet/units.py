@@ -20,6 +20,7 @@ from numbers import Integral
 from types import MappingProxyType
 
 from ...errors import UsageError
+from ..messages.numbers import without_comma
 
 UNITS: Mapping[str, Mapping[str, str]] = MappingProxyType(  # by the first unit: what may be written, how much it is
     {
@@ -159,5 +160,5 @@ def quantity(value: object, unit: str, name: str, per_turn: int | None = None) -
     try:
         return measured(value, unit, per_turn)
     except ValueError:
-        says = f"{other_kind(value, unit)}allowed {expected(unit, per_turn=per_turn)}"
+        says = f"{other_kind(value, unit)}allowed {expected(unit, per_turn=per_turn)}{without_comma(value)}"
         raise UsageError(f"{name} {value!r}; {says}") from None

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from ...chips import sheet_of
 from ...core.datasheet.table import Limit
+from ...core.messages.calls import answering
 from ...core.time.timebase import Time, hertz, picoseconds, readable
 from ...errors import UsageError
 from ...record.measuring.intervals import Bound, Checked, SignalEdges, TimingTable, intervals
@@ -54,6 +55,7 @@ def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
     ]
 
 
+@answering("check_capture()")
 def check_capture(
     capture: Waveforms | str | Path,
     axes: Mapping[str, tuple[str, str | None]],

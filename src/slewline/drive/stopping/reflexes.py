@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from ...core.messages.near import hint
 from ...errors import UsageError
 from ..board.wire import INPUTS, BoardConfig, Reflex
+from ..terminals import exchanged
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -99,7 +100,9 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
     for name, wired in wiring.items():
         number = names.get(str(name).upper())
         if number is None:
-            raise UsageError(f"input {name!r} of the board; allowed {', '.join(printed)}")
+            raise UsageError(
+                f"input {name!r} of the board; allowed {', '.join(printed)}{exchanged(name, wired, names)}"
+            )
         if number in found:
             raise UsageError(f"input {name}: {printed[number]} is given twice; leave one out")
         pin = wired.removeprefix("!")

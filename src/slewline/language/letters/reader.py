@@ -87,9 +87,19 @@ class LetterReader(Reader):
         """Report text after a command that takes no argument."""
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
-        remedy = slip_remedy(self.sheet, argument, row) or f"{row.form} ends by itself, without an argument"
+        remedy = self.without(row, argument)
         found = f"{argument} after {row.name}, which takes no argument"
         self.error(first, end, "extra-argument", found, "", row.where, remedy)
+
+    def without(self, row: Row, extra: str) -> str:
+        """Return the remedy for text after the end of a command: another command has a line of its own."""
+        if odd := slip_remedy(self.sheet, extra):  # a character, which explains all
+            return odd
+        elsewhere = "" if row.args else slip_remedy(self.sheet, "", row)
+        extra = extra.lstrip(" ,;\t").rstrip()
+        begins = not extra[:1].isdigit() and extra[:1] in self.sheet.commands.by_form
+        says = f"write {extra} on a line of its own" if begins else f"leave out {extra}"
+        return f"{says}; {elsewhere}" if elsewhere else says
 
     def operands(self, row: Row, at: int) -> tuple[Operand, ...] | None:
         """The arguments; None if there are too few, or one of them is no number."""
@@ -99,9 +109,8 @@ class LetterReader(Reader):
         if len(words) > needed:
             first = at + words[needed].start()
             found = f"{self.text[first:]} after {row.name}, which takes {row.takes}"
-            self.error(
-                first, end, "extra-argument", found, "", row.where, slip_remedy(self.sheet, self.text[first:], row)
-            )
+            remedy = self.without(row, self.text[first:])
+            self.error(first, end, "extra-argument", found, "", row.where, remedy)
         elif len(words) < needed:
             arg = row.args[len(words)]
             found, remedy = f"{row.name} without {arg.name}", slip_remedy(self.sheet, rest, row)
@@ -135,7 +144,7 @@ class LetterReader(Reader):
         if word.isascii() and word.isdigit():
             number = int(word)
             if not arg.low <= number <= arg.high:
-                remedy = f"the nearest is {min(max(number, arg.low), arg.high)}"
+                remedy = self.into_range(row, arg, number)
                 self.error(at, at + len(word), "range", named, f"{arg.low}..{arg.high}", section, remedy)
             return Operand(*place, arg.fit(number))
         if arg.label and len(word) == 1 and word in self.sheet.labels:
@@ -143,6 +152,12 @@ class LetterReader(Reader):
         remedy = number_meant(word) or slip_remedy(self.sheet, word) or "numbers are decimal digits alone"
         self.error(at, at + len(word), "bad-number", named, self.allowed(arg), section, remedy)
         return None
+
+    def into_range(self, row: Row, arg: Arg, number: int) -> str:
+        """Return the remedy for a number out of range: the nearest one, but no other place for a target."""
+        if "t" in row.flow and arg is row.args[-1]:
+            return "a target is the address of an instruction of this program, as slewline asm lists them"
+        return f"the nearest is {min(max(number, arg.low), arg.high)}"
 
     def allowed(self, arg: Arg) -> str:
         """Return what an argument may be, in words."""

@@ -243,7 +243,11 @@ def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
-        return _refusal("extra-argument", first, len(text), f"{text[first:]} after {row.name}, which takes {row.takes}")
+        says, remedy = (
+            f"{text[first:]} after {row.name}, which takes {row.takes}",
+            f"leave out {text[first:]}; one command a line",
+        )
+        return _refusal("extra-argument", first, len(text), says, "", remedy)
     if len(found) < len(row.args):
         arg = row.args[0]
         return _refusal("missing-argument", len(text), len(text) + 1, f"{row.name} without {arg.name}", range_of(arg))

@@ -115,6 +115,6 @@ class VerbatimReader(LetterReader):
             self.error(at, at + len(word), "bad-number", named, self.allowed(arg), row.where, remedy)
             return None
         if not arg.low <= found <= arg.high:
-            remedy = f"the nearest is {min(max(found, arg.low), arg.high)}"
+            remedy = self.into_range(row, arg, found)
             self.error(at, at + len(word), "range", named, f"{arg.low}..{arg.high}", row.where, remedy)
         return Operand(*place, arg.fit(found))

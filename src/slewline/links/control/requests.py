@@ -70,7 +70,9 @@ def request_schema(row: RequestSpec) -> Data:
 
 def reply_schema(row: RequestSpec) -> Data:
     """Return the schema of the reply to it, unless it is an error; later versions may add keys."""
-    return record({key.name: described(key) for key in row.reply} | {"time_ps": WHOLE}, {"id": {}})
+    always = {key.name: described(key) for key in row.reply if not key.default}
+    sometimes = {key.name: described(key) for key in row.reply if key.default}
+    return record(always | {"time_ps": WHOLE}, sometimes | {"id": {}})
 
 
 def event_schema(row: EventSpec) -> Data:

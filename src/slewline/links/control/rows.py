@@ -29,6 +29,7 @@ from .kinds import (
     TIME,
     TIMEOUT,
     WHOLE,
+    WHY,
     Key,
     RequestSpec,
     array,
@@ -64,7 +65,7 @@ REQUESTS = (
         "Wait until a pin has a level; in lockstep, time passes.",
         {"pin": "x.rdy", "level": 1, "timeout": "5 s"},
         (A_PIN, A_LEVEL, TIMEOUT),
-        (MET,),
+        (MET, WHY),
         "pin",
     ),
     RequestSpec(
@@ -72,7 +73,7 @@ REQUESTS = (
         "Wait until an axis is at a position.",
         {"chip": "x", "axis": 1, "position": 400},
         (A_CHIP, Key("position", INTEGER, "in steps"), AN_AXIS, TIMEOUT),
-        (MET,),
+        (MET, WHY),
         "position",
     ),
     RequestSpec(

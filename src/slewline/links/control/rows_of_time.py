@@ -18,6 +18,7 @@ from .kinds import (
     TEXT,
     TIMEOUT,
     WHOLE,
+    WHY,
     Data,
     Key,
     RequestSpec,
@@ -54,7 +55,7 @@ REQUESTS = (
         "Pause, and let time pass to the next event of a chip.",
         {"chip": "x", "by": "instruction"},
         (A_CHIP, Key("by", {"enum": list(STEPS)}, "which event"), AN_AXIS, TIMEOUT),
-        (MET,),
+        (MET, WHY),
         "chip",
     ),
     RequestSpec(
@@ -62,7 +63,7 @@ REQUESTS = (
         "Pause, and let time pass to the next edge of a pin.",
         {"pin": "x.mov", "edge": "rises"},
         (A_PIN, EDGE, TIMEOUT),
-        (MET,),
+        (MET, WHY),
         "pin",
     ),
     RequestSpec(
@@ -70,7 +71,7 @@ REQUESTS = (
         "Wait until an instruction of the stored program begins.",
         {"chip": "x", "address": 7},
         (A_CHIP, Key("address", COUNT, "of the instruction"), TIMEOUT),
-        (MET,),
+        (MET, WHY),
         "instruction",
     ),
     RequestSpec(
@@ -78,7 +79,7 @@ REQUESTS = (
         "Wait until an instant.",
         {"time": "1.5 s"},
         (Key("time", INSTANT, "since the beginning"),),
-        (MET,),
+        (MET, WHY),
         "time",
     ),
     RequestSpec(

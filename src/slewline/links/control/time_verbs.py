@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...bench.runner import NEVER
+from ...bench.runner import NEVER, waiting_for
 from ...core.time.timebase import moment, picoseconds, readable
 from ...core.wires.pin import Condition
 from ...errors import UsageError
@@ -18,6 +18,8 @@ from ..time.moments import (
 )
 from .kinds import Data
 from .verbs import Verbs
+
+RESTING = "no command or program is in progress"
 
 
 class TimeVerbs(Verbs):
@@ -54,7 +56,21 @@ class TimeVerbs(Verbs):
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
         told = request["do"] != "advance"
-        self.client.wait(request, lambda _over: {"met": pushing.reached} if told else {}, pushing, limit_ps, True)
+
+        def reply(_over: bool) -> Data:
+            if pushing.reached or pushing.broken_off():
+                return {"met": pushing.reached}
+            return self.outcome(False, condition)
+
+        self.client.wait(request, reply if told else lambda _over: {}, pushing, limit_ps, True)
+
+    def outcome(self, met: bool, condition: Condition) -> Data:
+        """Return whether a condition was met; if not, why: what is odd about it, and what each chip and part does."""
+        if met:
+            return {"met": True}
+        odd = str(condition).removeprefix(condition.text).lstrip(", ")
+        doing = waiting_for(self.bench.chips.values(), self.bench.parts.values())
+        return {"met": False, "why": "; ".join(filter(None, (odd, *(doing or [RESTING]))))}
 
     def do_advance(self, request: Data) -> None:
         """Let time pass in lockstep, or while it stands; reply when it has."""
@@ -90,7 +106,7 @@ class TimeVerbs(Verbs):
             self.push(request, condition, limit)
         else:
             condition.begin()
-            self.client.wait(request, lambda met: {"met": met}, condition, limit, False)
+            self.client.wait(request, lambda met: self.outcome(met, condition), condition, limit, False)
 
     def condition(self, request: Data) -> Condition:
         """Return the condition of a request: a level of a pin, a position of an axis, an instruction of a program."""

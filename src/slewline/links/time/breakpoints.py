@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ...bench.runner import NEVER_PS, Wait
-from ...core.program import InstructionCondition
 from ...core.wires.pin import Condition
 from ...errors import UsageError
 from .moments import ArrivalCondition, FindingCondition, PinCondition, RegisterCondition
@@ -56,7 +55,7 @@ class Breakpoints:
         if chip is None:
             raise UsageError(f"no chip {row['chip']!r}; there are: {', '.join(self.bench.chips)}")
         if "address" in row:
-            return InstructionCondition(chip, row["address"])
+            return chip.at_instruction(row["address"])
         axis = chip.axis(row.get("axis", 1))
         if "position" in row:
             return ArrivalCondition(axis, row["position"])

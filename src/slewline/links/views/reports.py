@@ -18,6 +18,7 @@ CAUSES = 8
 SHOWN = 80  # characters of a text that comes again
 CALM_CHECKS = 2  # without a loss: it is over
 OTHERS = "others"
+ELLIPSIS = "..."
 _VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|b?"(?:[^"\\]|\\.)*"|[+-]?(?:0x[0-9a-fA-F]+|[0-9]+)""")
 
 Key = tuple[str, str, str]  # source, code, cause
@@ -25,7 +26,13 @@ Key = tuple[str, str, str]  # source, code, cause
 
 def cause_of(finding: Finding) -> str:
     """Return the text of a finding without numbers and without what the host has sent."""
-    return _VARIES.sub("_", finding.text)
+    return _VARIES.sub(ELLIPSIS, finding.text)
+
+
+def clause(text: str) -> str:
+    """Return the first clause of a text, cut between words if it is long."""
+    text = text.partition("; ")[0]
+    return text if len(text) <= SHOWN else f"{text[:SHOWN].rpartition(' ')[0]} ..."
 
 
 class FindingReports:
@@ -43,12 +50,14 @@ class FindingReports:
             key = *key[:2], OTHERS
         if key in self.more:
             self.more[key] += 1
+            if key[2] != OTHERS and clause(finding.text) != self.first[key]:
+                self.first[key] = clause(key[2])  # what they have in common
         elif key[2] == OTHERS:
-            self._begin(key, "of other causes")
+            self._begin(key, "")
             self.more[key] = 1
         else:
             self.tell(f"{finding.source}: {finding.code}: {finding.text}")
-            self._begin(key, f"like this: {finding.text.partition('; ')[0][:SHOWN]}")
+            self._begin(key, clause(finding.text))
 
     def _begin(self, key: Key, first: str) -> None:
         self.more[key], self.first[key] = 0, first
@@ -62,7 +71,8 @@ class FindingReports:
     def _count(self, key: Key) -> int:
         count, first = self.more.pop(key), self.first.pop(key)
         if count:
-            self.tell(f"{key[0]}: {key[1]}: {count} more {first}")
+            what = "of other causes" if key[2] == OTHERS else f"like this: {first}"
+            self.tell(f"{key[0]}: {key[1]}: {count} more {what}")
         return count
 
     def close(self) -> None:

@@ -39,13 +39,14 @@ export function asTime(ps) {
 }
 
 /**
- * Return a time that somebody has written, for a request; a bare number is in seconds.
+ * Return a time that somebody has written, for a request; a number without a unit is an error.
  * @param {string} text
  * @returns {string}
  */
 export function writtenTime(text) {
   const bare = text.trim().replace(",", ".");
-  return /^[\d.]+$/.test(bare) ? `${bare} s` : bare.replace(/^([\d.]+)\s*(\D+)$/, "$1 $2").replace("µs", "us");
+  if (/^[\d.]+$/.test(bare)) throw new Error(`time ${text.trim()}: has no unit; write ${bare} ms or ${bare} s`);
+  return bare.replace(/^([\d.]+)\s*(\D+)$/, "$1 $2").replace("µs", "us");
 }
 
 /**

@@ -118,7 +118,7 @@ export function timebar(link, root, fail) {
     const reply = await ask(request);
     waits--;
     if (reply === null) say(state, "");
-    else if (reply.met === false) say(state, `not within ${request.timeout}`);
+    else if (reply.met === false) say(state, [`not within ${request.timeout}`, reply.why].filter(Boolean).join("; "));
     else if (state.textContent === "running…") say(state, "");
   }
 
@@ -139,14 +139,19 @@ export function timebar(link, root, fail) {
   async function runTo(event) {
     event.preventDefault();
     const text = value.value.trim();
-    if (!text) return value.focus();
+    if (!text) {
+      value.focus();
+      return fail(new Error(`Run to: write the ${PLACES[place.value]}, such as ${HINTS[place.value]}`));
+    }
     let number = NaN;
+    let instantPs = NaN;
     try {
-      if (place.value !== "time") number = wholeNumber(text, PLACES[place.value]);
+      if (place.value === "time") instantPs = picoseconds(text);
+      else number = wholeNumber(text, PLACES[place.value]);
+      if (place.value === "address") await checkLine(number);
     } catch (error) {
       return fail(/** @type {Error} */ (error));
     }
-    const instantPs = place.value === "time" ? picoseconds(text) : NaN;
     if (instantPs < link.timePs) { // a place in the past is where the slider leads
       wantedPs = instantPs;
       scrubbing = true;
@@ -156,6 +161,18 @@ export function timebar(link, root, fail) {
     if (!paused) await ask({ do: "pause" });
     wait(place.value === "time" ? { do: "until", time: writtenTime(text) } :
       { do: "until", chip: chip.value, [place.value]: number, timeout: STEP_TIMEOUT });
+  }
+
+  /**
+   * Refuse an address at which no instruction of the stored program begins.
+   * @param {number} address
+   */
+  async function checkLine(address) {
+    const { rows } = await link.request({ do: "listing", chip: chip.value });
+    const known = rows.map((/** @type {any} */ row) => row.address);
+    if (known.includes(address)) return;
+    const there = known.length ? `they are at ${known[0]} to ${known.at(-1)}` : `no program is stored in ${chip.value}`;
+    throw new Error(`line ${address}: no instruction begins there; ${there}`);
   }
 
   function scrub() {

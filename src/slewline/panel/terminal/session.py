@@ -192,12 +192,13 @@ class DebugSession:
         """Step, or wait for something, one at a time; `doing` says what is waited for."""
         if self.doing:
             raise UsageError(f"busy: {self.doing}; the space bar ends it")
-        self.doing, self.why = doing, ""
+        self.doing, self.why, since = doing, "", self.now_ps
         self.on_change()
         try:
             reply = await self.client.request(do, **keys)
             if not reply.get("met", True) and not self.why:
-                self.trouble = f"{doing}: not reached within {keys.get('timeout', LIMIT)} of virtual time"
+                why = "; ".join(filter(None, (reply.get("why"), f":time {since / PS_PER_S:g} goes back")))
+                self.trouble = f"{doing}: not reached within {keys.get('timeout', LIMIT)} of virtual time; {why}"
             self.why = self.why or ("" if self.trouble else doing)
         finally:
             self.doing = ""

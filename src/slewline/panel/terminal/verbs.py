@@ -17,6 +17,7 @@ from .session import RATES, DebugSession
 
 Work = Coroutine[Any, Any, None]
 EDGES = ("rises", "falls", "any")
+BREAKS = "ADDRESS, pin PIN [EDGE], register NAME [VALUE], position P [AXIS], finding [WHOSE]"
 STEPS = ("instruction", "step", "command", "finding")
 
 
@@ -41,6 +42,11 @@ def number(text: str, what: str) -> int:
 def instant(text: str) -> int:
     """Return an instant, in picoseconds; a number alone is in seconds."""
     return picoseconds(f"{text} s" if re.fullmatch(r"[0-9]*\.?[0-9]+", text) else text)
+
+
+def quoted(words: list[str]) -> str:
+    """Return what was given to a verb, as a message has it after the name of the verb."""
+    return f" {' '.join(words)!r};" if words else ":"
 
 
 async def go(session: DebugSession, words: list[str]) -> None:
@@ -76,7 +82,7 @@ async def edge(session: DebugSession, words: list[str]) -> None:
     """Go on to the next edge of a pin."""
     which = words[1] if len(words) > 1 else "any"
     if not words or which not in EDGES:
-        raise UsageError("edge: expected a pin, and rises, falls or any")
+        raise UsageError(f"edge{quoted(words)} expected a pin, and rises, falls or any")
     await session.to_edge(words[0], which)
     session.last_edge = words[0]
 
@@ -141,9 +147,7 @@ def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
         return {"pin": session.full_pin(rest[0]), "edge": which}
     if first.isdecimal():
         return {"chip": chip, "address": int(first)}
-    raise UsageError(
-        "break: expected ADDRESS, pin PIN [EDGE], register NAME [VALUE], position P [AXIS], finding [WHOSE]"
-    )
+    raise UsageError(f"break{quoted(words)} expected {BREAKS}")
 
 
 async def clear(session: DebugSession, words: list[str]) -> None:
@@ -165,7 +169,7 @@ async def rate(session: DebugSession, words: list[str]) -> None:
 async def drive(session: DebugSession, words: list[str]) -> None:
     """Put a level on a pin."""
     if len(words) != 2:
-        raise UsageError("drive: expected a pin and a level, such as wait 0")
+        raise UsageError(f"drive{quoted(words)} expected a pin and a level, such as wait 0")
     if words[1] not in ("0", "1"):
         raise UsageError(f"drive: level {words[1]!r}; allowed 0 and 1")
     await session.client.request("drive", pin=session.full_pin(words[0]), level=int(words[1]))
@@ -181,14 +185,14 @@ async def release(session: DebugSession, words: list[str]) -> None:
 async def power(session: DebugSession, words: list[str]) -> None:
     """Switch the supply."""
     if words not in (["on"], ["off"]):
-        raise UsageError("power: expected on or off")
+        raise UsageError(f"power{quoted(words)} expected on or off")
     await session.client.request("power", chip=session.selected, on=words == ["on"])
 
 
 async def act(session: DebugSession, words: list[str]) -> None:
     """Do with a part what a hand could."""
     if len(words) < 2:
-        raise UsageError(f"act: expected a part and a verb; parts: {', '.join(session.parts) or 'none'}")
+        raise UsageError(f"act{quoted(words)} expected a part and a verb; parts: {', '.join(session.parts) or 'none'}")
     arguments = [int(word) if re.fullmatch(r"[+-]?\d+", word) else word for word in words[2:]]
     await session.client.request("act", part=words[0], verb=words[1], args=arguments)
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
+from ...core.messages.calls import answering
 from ...core.time.inputs import from_outside
 from ...errors import Timeout
 from .ends.adaptive_uart import AdaptiveUart
-from .host import Host
+from .host import TO_ONE, Host
 from .uart_host import UartHost
 
 if TYPE_CHECKING:
@@ -100,6 +101,7 @@ class AdaptiveHost(UartHost, Host):
         """
         self.uart.send(data)
 
+    @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
         """Send a query such as "? P", and return the answer of the chip on the line: text, or bytes in binary mode.
 

@@ -13,7 +13,7 @@ from ...errors import Timeout, UsageError
 from ..base.data import Data, as_bytes
 from ..base.part import served
 from .ends.port import CommandPort
-from .host import Host
+from .host import TO_ONE, Host
 
 if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
@@ -124,6 +124,7 @@ class BusHost(Host):
         return self.queue.submit(f"reads the position of {chip} on the fly", port.read_position)
 
     # -------------------------------------------------------------------------------------- calls that let time pass
+    @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> bytes:
         """Send a verify command, such as "V 2", and return the bytes of the group, as `verify` does.
 

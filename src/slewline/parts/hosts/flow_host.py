@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
+from ...core.messages.calls import answering
 from ...core.time.inputs import from_outside
 from ...core.wires.pin import Condition, GotCondition
 from ...errors import Timeout, UsageError
 from ..base.data import Data, as_bytes
 from ..base.part import served
 from .ends.flow_port import FlowPort
-from .host import Host
+from .host import TO_ONE, Host
 
 if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
@@ -115,6 +116,7 @@ class FlowHost(Host):
         """Return a condition for `bench.run_until`: messages have brought these bytes, with nothing in between."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
+    @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> str | bytes:
         """Send a query such as "? P", and return the answer of the chip on the bus: text, or bytes in binary mode.
 

@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from ...core.wires.pin import Condition
     from .connection import Connection
 
+TO_ONE = "; host.to(x) selects one of several chips"
+
 
 class Host(Part):
     """A host computer that commands one chip, or several that share a bus or a line.

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from ...core.messages.calls import answering
 from ...core.messages.instead import face, missing
 from ...core.messages.whole import whole
 from ...core.time.inputs import from_outside
@@ -27,7 +28,7 @@ from ..base.data import Data, as_bytes
 from ..base.operation import GAP_PS, LOW_PS, Strobes
 from ..base.part import served
 from .ends.packet_port import UNKNOWN, USUAL, Packet, PacketPort, operations, packet_of
-from .host import Host
+from .host import TO_ONE, Host
 
 if TYPE_CHECKING:
     from ...core.datasheet.table import Sheet
@@ -152,6 +153,7 @@ class PacketHost(Host):
             raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
         return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
 
+    @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
         """Send a command as text, as in a script, such as "GET_STATUS", and return the value that it returns.
 

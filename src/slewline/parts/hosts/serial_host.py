@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
+from ...core.messages.calls import answering
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.serial import Straps
 from ...errors import ChecksumError, Timeout
 from .ends.strapped_uart import StrappedUart
-from .host import Host
+from .host import TO_ONE, Host
 from .uart_host import UartHost
 
 if TYPE_CHECKING:
@@ -93,6 +94,7 @@ class SerialHost(UartHost, Host):
         """
         self.uart.write(data, fault)
 
+    @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> str:
         r"""Send a command, with address and checksum as strapped; let time pass until the answer, and return it.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +10,7 @@ from .data import DriverData, MotorData
 from .drivers import has_own_clock
 
 _AMPERES = re.compile(r"\d\s*m?A\b")
+UNDER = 0.2  # times the rated current: less is hardly meant, and a fifth of the torque
 OVER = 1.1  # times the rated current: what a supply or a resistor may be off
 MUCH = 0.1  # of the current: a ripple that takes a twentieth of the torque
 
@@ -32,16 +32,21 @@ def least_current(motor: MotorData, driver: DriverData) -> float:
     return driver.supply * driver.least_on / period / motor.resistance
 
 
-def _too_much(motor: MotorData, driver: DriverData) -> Iterator[str]:
-    """Say that a motor at rest gets more than its rated current."""
+def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) -> str:
+    """Return that a motor at rest gets more, or much less, than its rated current; empty: it does not.
+
+    Args:
+        little: only that it gets much less, so that it holds next to no load.
+    """
     current = driver.current
     if driver.kind in ("voltage", "bilevel"):
         current = driver.supply / (motor.resistance + driver.series)
-    if current > OVER * motor.current:
-        yield (
-            f"{current:.3g} A a phase, and {motor.name} is rated {motor.current:.3g} A: it gets hot, and its iron may "
-            "saturate, so that the torque is less than calculated"
-        )
+    says = f"{current:.3g} A a phase, and {motor.name} is rated {motor.current:.3g} A"
+    if current > OVER * motor.current and not little:
+        return f"{says}: it gets hot, and its iron may saturate, so that the torque is less than calculated"
+    if current < UNDER * motor.current:
+        return f"{says}: it has {current / motor.current:.1%} of its torque; check the figures of the driver"
+    return ""
 
 
 def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str, ...]:
@@ -52,7 +57,7 @@ def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str
     Args:
         given: the driver as a user gave it; where it has neither a clock nor a name, 20 kHz are assumed.
     """
-    notes = [*_too_much(motor, driver)]
+    notes = [note for note in (current_note(motor, driver),) if note]
     if driver.kind not in ("chopper", "averaged"):
         return tuple(notes)
     if driver.current == motor.current and isinstance(given, str) and not _AMPERES.search(given):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from math import inf
+from types import MappingProxyType
 from typing import Any
 
 from ...core.datasheet.option import Option
@@ -11,11 +13,14 @@ from ...core.datasheet.option import read as read_texts
 from ...errors import SlewlineError, UsageError
 
 IT = "it"
+REACH: Mapping[str, tuple[float, str]] = MappingProxyType(  # more is none of a stepper motor; what is usual instead
+    {"kg m2": (1.0, "g cm2"), "N m": (100.0, "mN m"), "m": (1.0, "mm"), "H": (10.0, "mH"), "A": (100.0, "mA")}
+)
 
 
 def figure(name: str, unit: str, says: str, default: float | None = 0.0) -> Option:
     """Return the row of a figure that is 0 or more; of one with the default None, None is allowed as well."""
-    return Option(name, "quantity", default, says, low=0, unit=unit, none=default is None)
+    return Option(name, "quantity", default, says, low=0, unit=unit, check=in_reach(unit), none=default is None)
 
 
 def positive(name: str, unit: str, says: str, default: Any = ...) -> Option:
@@ -25,12 +30,20 @@ def positive(name: str, unit: str, says: str, default: Any = ...) -> Option:
 
 def signed(name: str, unit: str, says: str) -> Option:
     """Return the row of a figure that may be less than 0."""
-    return Option(name, "quantity", 0.0, says, unit=unit)
+    return Option(name, "quantity", 0.0, says, unit=unit, check=in_reach(unit))
 
 
 def above_0(unit: str) -> Callable[[float], str]:
     """Return the check of a number that must be more than 0."""
-    return lambda value: "" if value > 0 else f"allowed more than 0 {unit}".rstrip()
+    reach = in_reach(unit)
+    return lambda value: reach(value) if value > 0 else f"allowed more than 0 {unit}".rstrip()
+
+
+def in_reach(unit: str) -> Callable[[float], str]:
+    """Return the check of a number that no motor with its load comes near to: it is meant in another unit."""
+    most, usual = REACH.get(unit, (inf, ""))
+    says = f"allowed up to {most:g} {unit}; a number alone is in {unit}, so write the unit, such as '68 {usual}'"
+    return lambda value: "" if abs(value) <= most else says
 
 
 def share(value: float) -> str:

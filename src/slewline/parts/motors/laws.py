@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ...core.messages.calls import answering
 from .data import DriverData, LoadData, MotorData
 from .drivers import read_driver
 from .law import MotorLaw
@@ -28,6 +29,7 @@ def read_system(motor: Any, driver: Any, load: Any, name: str = "") -> tuple[Mot
     return turns, drives, hangs
 
 
+@answering("motor_law()")
 def motor_law(
     motor: Any = "QSH4218-51-10-049",
     driver: Any = "24 V, 1 A",

@@ -92,6 +92,10 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
     return LoadData(**found)
 
 
+FAR = 10  # times what a motor holds: the unit of a figure is more likely another one than the motor
+REMEDY = "use a greater current, a stronger motor or a smaller load"
+
+
 def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str = "load") -> None:
     """Refuse a load that the motor cannot hold at rest, or cannot turn however slowly.
 
@@ -113,7 +117,7 @@ def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str 
         if wanted > most:
             raise UsageError(
                 f"{name}: {wanted:.4g} N m {when} ({how}); the {motor.name} holds {most:.4g} N m at {current:.4g} A: "
-                "use a greater current, a stronger motor or a smaller load"
+                f"{'check the unit of its figures' if wanted > FAR * most else REMEDY}"
             )
 
 

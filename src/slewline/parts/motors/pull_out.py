@@ -14,6 +14,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...core.datasheet.units import quantity
+from ...core.messages.calls import answering
 from ...errors import UsageError
 from .law import MotorLaw
 
@@ -60,6 +61,7 @@ class PullOutPoint(NamedTuple):
         return f"{found}, an isolated {self.isolated}: {beside}; a beat of the chopper with the steps, or a resonance"
 
 
+@answering("pull_out()")
 def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = True) -> list[PullOutPoint]:
     """Return the greatest torque at some rates, beside the load, and which of them are isolated.
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+from ...core.messages.calls import answering
 from ...core.time.timebase import Time, moment, readable
 from ...errors import TimeError, UsageError
 
@@ -136,7 +137,11 @@ class Comparison:
     def __str__(self) -> str:
         begin = f"{self.name}: " if self.name else ""
         counts = f"{len(self.model[0])} edges in the model, {len(self.measured[0])} measured"
-        verdict = "differ" if not self.agrees else f"agree within {self.within}" if self.within else "agree"
+        given = readable(self.tolerance_ps) if self.tolerance_ps and not self.within else ""
+        within = self.within or given
+        verdict = (
+            f"agree{within and f' within {within}'}" if self.agrees else f"differ{given and f' (tolerance {given})'}"
+        )
         lines = [f"{begin}{counts}, shifted by {readable(self.shift_ps)}: {verdict}"]
         lines += [f"  {row}" for row in self.rows[:SHOWN]]
         if len(self.rows) > SHOWN:
@@ -149,6 +154,7 @@ class Comparison:
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
 
+@answering("compare_edges()")
 def compare_edges(
     model: Edges,
     measured: Edges,

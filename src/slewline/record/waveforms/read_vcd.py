@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import BinaryIO
 
+from ...core.messages.calls import answering
 from ...core.time.timebase import Time, picoseconds
 from ...errors import BenchFileError, UsageError, WaveformError
 from ...gate import BOM, opened
@@ -39,6 +40,7 @@ FORMATS = {  # how files begin that are often taken for a VCD file
 _DEFINED = re.compile(rb"\$enddefinitions\s+\$end\s")
 
 
+@answering("read_vcd()")
 def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = False) -> Waveforms:
     """Return the waveforms in a VCD file.
 

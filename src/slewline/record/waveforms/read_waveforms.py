@@ -11,6 +11,7 @@ from typing import BinaryIO, cast
 
 from ... import lifeline
 from ...core.datasheet.units import measured, other_kind
+from ...core.messages.calls import answering
 from ...core.time.timebase import Time, picoseconds
 from ...errors import BenchFileError, UsageError, WaveformError
 from ...gate import BOM, MAX_LINE, opened
@@ -25,6 +26,7 @@ SHOWN = 20  # characters of a name, and names, in a message
 _CHANNEL = re.compile(r"(probe|analog)\d+=(.*)")
 
 
+@answering("read_waveforms()")
 def read_waveforms(
     path: str | Path, *, timescale: Time | None = None, torn: bool = False, threshold: str | float | None = None
 ) -> Waveforms:

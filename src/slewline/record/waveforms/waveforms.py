@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 
 EDGES = {"falling": (0,), "rising": (1,), "both": (0, 1)}  # the levels after them
 LISTED = 12  # names in a message
+CALLED = {  # what drivers call a signal, and what it may be called in a recording
+    "step": ("pulse", "clock", "stp", "pul", "clk"),
+    "dir": ("direction", "sign", "cw"),
+}
 
 
 class Signal(NamedTuple):
@@ -311,7 +315,9 @@ class Waveforms:
             raise UnknownName(f"{self.path}: {name!r} matches the end of several names: {_listed(ends)}")
         bits = self._bits(name)
         if not bits:
-            near = hint(name, self.names) or hint(name, [known.rpartition(".")[2] for known in self.names])
+            last = [known.rpartition(".")[2] for known in self.names]
+            called = [known for known in CALLED.get(name.lower(), ()) if known in map(str.lower, last)]
+            near = f"; did you mean {called[0]}?" if called else hint(name, self.names) or hint(name, last)
             raise UnknownName(f"{self.path}: no signal {name!r}; there are: {_listed(self.names)}{near}")
         self._signals[name] = joined = _joined(bits)
         return joined

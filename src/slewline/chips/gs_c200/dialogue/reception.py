@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ....language.lines import checksum, framed
-from ....language.lines.remedies import is_command
+from ....language.lines.remedies import is_command, respelled
 
 if TYPE_CHECKING:
     from ....core.datasheet.table import Sheet
@@ -34,8 +34,10 @@ def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
     """Return what is wrong with the last character of a line: the host has sent no checksum, or another one."""
     rest, kept, pin = text[:-1], straps.kept, straps.port.checksum_pin
     wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} after {rest!r}"
-    meant = text if is_command(sheet, command) else rest
-    came = f"; {command} arrived without one" if meant is text else ""
+    whole = command if is_command(sheet, command) else respelled(sheet, command)
+    meant = text[: len(text) - len(command)] + whole.encode() if whole else rest
+    odd = "" if whole == command else ", with blanks or in other capitals"
+    came = f"; {command.strip()} arrived without one{odd}" if whole else ""
     rule = f"the low seven bits of the sum of its codes{', bit 4 set' * bool(kept)}"
     return (
         f"{wrong}{came}: send {framed(meant, kept=kept)!r}, whose {shown(checksum(meant, kept))} is {rule}; "

@@ -1,0 +1,19 @@
+"""Numbers with a decimal comma, or with commas between thousands, and how they are written here."""
+
+from __future__ import annotations
+
+import re
+
+THOUSANDS = re.compile(r"\s*([+-]?\d{1,3}(?:[,' _]\d{3})+)(?![\d,'_.])(.*)", re.DOTALL)
+DECIMALS = re.compile(r"\s*([+-]?\d*),(\d+)(?![\d,.])(.*)", re.DOTALL)
+
+
+def without_comma(text: object) -> str:
+    """Return "; write 0.5 s" for "0,5 s", and "; write 6000 steps/s" for "6,000 steps/s"; "" for all others."""
+    if not isinstance(text, str):
+        return ""
+    if found := THOUSANDS.fullmatch(text):
+        return f"; write {re.sub(r'[^-+0-9]', '', found[1])}{found[2].rstrip()}, with no sign between the digits"
+    if found := DECIMALS.fullmatch(text):
+        return f"; write {found[1] or '0'}.{found[2]}{found[3].rstrip()}, with a decimal point"
+    return ""
