@@ -39,11 +39,10 @@ if TYPE_CHECKING:
     from .core.wires.waits import edge, first_of, level, next_round, polled, until
     from .language.assemble import assemble
     from .language.disassemble import listing
-    from .language.letters import Letters
     from .language.lines import Lines
     from .language.lint import lint
     from .language.packets import Packets
-    from .language.verbatim import Verbatim
+    from .language.text import Letters, Verbatim
     from .parts.base.clocked import Clocked
     from .parts.base.follower import Follower, Stateless
     from .parts.base.part import Part
@@ -75,11 +74,10 @@ _FROM = {
     "core.wires.waits": ("edge", "first_of", "level", "next_round", "polled", "until"),
     "language.assemble": ("assemble",),
     "language.disassemble": ("listing",),
-    "language.letters": ("Letters",),
     "language.lines": ("Lines",),
     "language.lint": ("lint",),
     "language.packets": ("Packets",),
-    "language.verbatim": ("Verbatim",),
+    "language.text": ("Letters", "Verbatim"),
     "parts.base.clocked": ("Clocked",),
     "parts.base.follower": ("Follower", "Stateless"),
     "parts.base.part": ("Part",),

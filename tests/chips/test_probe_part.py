@@ -25,9 +25,9 @@ from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
 from slewline.language.assemble import assemble, to_ascii
 from slewline.language.describe import describe
 from slewline.language.dialect import Command, dialect_of, spoken_as
-from slewline.language.letters import Letters
 from slewline.language.lines import Lines
 from slewline.language.lint import lint
+from slewline.language.text import Letters
 from slewline.links.lines.framing import FramedLine
 from slewline.links.lines.line import ConnectorLine as ServedLine
 from slewline.links.lines.pace import Lockstep

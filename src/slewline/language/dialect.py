@@ -1,7 +1,6 @@
 """How commands are written, sent and stored: the face that every dialect has.  A sheet names its own.
 
-    letters/     a letter and its numbers, as text or binary                  R 100        52 01 64
-    verbatim/    the same, kept character for character in a memory           R 87H        52 01 87
+    text/        a letter and its arguments, as text or binary                R 100        52 01 64
     lines/       a line of text, its answer another one                       jc1,18
     packets/     a command byte and words, written as a mnemonic              SET_POS 12345
 

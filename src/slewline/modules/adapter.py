@@ -15,7 +15,7 @@ from ..core.datasheet.table import Row, Sheet
 from ..core.wires.serial import CharacterFormat
 from ..errors import UsageError
 from ..language.dialect import Command, spoken_as
-from ..language.letters import Letters
+from ..language.text import Letters
 from ..links.lines.framing import LONGEST
 from ..parts.hosts.ends.shadow import TEXT
 from .failures import DamagedAnswer

@@ -17,7 +17,7 @@ from typing import Any, Literal
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
 from ...core.datasheet.option import Option, defaulted
 from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
-from ...language.verbatim import Verbatim
+from ...language.text import Verbatim
 from ..cy5xx.options import clocks
 
 PART, PART_B = "cy545", "cy545b"

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from ...core.datasheet.channel import BusHandshake
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
-from ...language.letters import Letters
+from ...language.text import Letters
 
 REFERENCE_HZ = 11_000_000
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512

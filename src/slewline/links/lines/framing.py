@@ -29,7 +29,7 @@ from ...bench.scripts.script_runner import TAKEN_US
 from ...core.wires.waits import first_of
 from ...errors import SlewlineError, UsageError
 from ...language.dialect import spoken_as
-from ...language.letters import Letters
+from ...language.text import Letters
 from ...parts.hosts.bus_host import BusHost
 from ...parts.lines.far_end import RAW_REMEDY, TELNET
 from ..sockets.stream import CHUNK

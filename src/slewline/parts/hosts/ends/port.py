@@ -71,18 +71,19 @@ class CommandPort:
 
     def text(self, command: str) -> bytes:
         """Return a command as this port takes it now: ASCII, or letter, count and data in binary mode."""
-        from ....language.dialect import Command
-        from ....language.letters import Decoder, encode_binary
+        from ....language.dialect import spoken_as
+        from ....language.text import CommandText, TextDialect
 
         line = command.encode("ascii") + b"\r"
         if self.mode.level == 1:
             row = self.sheet.commands.by_form.get(command)
             return line if row is None or row.terminated else line[:-1]
-        decoder = Decoder(self.sheet)
+        spoken = spoken_as(self.sheet, TextDialect)
+        decoder = spoken.decoder(self.sheet)
         for byte in line:
             found = decoder.feed(byte, True, False)
-            if isinstance(found, Command):
-                return encode_binary(found.row, found.values)
+            if isinstance(found, CommandText):
+                return spoken.encoded(found)
         raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
 
     def group_size(self, group: int) -> int:
