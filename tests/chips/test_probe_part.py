@@ -15,6 +15,7 @@ from slewline.bench.file import BenchFile
 from slewline.bench.scripts.script import run_script
 from slewline.core.chip import Chip
 from slewline.core.datasheet.channel import BusHandshake, HostPort, SerialLine
+from slewline.core.datasheet.rows import TextRow
 from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.step_views import StrobeView
@@ -39,7 +40,7 @@ TARGET = Arg("target", 1, 0, 99, label=True)
 
 
 def row(form, name, *args, **more):
-    return Row(form, name, args, 100, name.lower(), "p. 1", **more)
+    return TextRow(form, name, args, 100, name.lower(), "p. 1", **more)
 
 
 # fmt: off

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from ...core.datasheet.rows import LineRow
 from ...core.datasheet.table import Row, Sheet
 from ..dialect import Command, Dialect, Refusal, spoken_as
 from ..reader import Reader
@@ -41,7 +42,7 @@ class LineReader(Reader):
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(Dialect):
+class Lines(Dialect[LineRow]):
     """The dialect in which a command is a line of text, and so is its answer.
 
     Attributes:
@@ -66,13 +67,16 @@ class Lines(Dialect):
     where: str = ""
 
     name = "lines"
+    row_type = LineRow
     constant_bit = KEPT.bit_length() - 1  # wrong, it would pass the checksum
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
         """Return a reader of one line that begins at a column of the source."""
         return LineReader(source, number, column, text)
 
-    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+    def spell(
+        self, row: LineRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
+    ) -> str:
         """Return a command as text: its head and its values."""
         return spell(row, values)
 
@@ -100,8 +104,8 @@ class Lines(Dialect):
     def table(self, sheet: Sheet) -> str:
         """Return the table of commands, in Markdown."""
         own = "Opcodes are the model's own: the sheet gives none. " if sheet.opcodes == "chosen" else ""
-        return f"{line_table(sheet.commands)}\n\n{own}A carriage return ends a line."
+        return f"{line_table(sheet.rows(LineRow))}\n\n{own}A carriage return ends a line."
 
-    def in_full(self, sheet: Sheet, row: Row) -> str:
+    def in_full(self, sheet: Sheet, row: LineRow) -> str:
         """Return all that is known of a command, in Markdown."""
         return line_in_full(sheet, row)

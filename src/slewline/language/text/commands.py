@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Row
 from ..dialect import Command
 
@@ -27,6 +28,7 @@ class CommandText(Command):
     `switched`: the first value comes from switches; `flips` are bits of the first value that a prefix inverts.
     """
 
+    row: TextRow
     data: bytes = b""
     switched: bool = False
     flips: int = 0

@@ -7,7 +7,7 @@ mode sampled beside it, how the command goes on:
     ASCII     label letter, mark, then at a letter again                    A$
     ASCII     a slash in front of a letter; a string                        /B 2\r   "done"\r
     binary    letter, count of data bytes, data bytes, low bytes first      52 01 64
-    both      a letter alone that has no terminator (`Row.terminated`)
+    both      a letter alone that has no terminator (`TextRow.terminated`)
 
 Each of these continuations is a state: a method that takes one byte.  Which of them there are, and what an argument is,
 the dialect says.  Nothing here raises: whatever a host sends has an answer, and what it did wrong becomes a note (code
@@ -20,7 +20,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar, cast
 
-from ...core.datasheet.table import Arg, Row, Sheet
+from ...core.datasheet.rows import TextRow
+from ...core.datasheet.table import Arg, Sheet
 from ..dialect import Note, unknown_remedy
 from .commands import CR, LF, OPEN_BUS, CommandText, Label, spell
 from .forms import TextDialect
@@ -48,8 +49,8 @@ class Decoder(Generic[L_co]):
     def __init__(self, sheet: Sheet, dialect: TextDialect) -> None:
         self.sheet, self.dialect = sheet, dialect
         self.notes: list[Note] = []
-        self._in_ascii = {ord(row.form): row for row in sheet.commands}
-        self._in_binary = {dialect.byte(row): row for row in sheet.commands}
+        self._in_ascii = {ord(row.form): row for row in sheet.rows(TextRow)}
+        self._in_binary = {dialect.byte(row): row for row in sheet.rows(TextRow)}
         self._label_mark = ord(dialect.mark) if dialect.mark else -1
         self._line_feeds = not dialect.line_ends  # need not be reported, or one within a line has been
         self.reset()
@@ -58,8 +59,8 @@ class Decoder(Generic[L_co]):
         """Forget the characters so far, as after a reset of the part.  Notes that were not drained are kept."""
         self.at_letter = True
         self._state: Callable[[int], CommandText | L_co | None] = self._skip_line  # takes a byte after the letter
-        self._row: Row | None = None  # of the command in progress; None: a letter without a command
-        self._before: Row | None = None  # the command before, if it has no terminator
+        self._row: TextRow | None = None  # of the command in progress; None: a letter without a command
+        self._before: TextRow | None = None  # the command before, if it has no terminator
         self._slash = False  # one has come in front of the letter
         self._line = bytearray()  # what follows the letter: text in ASCII, data bytes in binary
         self._left = 0  # data bytes still to come
@@ -115,7 +116,7 @@ class Decoder(Generic[L_co]):
             self._state = in_line if ascii else self._count
         return None
 
-    def _stranger(self, byte: int, ascii: bool, before: Row | None) -> None:
+    def _stranger(self, byte: int, ascii: bool, before: TextRow | None) -> None:
         """A byte that is no command letter.  No case folding: commands are upper case."""
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:
@@ -170,7 +171,7 @@ class Decoder(Generic[L_co]):
     def _in_line(self, byte: int) -> CommandText | L_co | None:
         if byte == CR:
             self.at_letter = True
-            return self._line_end(cast("Row", self._row), text_of(self._line))
+            return self._line_end(cast("TextRow", self._row), text_of(self._line))
         if byte == self._label_mark:
             return self._mark()
         self._line_feed(byte)
@@ -206,12 +207,12 @@ class Decoder(Generic[L_co]):
             self._note("extra-argument", f"{shown(byte)} after a string is ignored")
             return None
         self.at_letter = True
-        return self._string(cast("Row", self._row), bytes(self._line))
+        return self._string(cast("TextRow", self._row), bytes(self._line))
 
-    def _string(self, row: Row, data: bytes) -> CommandText:
+    def _string(self, row: TextRow, data: bytes) -> CommandText:
         return CommandText(row, (), 0, b"", f"{row.form}{text_of(data)}{row.form}", data)
 
-    def _line_end(self, row: Row, body: str) -> CommandText | None:
+    def _line_end(self, row: TextRow, body: str) -> CommandText | None:
         argument = body.strip(" ")
         words = self.dialect.words(row, argument) if argument else []
         if row.form == self.dialect.query:
@@ -226,7 +227,7 @@ class Decoder(Generic[L_co]):
         self._look(f"{row.name} takes {row.takes}", row, body, words, needed)
         return self._with_numbers(row, body, words[:needed])
 
-    def _look(self, takes: str, row: Row, body: str, words: Sequence[str], needed: int) -> None:
+    def _look(self, takes: str, row: TextRow, body: str, words: Sequence[str], needed: int) -> None:
         """Note words that are too many, and odd spaces: one belongs after the letter, one or a comma between words."""
         if len(words) > needed:
             extra = " ".join(words[needed:])
@@ -236,7 +237,7 @@ class Decoder(Generic[L_co]):
         elif body and not words:
             self._note("spacing", f"spaces after {row.form}")
 
-    def _with_numbers(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
+    def _with_numbers(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
         spoken, values, digits, written = self.dialect, list[int](), 0, list[int | str]()
         for arg, word in zip(row.args, words, strict=True):
             value, other = spoken.value(word), spoken.other(self.sheet, row, arg, word)
@@ -254,7 +255,7 @@ class Decoder(Generic[L_co]):
         stored, text = (row.pack(values), spell(row, written)) if spoken.tokens else (b"", self._head + body)
         return CommandText(row, tuple(values), digits, stored, text, b"", spoken.switches in words, flips)
 
-    def _query(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
+    def _query(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
         """? R, or ? M,3: which letters may be asked for is not decided here."""
         if not words or len(words[0]) != 1:
             self._note("missing-argument", f"{row.name} needs a letter; ignored")
@@ -268,7 +269,7 @@ class Decoder(Generic[L_co]):
         values = tuple(self._low_byte(row, count) for count in counts if count is not None)
         return CommandText(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
 
-    def _to_display(self, row: Row, body: str, words: Sequence[str]) -> CommandText | None:
+    def _to_display(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
         """[38H,2,65,66: address, count, data; a bracket that closes may stand after them."""
         last = [words[-1].removesuffix("]")] if words else []
         numbers = [number(word) for word in [*words[:-1], *last] if word]
@@ -279,7 +280,7 @@ class Decoder(Generic[L_co]):
         digits = sum(map(len, words))
         return CommandText(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
-    def _data_of(self, row: Row, count: int, data: bytes) -> bytes:
+    def _data_of(self, row: TextRow, count: int, data: bytes) -> bytes:
         """The data of a display command: the shorter one counts, of those announced and those that came."""
         if count != len(data):
             self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number counts")
@@ -316,7 +317,7 @@ class Decoder(Generic[L_co]):
         stored = bytes([row.code]) + data if entering else row.pack(values) if spoken.tokens else b""
         return CommandText(row, values, 0, stored, f"{spell(row, values)}{more}")
 
-    def _binary_text(self, row: Row, data: bytes) -> CommandText | None:
+    def _binary_text(self, row: TextRow, data: bytes) -> CommandText | None:
         """A query, or a display command, whose arguments are no numbers of fixed size."""
         least = 1 if row.form == self.dialect.query else 2
         if len(data) < least:
@@ -332,16 +333,16 @@ class Decoder(Generic[L_co]):
     def _note(self, code: str, text: str, remedy: str = "") -> None:
         self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
-    def _fit(self, row: Row, arg: Arg, found: int) -> int:
+    def _fit(self, row: TextRow, arg: Arg, found: int) -> int:
         """Cut a number to the bytes of its argument, whatever its range; the command deals with what is left."""
         self._check(row, arg, found)
         return arg.fit(found)
 
-    def _check(self, row: Row, arg: Arg, found: int) -> None:
+    def _check(self, row: TextRow, arg: Arg, found: int) -> None:
         if not arg.low <= found <= arg.high:
             self._range(f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
-    def _low_byte(self, row: Row, found: int) -> int:
+    def _low_byte(self, row: TextRow, found: int) -> int:
         """Cut a number to a byte, where it is no argument of the table."""
         if found > 0xFF:
             self._range(f"{row.name} {found}: allowed 0..255", found, found & 0xFF)

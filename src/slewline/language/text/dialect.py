@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Never
 
+from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Arg, Row, Sheet
 from ...errors import UsageError
 from ..dialect import Check, number_meant, slip_remedy
@@ -68,7 +69,8 @@ class Letters(TextDialect):
         if single_count and statements:
             rest = b"".join(map(self.stored, statements))[1:]
             return bytes([self.byte(statements[0].row), len(rest)]) + rest
-        return b"".join(self.block(each.row, each.row.pack(each.values)[1:]) for each in statements)
+        rows = sheet.rows(TextRow)
+        return b"".join(self.block(rows[each.row.form], each.row.pack(each.values)[1:]) for each in statements)
 
     def shorter(self, sheet: Sheet) -> str:
         """Return advice on how a program gets shorter."""
@@ -100,7 +102,7 @@ class Letters(TextDialect):
         """Return the table of commands, in Markdown."""
         return reference.command_table(sheet)
 
-    def in_full(self, sheet: Sheet, row: Row) -> str:
+    def in_full(self, sheet: Sheet, row: TextRow) -> str:
         """Return all that is known of a command, in Markdown."""
         return reference.in_full(sheet, row)
 
@@ -202,7 +204,7 @@ class Verbatim(TextDialect):
                 break
         return Instruction(at, bytes(stored[at : at + 1]), None, ())
 
-    def shown(self, row: Row, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
+    def shown(self, row: TextRow, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
         """Return the text of an instruction in the memory, without its carriage return."""
         return instruction.data.rstrip(b"\r").decode("latin-1")
 
@@ -239,6 +241,6 @@ class Verbatim(TextDialect):
         """Return the table of commands, in Markdown."""
         return reference.command_table(sheet)
 
-    def in_full(self, sheet: Sheet, row: Row) -> str:
+    def in_full(self, sheet: Sheet, row: TextRow) -> str:
         """Return all that is known of a command, in Markdown."""
         return reference.in_full(sheet, row)

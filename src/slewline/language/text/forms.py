@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Arg, Row, Sheet
 from ...errors import UsageError
 from ..dialect import Dialect
@@ -15,10 +16,11 @@ from .numbers import BETWEEN
 END = bytes([CR])
 
 
-class TextDialect(Dialect):
+class TextDialect(Dialect[TextRow]):
     """A letter and its arguments.  A sign that a dialect does not have is empty."""
 
     streams = True
+    row_type = TextRow
     tokens = False  # is a program stored as opcodes and arguments, and not as it was written?
     line_ends = False  # does the part say of its lines how they end?
     encoding = "latin-1"
@@ -52,7 +54,9 @@ class TextDialect(Dialect):
         return ""
 
     # --------------------------------------------------------------------------------------------------------- sent
-    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+    def spell(
+        self, row: TextRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
+    ) -> str:
         """Return a command as text: its letter, its values, and the labels that it names."""
         return spell(row, letters_for(row, values, labels, names or NO_NAMES))
 
@@ -61,7 +65,7 @@ class TextDialect(Dialect):
         at = 0
         while self.mark and line[at + 1 : at + 2] == self.mark:
             at += 2
-        row = sheet.commands.by_form.get(line[at : at + 1])
+        row = sheet.rows(TextRow).by_form.get(line[at : at + 1])
         if row is not None and not row.terminated:
             rest = line[at + 1 :]
             return line[: at + 1].encode(self.encoding) + (self.sent(sheet, rest) if rest else b"")
@@ -97,7 +101,7 @@ class TextDialect(Dialect):
             data = row.pack((*(value ^ command.flips for value in values[:1]), *values[1:]))[1:]
         return self.block(row, data)
 
-    def block(self, row: Row, data: bytes) -> bytes:
+    def block(self, row: TextRow, data: bytes) -> bytes:
         """Return a command in binary form: its letter, and if it has data, their count in front of them."""
         return bytes([self.byte(row)]) + (bytes([len(data)]) + data if row.terminated else b"")
 

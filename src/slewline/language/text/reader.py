@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Arg, Row
 from ..dialect import slip_remedy, spoken_as, unknown_remedy
 from ..reader import Reader
@@ -35,7 +36,7 @@ class TextReader(Reader):
                 labels, at = (*labels, text[at]), at + 2
                 continue
             letter = at + (spoken.negate != "" and text.startswith(spoken.negate, at))
-            row = self.sheet.commands.by_form.get(text[letter : letter + 1])
+            row = self.sheet.rows(TextRow).by_form.get(text[letter : letter + 1])
             if row is None:
                 self.unknown(min(letter, len(text) - 1))
                 return ()

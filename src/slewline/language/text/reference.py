@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from ...core.datasheet.table import Arg, Row, Sheet
+from ...core.datasheet.rows import TextRow
+from ...core.datasheet.table import Arg, Sheet
 from ..dialect import spoken_as
 from ..markdown import mhz, source, table
 from .forms import TextDialect
 
 
-def usage(row: Row, spoken: TextDialect) -> str:
+def usage(row: TextRow, spoken: TextDialect) -> str:
     """Return how a command is written in ASCII: `L count,target`."""
     others = {spoken.query: " letter", spoken.quote: f"characters{row.form}", spoken.display: "address,count,data..."}
     return f"{row.form}{others.get(row.form) or ' ' + ','.join(arg.name for arg in row.args)}".rstrip()
 
 
-def binary(row: Row, spoken: TextDialect) -> str:
+def binary(row: TextRow, spoken: TextDialect) -> str:
     """Return how a command is sent in binary: letter, count, data, low bytes first."""
     letter = f"{spoken.byte(row):02X}"
     if not row.terminated:
@@ -25,12 +26,12 @@ def binary(row: Row, spoken: TextDialect) -> str:
     return f"{letter} {row.data_bytes:02X} {_data(row)}".rstrip()
 
 
-def stored(row: Row) -> str:
+def stored(row: TextRow) -> str:
     """Return the bytes of a command in the program buffer."""
     return f"{row.code:02X} {_data(row)}".rstrip() if row.stored else ""
 
 
-def _data(row: Row) -> str:
+def _data(row: TextRow) -> str:
     parts = {1: ("",), 2: (".low", ".high"), 3: (".low", ".middle", ".high")}
     return " ".join(arg.name + part for arg in row.args for part in parts[arg.size])
 
@@ -44,13 +45,13 @@ def _bytes(count: int) -> str:
     return f"{count} byte{'s' if count != 1 else ''}"
 
 
-def _busy(row: Row) -> str:
+def _busy(row: TextRow) -> str:
     if row.motion:
         return f"{row.time_us} µs and the motion"
     return f"{row.time_us} µs{' and the conversion of the digits' if row.args else ''}"
 
 
-def in_full(sheet: Sheet, row: Row) -> str:
+def in_full(sheet: Sheet, row: TextRow) -> str:
     """Return all that is known of a command, in Markdown: forms, arguments, times, sources."""
     spoken = spoken_as(sheet, TextDialect)
     if spoken.tokens:
@@ -113,7 +114,7 @@ def command_table(sheet: Sheet) -> str:
             *(row.time_us for _ in time),
             source(row),
         )
-        for row in sheet.commands
+        for row in sheet.rows(TextRow)
     ]
     note = "The time is how long the chip is busy with the last byte of the command, without conversion and motion."
     return f"{table(heads, rows)}\n\n{note}" if time else table(heads, rows)

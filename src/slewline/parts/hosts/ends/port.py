@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ....core.datasheet.rows import TextRow
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import first_of, level, until
 from ....errors import UsageError
@@ -76,7 +77,7 @@ class CommandPort:
 
         line = command.encode("ascii") + b"\r"
         if self.mode.level == 1:
-            row = self.sheet.commands.by_form.get(command)
+            row = self.sheet.rows(TextRow).by_form.get(command)
             return line if row is None or row.terminated else line[:-1]
         spoken = spoken_as(self.sheet, TextDialect)
         decoder = spoken.decoder(self.sheet)
