@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .core.datasheet.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
     from .core.datasheet.option import Option
     from .core.datasheet.quirk import Quirk
+    from .core.datasheet.rows import LineRow, PacketRow, TextRow
     from .core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
     from .core.motion.axis import Axis
     from .core.motion.one_axis import OneAxis
@@ -67,6 +68,7 @@ _FROM = {
     "core.program": ("ProgramRow",),
     "core.datasheet.quirk": ("Quirk",),
     "core.motion.step_views": ("PatternView", "PulseView", "StrobeView"),
+    "core.datasheet.rows": ("LineRow", "PacketRow", "TextRow"),
     "core.datasheet.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
     "core.time.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
     "core.motion.train": ("Playing", "StepTrain"),
@@ -106,10 +108,12 @@ __all__ = [
     "Limit",
     "Line",
     "LineChip",
+    "LineRow",
     "Lines",
     "Net",
     "OneAxis",
     "Option",
+    "PacketRow",
     "Packets",
     "Part",
     "PatternView",
@@ -129,6 +133,7 @@ __all__ = [
     "StrobeView",
     "Table",
     "Terminal",
+    "TextRow",
     "Time",
     "Timing",
     "Verbatim",

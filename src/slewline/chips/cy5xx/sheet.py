@@ -181,6 +181,7 @@ SLIPS = MappingProxyType(
     }
 )
 
+bus = partial(BusHandshake, ccw_bit=0x10)
 socket = partial(
     Sheet,
     crystal_hz=REFERENCE_HZ,
@@ -192,8 +193,7 @@ socket = partial(
     limits=LIMITS,
     notes=NOTES,
     dialect=Letters(),
-    channels=(BusHandshake(),),
-    ccw_bit=0x10,
+    channels=(bus(),),
     key="s. is a section, T. a table of it",
 )
 

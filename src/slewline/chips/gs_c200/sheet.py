@@ -90,6 +90,7 @@ DIALECT = Lines(
     }),
     refusals=("E1", "E2", "E3", "E4", "E6"),
     where="data exchange protocol",
+    opcodes="chosen",
 )
 
 # ----------------------------------------------------------------------------------------- commands, in states i, p, r
@@ -254,7 +255,6 @@ def _sheet(part: str, rows: tuple[LineRow, ...], foreign: tuple[str, ...], sign:
         dialect=replace(DIALECT, questions=MappingProxyType(questions)),
         channels=(PORT,),
         memory_unit="location",
-        opcodes="chosen",
         foreign=foreign,
         slips={"\u2193": "the data sheet prints \u2193 for the return key: leave it out"},
     )

@@ -444,7 +444,6 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         channels=(HostPort(),),
         foreign=tuple(sorted(missing)),
         axes=axes,
-        encoder=encoder,
     )
 
 

@@ -83,5 +83,6 @@ class PacketRow(Row):
 
 def row_object(row: Row) -> dict[str, Any]:
     """Return a row as data, with the columns of every family: those that it does not have are empty."""
-    others = {each.name: each for kind in (TextRow, LineRow, PacketRow) for each in fields(kind)}
-    return {name: getattr(row, name, each.default) for name, each in others.items()} | asdict(row)
+    found = asdict(row)
+    others = {each.name: each.default for kind in (TextRow, LineRow, PacketRow) for each in fields(kind)}
+    return found | {name: getattr(row, name, value) for name, value in others.items() if name not in found}

@@ -501,22 +501,18 @@ class Sheet:
         limits: the limits for times between edges.
         buffer_bytes: the size of the program memory, in `memory_unit`.
         buffer_where: the section of the manual that gives it.
-        verify_bytes: the number of bytes of each read-out group, by its number.
-        ccw_bit: the bit of the last status byte that is set when the direction is counter-clockwise, as a mask.
         labels: the letters that can be labels in a program.
         suffix: the suffix of program files.
         notes: further text for `slewline describe`, by headings.
         dialect: how commands are written, sent and stored.
         channels: the channels over which a host can reach the part, the usual one first.
         axes: the number of motors.
-        encoder: True if the part reads encoders.
         wires: for a part in several packages, the pins that are connected with each other, by name.
         foreign: commands of sister parts, which this part refuses as unknown.
         slips: the remedy for characters that are often mistaken, by character.
         sections: the sections of the manual to which the rules of the linter refer, by subject.
         key: the abbreviation of the manual in `where`.
         memory_unit: the unit in which the manual gives the size of the program memory.
-        opcodes: the trust in the opcodes: "stated" by the manual, or else "chosen".
     """
 
     part: str
@@ -535,22 +531,18 @@ class Sheet:
     limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0
     buffer_where: str = ""
-    verify_bytes: Mapping[int, int] = field(default_factory=dict)
-    ccw_bit: int = 0  # of the last byte of the status group; set: the direction is counter-clockwise
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
     dialect: DialectSpec | None = None
     channels: tuple[Channel, ...] = ()
     axes: int = 1
-    encoder: bool = False
     wires: tuple[tuple[str, ...], ...] = ()
     foreign: tuple[str, ...] = ()
     slips: Mapping[str, str] = field(default_factory=dict)
     sections: Mapping[str, str] = field(default_factory=dict)
     key: str = ""
     memory_unit: str = "byte"
-    opcodes: Trust = "stated"
 
     def __post_init__(self) -> None:
         if self.dialect is not None:
@@ -563,6 +555,11 @@ class Sheet:
     def keeps(self) -> bool:
         """Does the part keep something without power, in its option `store`?"""
         return any(row.name == "store" for row in self.options)
+
+    @property
+    def encoder(self) -> bool:
+        """Does the part read encoders?"""
+        return self.role("encoder_a") is not None
 
     @property
     def enter(self) -> Row | None:

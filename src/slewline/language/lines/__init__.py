@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...core.datasheet.rows import LineRow
-from ...core.datasheet.table import Row, Sheet
+from ...core.datasheet.table import Row, Sheet, Trust
 from ..dialect import Command, Dialect, Refusal, spoken_as
 from ..reader import Reader
 from ..statements import Operand, Source, Statement
@@ -55,6 +55,7 @@ class Lines(Dialect[LineRow]):
         questions: the commands that ask for a value and change nothing, by what they ask for, each with the pattern of
             its answer.
         where: the section of the manual.
+        opcodes: the trust in the opcodes: "stated" by the manual, or else "chosen".
     """
 
     longest: int = 0
@@ -65,6 +66,7 @@ class Lines(Dialect[LineRow]):
     refusals: tuple[str, ...] = ()
     questions: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     where: str = ""
+    opcodes: Trust = "stated"
 
     name = "lines"
     row_type = LineRow
@@ -103,7 +105,7 @@ class Lines(Dialect[LineRow]):
 
     def table(self, sheet: Sheet) -> str:
         """Return the table of commands, in Markdown."""
-        own = "Opcodes are the model's own: the sheet gives none. " if sheet.opcodes == "chosen" else ""
+        own = "Opcodes are the model's own: the sheet gives none. " if self.opcodes == "chosen" else ""
         return f"{line_table(sheet.rows(LineRow))}\n\n{own}A carriage return ends a line."
 
     def in_full(self, sheet: Sheet, row: LineRow) -> str:

@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ....core.datasheet.channel import BusHandshake
 from ....core.datasheet.rows import TextRow
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import first_of, level, until
@@ -41,6 +42,7 @@ class CommandPort:
             delay_ps,
         )
         self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
+        self.verify_bytes = chip.sheet.through(BusHandshake).verify_bytes
         self.sent = 0
 
         def line(role: str) -> Net:
@@ -89,13 +91,13 @@ class CommandPort:
 
     def group_size(self, group: int) -> int:
         """Bytes of a verify group in the present mode: the position has five digits, or two bytes in binary mode."""
-        return 2 if group == 0 and self.mode.level == 0 else self.sheet.verify_bytes[group]
+        return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
         """Return the verify group that a command points at; None: it points at none, or there is no such group."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
-            if match and int(match[1]) in self.sheet.verify_bytes:
+            if match and int(match[1]) in self.verify_bytes:
                 return int(match[1])
         return None
 
