@@ -149,7 +149,7 @@ class Arg:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One form of a command: what rows of all parts have.  The others are in rows.py.
+    """One form of a command, in what all parts say of one; `LineRow`, `TextRow` and `PacketRow` have more columns.
 
     Attributes:
         form: what distinguishes the form: the letter or name that a host sends first.
@@ -386,7 +386,7 @@ R = TypeVar("R", bound=Row)
 
 
 class Table(Sequence[R_co]):
-    """The command table of a part: a sequence of rows, which can also be looked up by form, as in table["R_co"].
+    """The command table of a part: a sequence of rows, which can also be looked up by form, as in table["R"].
 
     Attributes:
         rows: the rows.
