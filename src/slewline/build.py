@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .core.datasheet.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
     from .core.datasheet.option import Option
     from .core.datasheet.quirk import Quirk
+    from .core.datasheet.rows import LineRow, PacketRow, TextRow
     from .core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
     from .core.motion.axis import Axis
     from .core.motion.one_axis import OneAxis
@@ -41,11 +42,10 @@ if TYPE_CHECKING:
     from .core.wires.waits import edge, first_of, level, next_round, polled, until
     from .language.assemble import assemble
     from .language.disassemble import listing
-    from .language.letters import Letters
     from .language.lines import Lines
     from .language.lint import lint
     from .language.packets import Packets
-    from .language.verbatim import Verbatim
+    from .language.text import Letters, Verbatim
     from .parts.base.clocked import Clocked
     from .parts.base.counted import Counted, Sampled
     from .parts.base.follower import Follower, Stateless
@@ -71,6 +71,7 @@ _FROM = {
     "core.program": ("ProgramRow",),
     "core.datasheet.quirk": ("Quirk",),
     "core.motion.step_views": ("PatternView", "PulseView", "StrobeView"),
+    "core.datasheet.rows": ("LineRow", "PacketRow", "TextRow"),
     "core.datasheet.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
     "core.time.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
     "core.motion.train": ("Playing", "StepTrain"),
@@ -80,11 +81,10 @@ _FROM = {
     "core.wires.waits": ("edge", "first_of", "level", "next_round", "polled", "until"),
     "language.assemble": ("assemble",),
     "language.disassemble": ("listing",),
-    "language.letters": ("Letters",),
     "language.lines": ("Lines",),
     "language.lint": ("lint",),
     "language.packets": ("Packets",),
-    "language.verbatim": ("Verbatim",),
+    "language.text": ("Letters", "Verbatim"),
     "parts.base.clocked": ("Clocked",),
     "parts.base.counted": ("Counted", "Sampled"),
     "parts.base.follower": ("Follower", "Stateless"),
@@ -116,11 +116,13 @@ __all__ = [
     "Limit",
     "Line",
     "LineChip",
+    "LineRow",
     "Lines",
     "Net",
     "NotYet",
     "OneAxis",
     "Option",
+    "PacketRow",
     "Packets",
     "Part",
     "PatternView",
@@ -141,6 +143,7 @@ __all__ = [
     "StrobeView",
     "Table",
     "Terminal",
+    "TextRow",
     "Time",
     "Timing",
     "Verbatim",

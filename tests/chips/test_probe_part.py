@@ -15,6 +15,7 @@ from slewline.bench.file import BenchFile
 from slewline.bench.scripts.script import run_script
 from slewline.core.chip import Chip
 from slewline.core.datasheet.channel import BusHandshake, HostPort, SerialLine
+from slewline.core.datasheet.rows import LineRow, PacketRow, TextRow, row_object
 from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.step_views import StrobeView
@@ -25,9 +26,9 @@ from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
 from slewline.language.assemble import assemble, to_ascii
 from slewline.language.describe import describe
 from slewline.language.dialect import Command, dialect_of, spoken_as
-from slewline.language.letters import Letters
 from slewline.language.lines import Lines
 from slewline.language.lint import lint
+from slewline.language.text import Letters
 from slewline.links.lines.framing import FramedLine
 from slewline.links.lines.line import ConnectorLine as ServedLine
 from slewline.links.lines.pace import Lockstep
@@ -39,7 +40,7 @@ TARGET = Arg("target", 1, 0, 99, label=True)
 
 
 def row(form, name, *args, **more):
-    return Row(form, name, args, 100, name.lower(), "p. 1", **more)
+    return TextRow(form, name, args, 100, name.lower(), "p. 1", **more)
 
 
 # fmt: off
@@ -325,3 +326,31 @@ def test_a_sheet_without_a_dialect_or_with_another_one_says_so():
 
 def test_the_opcode_of_a_form_of_several_letters_is_its_first_letter():
     assert Row("AB", "ABSOLUTE", (), 0, "move to a position", "s.1").code == ord("A")
+
+
+# ------------------------------------------------------------------------------------------- columns of a dialect
+PLAIN = Row("V", "VERIFY", (), 1, "position", "p. 1", stored=False)
+
+
+def test_a_plain_row_has_the_columns_of_its_dialect_in_the_sheet():
+    lines = Sheet("mine", "mine", "none", (), Table(PLAIN), dialect=Lines())
+    (row,) = lines.rows(LineRow)
+    assert lines.commands["V"] is row and type(row) is LineRow
+    assert (row.head, row.room, row.tail, row.name, row.stored) == ("V", 0, (), "VERIFY", False)
+    again = dataclasses.replace(lines, part="other")
+    assert again.commands is lines.commands and again.rows(LineRow) is again.rows(LineRow)
+    assert lines.rows(Row) is lines.commands
+
+
+def test_a_row_of_another_family_is_refused():
+    with pytest.raises(SheetError, match="command KEEP: a TextRow; expected a LineRow"):
+        dataclasses.replace(PROBE, commands=Table(PROBE.commands["K"]), dialect=Lines())
+    with pytest.raises(SheetError, match="command NUMBER: a TextRow; expected a PacketRow"):
+        PROBE.rows(PacketRow)
+
+
+def test_json_has_the_columns_of_every_dialect():
+    row, line = row_object(PROBE.commands["K"]), row_object(LineRow("G+", "GO", (), 1, "go", "p. 1", head="G"))
+    assert set(row) == set(line)
+    assert (row["terminated"], row["head"], row["acts"], row["reads"]) == (False, "K", "", ())
+    assert (line["terminated"], line["head"]) == (True, "G")

@@ -34,7 +34,7 @@ SOURCES = sorted((ROOT / "src/slewline").rglob("*.py"))
 def codes_of(path):
     """The first arguments of all calls that make a finding, or in the decoder a note that becomes one."""
     nodes = list(ast.walk(tree(path)))
-    makes = "_note" if path.name == "decoder.py" else "finding"
+    makes = "_note" if path.match("language/text/decoder.py") else "finding"
     loops = {inner: node for node in nodes if isinstance(node, ast.For) for inner in ast.walk(node)}
     for node in nodes:
         if isinstance(node, ast.FunctionDef) and node.name == "odd":  # what the loop below goes through

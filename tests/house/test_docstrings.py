@@ -81,7 +81,6 @@ class Clock:
 # --------------------------------------------------------------------------------------------------------- inherited
 REPEATED = {  # rooms in which overrides still repeat the docstring of their base: as many, and never more
     "slewline.drive.board": 1,
-    "slewline.language.verbatim": 2,
 }
 
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from slewline.chips.cy525.sheet import SHEET
 from slewline.errors import ProgramError
 from slewline.language.assemble import assemble, to_ascii, to_binary
-from slewline.language.dialect import Command
-from slewline.language.letters import Decoder, spell
+from slewline.language.dialect import Command, dialect_of
 from slewline.language.source import host_lines, read
+from slewline.language.text import spell
 from tests.rows import rows
 
 ROWS = [row for row in SHEET.commands if row.stored]
@@ -307,7 +307,7 @@ def test_the_decoder_stores_the_same(text):
         (False, to_binary(assembly, single_count=True)),
     ]
     for ascii, stream in streams:
-        decoder = Decoder(SHEET)
+        decoder = dialect_of(SHEET).decoder(SHEET)
         items = [decoder.feed(byte, ascii, at >= 2) for at, byte in enumerate(stream)]
         stored = b"".join(item.stored for item in items[2:] if isinstance(item, Command))
         assert stored == (assembly.stored if ascii else resolved)

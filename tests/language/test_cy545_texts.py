@@ -14,7 +14,7 @@ from slewline.language.assemble import assemble, to_ascii, to_binary
 from slewline.language.describe import describe
 from slewline.language.disassemble import commands, disassemble, instructions
 from slewline.language.lint import lint
-from slewline.language.verbatim import Entry
+from slewline.language.text import Entry
 from tests.rows import rows
 
 SHEET = sheet_of("cy545b")

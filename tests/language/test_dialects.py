@@ -7,18 +7,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slewline.chips.cy525.sheet import SHEET
-from slewline.language.dialect import Command
-from slewline.language.letters import Decoder, Label, encode_ascii, encode_binary
+from slewline.language.dialect import Command, spoken_as
+from slewline.language.text import Label, Letters
 from tests.rows import rows
 
 BINARY = bytes.fromhex
+LETTERS = spoken_as(SHEET, Letters)
+
+
+def encode_ascii(row, values=(), labels=""):
+    return LETTERS.spell(row, values, labels).encode() + b"\r" * row.terminated
+
+
+def encode_binary(row, values=()):
+    return LETTERS.block(row, row.pack(values)[1:])
 
 
 class Port:
     """A decoder, with the little that a chip adds: E and Q switch program entry."""
 
     def __init__(self, ascii=True):
-        self.decoder = Decoder(SHEET)
+        self.decoder = LETTERS.decoder(SHEET)
         self.ascii = ascii
         self.entering = False
         self.decoded = []
@@ -290,7 +299,7 @@ def test_notes_say_what_is_allowed():
 
 @pytest.mark.parametrize(("stream", "first", "text"), [(b"R 7\r", True, "R 7"), (b"R\x01\x0d", False, "R 13")])
 def test_mode_counts_with_the_letter(stream, first, text):
-    decoder = Decoder(SHEET)
+    decoder = LETTERS.decoder(SHEET)
     modes = [first] + [not first] * (len(stream) - 1)
     *early, command = [decoder.feed(byte, ascii, False) for byte, ascii in zip(stream, modes, strict=True)]
     assert (early, command.text) == ([None] * (len(stream) - 1), text)
@@ -457,3 +466,10 @@ def test_any_split_gives_the_same(commands, data):
     cut = data.draw(st.integers(0, len(stream)))
     port = Port().feed(stream[:cut])
     assert port.feed(stream[cut:]).decoded == ascii_port(stream).decoded
+
+
+def test_an_unknown_line_does_not_begin_with_the_line_before_it():
+    decoder = LETTERS.decoder(SHEET)
+    for byte in b"R 100\r?":
+        decoder.feed(byte, True, False)
+    assert (decoder.at_letter, decoder.unfinished) == (False, "")

@@ -7,9 +7,8 @@ import pytest
 from slewline.chips.cy525.checks import checks
 from slewline.chips.cy525.sheet import SHEET
 from slewline.language.assemble import assemble, to_ascii, to_binary
-from slewline.language.dialect import Command
+from slewline.language.dialect import Command, dialect_of
 from slewline.language.disassemble import disassemble
-from slewline.language.letters import Decoder
 from slewline.language.lint import lint
 from slewline.language.source import read
 from tests.rows import rows
@@ -64,7 +63,7 @@ def text_of(name, suffix=".cy525"):
 
 def entered(stream, ascii=True):
     """What a chip keeps of a stream: the program, the other commands, what it has to complain about."""
-    decoder, entering, buffer, direct = Decoder(SHEET), False, b"", []
+    decoder, entering, buffer, direct = dialect_of(SHEET).decoder(SHEET), False, b"", []
     for byte in stream:
         item = decoder.feed(byte, ascii, entering)
         if isinstance(item, Command):

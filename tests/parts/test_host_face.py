@@ -14,6 +14,7 @@ import slewline
 from slewline.chips import PARTS as CHIPS
 from slewline.chips import chip_class, sheet_of
 from slewline.core.chip import Chip
+from slewline.core.datasheet.channel import BusHandshake
 from slewline.core.datasheet.table import Table
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Seconds, Time
@@ -264,7 +265,8 @@ def bare_port(*lacking):
     """A host, on wires at whose end a test stands: the wires of a CY525, except those of some roles."""
     full = sheet_of("cy525")
     rows = tuple(row for row in full.pins if row.role not in lacking)
-    sheet = replace(full, pins=rows, verify_bytes={} if "select" in lacking else full.verify_bytes)
+    channels = (BusHandshake(),) if "select" in lacking else full.channels
+    sheet = replace(full, pins=rows, channels=channels)
     kernel = Kernel()
     bus = Bus(kernel, "x.db")
     pins = {row.name: Terminal("x", row, Net(kernel, f"x.{row.name}", tie=row.reset)) for row in rows}
@@ -329,7 +331,7 @@ def test_a_host_asks_the_sheet_which_answer_has_several_lines():
 
 def test_a_host_asks_the_sheet_for_the_letter_that_points_at_a_group():
     ours = chip_class("cy525")
-    rows = (replace(row, form="Y", head="Y") if row.role == "read" else row for row in ours.sheet.commands)
+    rows = (replace(row, form="Y") if row.role == "read" else row for row in ours.sheet.commands)
 
     class Other(ours):
         """A chip in which another letter points at a group."""

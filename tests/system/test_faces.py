@@ -74,13 +74,13 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
 @pytest.mark.system
 @pytest.mark.parametrize(
     ("part", "host", "speech"),
-    [("cy525", "bus_host", "letters"), ("gs-c200", "serial_host", "lines"), ("mc1451a", "packet_host", "packets")],
+    [("cy525", "bus_host", "text"), ("gs-c200", "serial_host", "lines"), ("mc1451a", "packet_host", "packets")],
 )
 def test_a_chip_brings_its_own_language_and_its_own_host(part: str, host: str, speech: str) -> None:
     furnished = loaded(f"import slewline; bench = slewline.Bench(); bench.host(bench.add({part!r}))")
     hosts = {"slewline.parts.hosts.bus_host", "slewline.parts.hosts.serial_host", "slewline.parts.hosts.packet_host"}
     assert furnished & hosts == {f"slewline.parts.hosts.{host}"}
-    spoken = {"slewline.language.letters", "slewline.language.lines", "slewline.language.packets"}
+    spoken = {"slewline.language.text", "slewline.language.lines", "slewline.language.packets"}
     assert furnished & spoken == {f"slewline.language.{speech}"}
     assert not within(furnished, "record")
 

@@ -333,6 +333,7 @@ def describe(chip: str, command: str | None, as_json: bool, options: str | None 
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """Return a data sheet as data; the commands alone, or one of them, when one is named."""
+    from ..core.datasheet.rows import row_object
     from ..language.dialect import dialect_of
     from ..language.lookup import find
 
@@ -340,7 +341,7 @@ def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     if command == dialect_of(sheet).mark and sheet.labels:
         return found | {"commands": [], "labels": sheet.labels}
     rows = find(sheet, command) if command is not None else list(sheet.commands)
-    found["commands"] = [dataclasses.asdict(row) for row in rows]
+    found["commands"] = [row_object(row) for row in rows]
     if command is None:
         found["pins"] = [dataclasses.asdict(pin) for pin in sheet.pins]
         found["registers"] = [dataclasses.asdict(register) for register in sheet.registers]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from ..core.datasheet.channel import AdaptiveLine, FlowBus, SerialLine
 from ..core.datasheet.option import Option, flat
@@ -63,7 +64,7 @@ def _head(sheet: Sheet) -> str:
     return "\n".join(text)
 
 
-def _port(port: SerialLine, dialect: Dialect) -> str:
+def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
     """The serial port: format, rates, addresses, answers."""
     format_ = f"{port.bits} data bits, {port.parity} parity, {port.stop} stop bits"
     longest = f"; lines of up to {dialect.longest} characters" if dialect.longest else ""

@@ -1,7 +1,6 @@
 """How commands are written, sent and stored: the face that every dialect has.  A sheet names its own.
 
-    letters/     a letter and its numbers, as text or binary                  R 100        52 01 64
-    verbatim/    the same, kept character for character in a memory           R 87H        52 01 87
+    text/        a letter and its arguments, as text or binary                R 100        52 01 64
     lines/       a line of text, its answer another one                       jc1,18
     packets/     a command byte and words, written as a mnemonic              SET_POS 12345
 
@@ -14,7 +13,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from ..core.datasheet.table import Row, Sheet
 from ..errors import SheetError, UsageError
@@ -68,10 +67,14 @@ class Refusal:
     remedy: str = ""
 
 
-class Dialect:
+R = TypeVar("R", bound=Row)
+
+
+class Dialect(Generic[R]):
     """How commands are written, sent and stored.  Instructions are tokens, opcode and arguments, unless overridden."""
 
     name = ""
+    row_type: type[Row] = Row  # of its commands
     mark = ""  # follows the letter of a label
     streams = False  # has it a binary form?
     longest = 0  # characters of a line that a part takes; 0: its manual sets no limit
@@ -101,7 +104,7 @@ class Dialect:
         """Return a label as it stands in front of its instruction."""
         return f"{letter}{self.mark}"
 
-    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+    def spell(self, row: R, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
         """Return a command as it is written.
 
         Args:
@@ -127,7 +130,7 @@ class Dialect:
         """Return a statement that has its address in a program, with the address to which it branches."""
         return statement
 
-    def shown(self, row: Row, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
+    def shown(self, row: R, instruction: Instruction, labels: str, names: Mapping[int, str]) -> str:
         """Return an instruction of the buffer, of a row, as it is written; `labels` and `names` as for `spell`."""
         return self.spell(row, instruction.values, labels, names)
 
@@ -187,7 +190,7 @@ class Dialect:
         """Return all commands as a table, with what must be said of it."""
         raise NotImplementedError
 
-    def in_full(self, sheet: Sheet, row: Row) -> str:
+    def in_full(self, sheet: Sheet, row: R) -> str:
         """Return all about a command."""
         raise NotImplementedError
 
@@ -200,13 +203,13 @@ class Dialect:
         return []
 
 
-D = TypeVar("D", bound=Dialect)
+D = TypeVar("D", bound=Dialect[Any])
 LIKE_DIGITS = str.maketrans("OolI", "0011")
 IN_DIGITS = "in digits: the letters O and l are not digits"
 HEXADECIMAL = re.compile(r"(?:0[xX]|\$|#)([0-9A-Fa-f]{1,8})|([0-9][0-9A-Fa-f]{0,7})[hH]")
 
 
-def dialect_of(sheet: Sheet) -> Dialect:
+def dialect_of(sheet: Sheet) -> Dialect[Any]:
     """Return the dialect of a sheet.
 
     Raises:

@@ -11,11 +11,12 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
+from ..core.datasheet.channel import BusHandshake
 from ..core.datasheet.table import Row, Sheet
 from ..core.wires.serial import CharacterFormat
 from ..errors import UsageError
 from ..language.dialect import Command, spoken_as
-from ..language.letters import Letters
+from ..language.text import Letters
 from ..links.lines.framing import LONGEST
 from ..parts.hosts.ends.shadow import TEXT
 from .failures import DamagedAnswer
@@ -51,16 +52,18 @@ class FramedSpeech(Speech):
     def __init__(
         self, sheet: Sheet, baud: int | None = None, checked: bool | None = None, address: int | None = None
     ) -> None:
-        if not sheet.verify_bytes:
+        bus = sheet.through(BusHandshake)
+        if not bus.verify_bytes:
             raise UsageError(f"{sheet.part}: is on a bus, and cannot be read back; allowed a part with verify groups")
         self.dialect = spoken_as(sheet, Letters)
+        self.bus = bus
         super().__init__(sheet, baud, checked, address)
         self._refuse(checked, address)
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
         """The values that can be read, each with the question for its group and the pattern of its bytes."""
-        sizes = self.sheet.verify_bytes
+        sizes = self.bus.verify_bytes
         found = {
             "adapter": (READY, rf"\{READY} (ready)"),
             "position": (f"?{POSITION}", rf"\?{POSITION} ({_bytes(DIGITS, '3[0-9]')}|{_bytes(2)})"),
@@ -79,7 +82,7 @@ class FramedSpeech(Speech):
             return said
         data = bytes.fromhex(said)
         if what == "direction":
-            name = "CCW" if data[-1] & self.sheet.ccw_bit else "CW"
+            name = "CCW" if data[-1] & self.bus.ccw_bit else "CW"
             return next(row.form for row in self.sheet.commands if row.name == name)
         return data.decode("ascii") if len(data) == DIGITS else str(int.from_bytes(data, "big"))
 
@@ -89,11 +92,9 @@ class FramedSpeech(Speech):
         Raises:
             DamagedAnswer: it is none.
         """
-        shape = rf"\?{number} {_bytes(self.sheet.verify_bytes[number])}"
+        shape = rf"\?{number} {_bytes(self.bus.verify_bytes[number])}"
         if not re.fullmatch(shape, answer):
-            raise DamagedAnswer(
-                f"{answer[:60]!r} does not have the {self.sheet.verify_bytes[number]} bytes of ?{number}"
-            )
+            raise DamagedAnswer(f"{answer[:60]!r} does not have the {self.bus.verify_bytes[number]} bytes of ?{number}")
         return bytes.fromhex(answer[2:])
 
     def framed(self, command: str) -> bytes:
@@ -125,7 +126,7 @@ class FramedSpeech(Speech):
 
     def longest(self, command: str) -> int:
         """Return how many characters an answer may have: those of the largest verify group."""
-        return super().longest(command) + 3 * max(self.sheet.verify_bytes)
+        return super().longest(command) + 3 * max(self.bus.verify_bytes)
 
     def is_complete(self, command: str, received: bytes) -> bool:
         """Return whether the line of an answer is over."""

@@ -12,7 +12,7 @@ from ..core.wires.serial import CharacterFormat
 from ..errors import UsageError
 from ..language.dialect import Command, spoken_as
 from ..language.lines import KEPT, Lines, checksum, framed, parse
-from ..language.verbatim import CommandText, Verbatim
+from ..language.text import CommandText, Verbatim
 from ..parts.hosts.ends.shadow import TEXT
 from .adapter import FramedSpeech
 from .failures import DamagedAnswer

@@ -6,6 +6,7 @@ import pytest
 from cy500 import FULL, Rig500, made
 
 from slewline.chips import sheet_of
+from slewline.core.datasheet.channel import BusHandshake
 
 SHEET = sheet_of("cy500")
 ONE_BYTE = "ABCDEGHIJLOTU+-0"
@@ -372,7 +373,7 @@ def test_run_and_motion_complete_tell_a_host() -> None:
 def test_there_is_no_direction_no_slewing_and_no_read_out() -> None:
     roles = {pin.role for pin in SHEET.pins}
     assert not roles & {"direction", "slewing", "select", "out_strobe"}
-    assert not SHEET.verify_bytes
+    assert not SHEET.through(BusHandshake).verify_bytes
     assert not SHEET.labels
     assert all(arg.name != "target" for row in SHEET.commands for arg in row.args)
 

@@ -8,6 +8,7 @@ import pytest
 
 import slewline
 from slewline.chips.cy512 import profile
+from slewline.core.datasheet.channel import BusHandshake
 from tests.chips.conftest import Rig
 
 CLOCK = 11 * 10**6  # picoseconds are clocks * 10**12 / CLOCK
@@ -392,7 +393,7 @@ def test_what_it_has_and_what_the_cy500_has():
     assert len(COMMANDS) == 22 and len(alike) == 18
     shared = {pin.name for pin in PINS} & {pin.name for pin in ours.pins}
     assert len(shared) >= 33
-    assert ours.role("direction") and ours.verify_bytes and ours.commands["L"].args[0].high == 256
+    assert ours.role("direction") and ours.through(BusHandshake).verify_bytes and ours.commands["L"].args[0].high == 256
     names = {pin.role for pin in ours.pins}
     assert not names & {"serial_in", "serial_out", "home"} and not ours.keeps
 

@@ -6,7 +6,7 @@ import pytest
 from cy545 import Rig545
 
 from slewline.chips.cy545.sheet import CY545B
-from slewline.language.verbatim import Verbatim
+from slewline.language.text import Verbatim
 
 SAMPLES = {  # as the manual codes them
     "R 87H": "52 01 87",
@@ -56,6 +56,12 @@ def test_commands_are_coded_as_the_manual_codes_them(line: str, sent: str) -> No
     spoken = CY545B.dialect
     assert isinstance(spoken, Verbatim)
     assert spoken.sent_binary(CY545B, line) == bytes.fromhex(sent)
+
+
+def test_a_line_of_several_commands_has_them_all_in_binary() -> None:
+    spoken = CY545B.dialect
+    assert isinstance(spoken, Verbatim)
+    assert spoken.sent(CY545B, "QX") == b"QX\r" and spoken.sent_binary(CY545B, "QX") == b"QX\0"
 
 
 @pytest.mark.fact("CY545-BIN-5")

@@ -18,6 +18,7 @@ from slewline.chips.cy5xx.supply import PowerUp
 from slewline.chips.cy525 import firmware
 from slewline.chips.cy525.sheet import SHEET
 from slewline.core.chip import Chip
+from slewline.core.datasheet.channel import BusHandshake
 from slewline.core.datasheet.table import Table
 from slewline.core.motion.motions import MotionParameters
 from slewline.core.motion.plan import plan
@@ -67,7 +68,7 @@ class Probe(Cy5xx):
         ),
         commands=Table(*(row for row in SHEET.commands if row.form in LETTERS)),
         labels="",
-        verify_bytes={},
+        channels=(BusHandshake(),),
         buffer_bytes=18,
     )
     _power_up = PowerUp(10**10, 7 * 10**10)

@@ -10,7 +10,8 @@ import pytest
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.mc1451a.sheet import CYCLE_TICKS, HIGH_RANGE, NOTES, SLICE_TICKS, STANDARD_RANGE, TIMES
-from slewline.core.datasheet.table import Row, Table
+from slewline.core.datasheet.rows import PacketRow
+from slewline.core.datasheet.table import Table
 from slewline.errors import SheetError, UnknownName
 
 SHEETS = {part: sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"}
@@ -113,9 +114,7 @@ def test_every_code_is_of_one_kind(part):
 
 def test_commands_are_found_by_their_codes_and_two_may_not_share_one():
     assert FULL.commands.by_code[0x10] is FULL.commands["SET_POS"] is FULL.commands.named("set_pos")
-    one, two = (
-        Row(name, name, (), 82, "", "", code=0x10, stored=False, acts="current") for name in ("SET_POS", "SET_VEL")
-    )
+    one, two = (PacketRow(name, name, (), 82, "", "", code=0x10, acts="current") for name in ("SET_POS", "SET_VEL"))
     with pytest.raises(SheetError):
         Table(one, two)
 

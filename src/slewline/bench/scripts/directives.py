@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.datasheet.channel import BusHandshake, Channel, HostPort, SerialLine
+from ...core.datasheet.rows import PacketRow
 from ...core.datasheet.table import Arg
 from ...core.messages.near import hint
 from ...core.time.timebase import picoseconds, readable
@@ -340,7 +341,7 @@ def _wait_status(bit: str) -> DirectiveKind:
             found = f"wait {bit}: axis {port.axis} is at rest and no event is pending, so the bit cannot change"
             runner.packet_host.finding("expect", f"{found}{_not_started(chip, port.axis)}")
             return
-        runner.tell(f"wait {bit} -> {returned(chip.sheet, chip.sheet.commands['GET_STATUS'].reads[0], word)}")
+        runner.tell(f"wait {bit} -> {returned(chip.sheet, chip.sheet.rows(PacketRow)['GET_STATUS'].reads[0], word)}")
 
     def fits(runner: ScriptRunner, chip: Chip) -> None:
         _with_packets(runner, chip)
@@ -366,7 +367,7 @@ def _expect(rest: str) -> DirectiveKind:
         if not results:
             raise UsageError("no command above has returned anything")
         axis, command, value = results[-1]
-        arg = chip.sheet.commands[command].reads[0]
+        arg = chip.sheet.rows(PacketRow)[command].reads[0]
         if packets.number(rest, arg) != value:
             found = f"{command} of axis {axis} returned {returned(chip.sheet, arg, value)}, expected {rest}"
             runner.packet_host.finding("expect", found)

@@ -9,7 +9,7 @@ from ...core.datasheet.channel import AdaptiveLine, BusHandshake, Channel, FlowB
 from ...core.wires.waits import first_of, level
 from ...language import packets
 from ...language.dialect import dialect_of, spoken_as
-from ...language.letters import Letters
+from ...language.text import Letters
 from ...parts.hosts.ends.packet_port import USUAL, operations, packet_of
 from ...parts.hosts.packet_host import Result
 from .script_runner import TAKEN_US, US_PS, Act, Queue, ScriptProtocol, ScriptRunner

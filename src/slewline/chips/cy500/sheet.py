@@ -16,7 +16,8 @@ from types import MappingProxyType
 from typing import Any
 
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Pin, Row, Table
+from ...core.datasheet.rows import TextRow
+from ...core.datasheet.table import Arg, Pin, Table
 from ..cy5xx import sheet
 from ..cy5xx.letters import exchanged
 from ..cy5xx.options import at_power_up, clocks, slopes
@@ -56,11 +57,11 @@ def _us(at_11: int) -> int:
     return (at_11 * 11 + 3) // 6
 
 
-def _row(letter: str, name: str, says: str, *args: Arg, like: str = "", **its: Any) -> Row:
+def _row(letter: str, name: str, says: str, *args: Arg, like: str = "", **its: Any) -> TextRow:
     """A command, in what is not said of it as one of the CY525."""
-    row: Row = sheet.COMMANDS[like or letter]
+    row: TextRow = sheet.COMMANDS[like or letter]
     both: dict[str, Any] = {"time_us": _us(row.time_us), "where": T2, "code": -1} | its
-    return replace(row, form=letter, head=letter, name=name, says=says, args=args, **both)
+    return replace(row, form=letter, name=name, says=says, args=args, **both)
 
 
 COMMANDS = Table(

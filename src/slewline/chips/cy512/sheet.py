@@ -16,7 +16,8 @@ from types import MappingProxyType
 from typing import Any
 
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Limit, Pin, Row, Table, Timing, Trust
+from ...core.datasheet.rows import TextRow
+from ...core.datasheet.table import Arg, Limit, Pin, Table, Timing, Trust
 from ..cy5xx import sheet
 from ..cy5xx.letters import exchanged
 from ..cy5xx.options import at_power_up, clocks, slopes
@@ -31,9 +32,9 @@ SLOPE, FACTOR, OFFSET = Arg("slope", 1, 0, 255), Arg("factor", 1, 1, 255), Arg("
 DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 
-def _alike(letter: str, *args: Arg) -> Row:
+def _alike(letter: str, *args: Arg) -> TextRow:
     """A command of the CY525 that the comparison does not list; its arguments, where their range differs."""
-    row: Row = sheet.COMMANDS[letter]
+    row: TextRow = sheet.COMMANDS[letter]
     return replace(row, args=args or row.args)
 
 
@@ -46,10 +47,10 @@ def _own(
     flow: str = "n",
     trust: Trust = "inferred",
     role: str = "",
-) -> Row:
+) -> TextRow:
     """A command that the comparison lists; its times are those of a command of the CY525."""
     time_us, where = sheet.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
-    return Row(letter, name, args, time_us, says, where, flow=flow, role=role, trust=trust)
+    return TextRow(letter, name, args, time_us, says, where, flow=flow, role=role, trust=trust)
 
 
 # fmt: off
@@ -148,7 +149,7 @@ SHEET = sheet.socket(
     limits=LIMITS,
     buffer_bytes=BUFFER_BYTES,
     buffer_where="guide",
-    verify_bytes=VERIFY_BYTES,
+    channels=(sheet.bus(VERIFY_BYTES),),
     suffix=".cy512",
     slips=SLIPS,
     sections=MappingProxyType({"text": "s.3", "reading": "s.6", "running": "s.7"}),

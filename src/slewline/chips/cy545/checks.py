@@ -8,7 +8,7 @@ from ...errors import UsageError
 from ...language.dialect import spoken_as
 from ...language.lint import Check, section
 from ...language.statements import Directive, Source, Statement
-from ...language.verbatim import Verbatim
+from ...language.text import Verbatim
 from ..cy5xx.checks import written_for
 from .interpreter import REFUSED
 from .ramp_checks import motions

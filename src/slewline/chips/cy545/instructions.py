@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ...core.wires.waits import first_of
-from ...language.verbatim.grammar import query_meant
+from ...language.text.numbers import query_meant
 from ..cy5xx import instructions
 from . import sheet
 

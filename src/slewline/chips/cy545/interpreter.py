@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 from ...core.datasheet.channel import FlowBus
 from ...core.wires.waits import first_of
-from ...language.verbatim import CommandText, Decoder, Entry
+from ...language.dialect import spoken_as
+from ...language.text import CommandText, Entry, Verbatim
 from . import sheet
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ class Interpreter:
         self.local_bus, self.program, self.instructions, self.jog = local_bus, program, instructions, jog
         channel = chip.sheet.channel(FlowBus)
         self.live = channel is not None and channel.live  # immediate commands are taken while a program runs
-        self.decoder = Decoder(chip.sheet)
+        self.decoder = spoken_as(chip.sheet, Verbatim).decoder(chip.sheet)
         self.reported_mode = -1  # with which it has been reported that answers go elsewhere
         self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands

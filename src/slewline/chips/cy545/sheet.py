@@ -16,8 +16,9 @@ from typing import Any, Literal
 
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
 from ...core.datasheet.option import Option, defaulted
-from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing, Trust
-from ...language.verbatim import Verbatim
+from ...core.datasheet.rows import TextRow
+from ...core.datasheet.table import Arg, Limit, Pin, Register, Sheet, Table, Timing, Trust
+from ...language.text import Verbatim
 from ..cy5xx.options import clocks
 
 PART, PART_B = "cy545", "cy545b"
@@ -68,8 +69,8 @@ BIT = Arg("bit", 1, 0, 255)
 TARGET = Arg("target", 1, 0, PAGE_BYTES - 1)
 
 
-def _row(form: str, name: str, args: tuple[Arg, ...], says: str, where: str, *, motion: bool = False, flow: str = "n", role: str = "", trust: Trust = "stated", code: int = -1, terminated: bool = True, stored: bool = True, starts: bool = False) -> Row:
-    return Row(form, name, args, COMMAND_US, says, where, program_us=PROGRAM_US, motion=motion, flow=flow, role=role, trust=trust, code=code, terminated=terminated, stored=stored, starts=starts)
+def _row(form: str, name: str, args: tuple[Arg, ...], says: str, where: str, *, motion: bool = False, flow: str = "n", role: str = "", trust: Trust = "stated", code: int = -1, terminated: bool = True, stored: bool = True, starts: bool = False) -> TextRow:
+    return TextRow(form, name, args, COMMAND_US, says, where, program_us=PROGRAM_US, motion=motion, flow=flow, role=role, trust=trust, code=code, terminated=terminated, stored=stored, starts=starts)
 
 
 COMMANDS = Table(

@@ -11,8 +11,8 @@ from collections.abc import Awaitable, Callable, Mapping
 from ...core.context import ChipContext
 from ...core.datasheet.table import Row
 from ...core.wires.net import Net
-from ...language.dialect import Command
-from ...language.letters import Decoder, Label
+from ...language.dialect import Command, spoken_as
+from ...language.text import CommandText, Label, Letters
 from .instructions import Instructions
 from .interfaces.port import BusPort
 from .program import Program
@@ -31,7 +31,7 @@ class Interpreter:
     ) -> None:
         self.chip, self.ticks, self.port, self.program = chip, ticks, port, program
         self.instructions = instructions
-        self.decoder = Decoder(chip.sheet)
+        self.decoder = spoken_as(chip.sheet, Letters).decoder(chip.sheet)
         self.per_us = chip.sheet.crystal_hz // 1_000_000  # clocks
         stored = [row for row in chip.sheet.commands if row.stored]
         self.rows = {row.code: row for row in stored}
@@ -66,7 +66,7 @@ class Interpreter:
             if decoder.notes:
                 for note in decoder.take_notes():
                     chip.finding(note.code, note.text)
-            if type(found) is Command:
+            if type(found) is CommandText:
                 if not program.entering or found.row.role == "leave":
                     return found
                 chip.on_command(found.text)

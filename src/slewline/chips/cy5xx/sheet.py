@@ -14,8 +14,9 @@ from types import MappingProxyType
 
 from ...core.datasheet.channel import BusHandshake
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
-from ...language.letters import Letters
+from ...core.datasheet.rows import TextRow
+from ...core.datasheet.table import Arg, Limit, Pin, Register, Sheet, Table, Timing
+from ...language.text import Letters
 
 REFERENCE_HZ = 11_000_000
 BUFFER_BYTES = 60  # s.5; the 48 of s.6 belongs to the CY512
@@ -72,32 +73,32 @@ def _alone(total_us: int) -> int:
 
 # fmt: off
 COMMANDS = Table(
-    Row("A", "ABSOLUTE",   (Arg("position", 2, 0, 65535),),           375, "set the current position", "s.3; T.V"),
-    Row("B", "BITSET",     (),                                _alone(375), "programmable output high", "s.3; T.V"),
-    Row("C", "CLEARBIT",   (),                                _alone(375), "programmable output low", "s.3; T.V"),
-    Row("D", "DELAY",      (Arg("delay", 2, 1, 65535, unit="ms at 11 MHz"),), 100, "wait", "s.3; T.V"),
-    Row("E", "ENTER",      (),                                _alone(400), "enter program code", "s.3; T.V", role="enter"),
-    Row("F", "FIRSTRATE",  (Arg("rate", 1, 0, 127),),                 240, "rate at which every move starts and ends", "s.3; T.V"),
-    Row("G", "GO",         (),                                _alone(660), "take the number of steps set by N", "s.3; T.V", motion=True),
-    Row("H", "HALTMODE",   (),                                _alone(375), "the next motion runs until aborted", "s.3; T.V"),
-    Row("I", "INITIALIZE", (),                                _alone(375), "erase the program, coils off, CW, command mode", "s.3; T.V", flow="", role="erase"),
-    Row("J", "JUMP",       (TARGET,),                                 100, "continue at a byte of the program", "s.3; T.V", flow="t", starts=True),
-    Row("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V", flow="nt", role="loop", starts=True),
-    Row("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),              180, "number of steps of a relative move", "s.3; T.V"),
-    Row("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V"),
-    Row("P", "POSITION",   (Arg("position", 2, 0, 65535),),           550, "step to an absolute position", "s.3; T.V", motion=True),
-    Row("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False, role="leave"),
-    Row("R", "RATE",       (Arg("rate", 1, 0, 127),),                  80, "maximum step rate", "s.3; T.V"),
-    Row("S", "SLOPE",      (Arg("slope", 1, 1, 255),),                 80, "acceleration, 255 is steepest", "s.3; T.V"),
-    Row("T", "TIL",        (TARGET,),                         _alone(380), "branch while DOWHILE is low", "s.3; T.V", flow="nt", starts=True),
-    Row("U", "UNTIL",      (),                                _alone(380), "wait until WAIT is low", "s.3; T.V"),
-    Row("V", "VERIFY",     (Arg("group", 1, 0, 3),),                  125, "point at a group for read-out", "s.6; T.V", role="read"),
-    Row("W", "WAIT",       (),                                _alone(380), "wait until WAIT is high", "s.3; T.V"),
-    Row("X", "EXECUTE",    (),                                _alone(380), "run the program from its start", "s.3; T.V", flow="0", role="run"),
-    Row("Z", "DIVISOR",    (Arg("divisor", 1, 1, 255),),              180, "divide the slope", "s.3; T.V"),
-    Row("+", "CW",         (),                                _alone(380), "direction clockwise", "s.3; T.V"),
-    Row("-", "CCW",        (),                                _alone(380), "direction counter-clockwise", "s.3; T.V"),
-    Row("0", "COMMAND",    (),                                _alone(600), "stop the program, command mode", "s.3; s.5; T.V", code=0x00, program_us=36, flow="", role="stop"),
+    TextRow("A", "ABSOLUTE",   (Arg("position", 2, 0, 65535),),           375, "set the current position", "s.3; T.V"),
+    TextRow("B", "BITSET",     (),                                _alone(375), "programmable output high", "s.3; T.V"),
+    TextRow("C", "CLEARBIT",   (),                                _alone(375), "programmable output low", "s.3; T.V"),
+    TextRow("D", "DELAY",      (Arg("delay", 2, 1, 65535, unit="ms at 11 MHz"),), 100, "wait", "s.3; T.V"),
+    TextRow("E", "ENTER",      (),                                _alone(400), "enter program code", "s.3; T.V", role="enter"),
+    TextRow("F", "FIRSTRATE",  (Arg("rate", 1, 0, 127),),                 240, "rate at which every move starts and ends", "s.3; T.V"),
+    TextRow("G", "GO",         (),                                _alone(660), "take the number of steps set by N", "s.3; T.V", motion=True),
+    TextRow("H", "HALTMODE",   (),                                _alone(375), "the next motion runs until aborted", "s.3; T.V"),
+    TextRow("I", "INITIALIZE", (),                                _alone(375), "erase the program, coils off, CW, command mode", "s.3; T.V", flow="", role="erase"),
+    TextRow("J", "JUMP",       (TARGET,),                                 100, "continue at a byte of the program", "s.3; T.V", flow="t", starts=True),
+    TextRow("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V", flow="nt", role="loop", starts=True),
+    TextRow("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),              180, "number of steps of a relative move", "s.3; T.V"),
+    TextRow("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V"),
+    TextRow("P", "POSITION",   (Arg("position", 2, 0, 65535),),           550, "step to an absolute position", "s.3; T.V", motion=True),
+    TextRow("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False, role="leave"),
+    TextRow("R", "RATE",       (Arg("rate", 1, 0, 127),),                  80, "maximum step rate", "s.3; T.V"),
+    TextRow("S", "SLOPE",      (Arg("slope", 1, 1, 255),),                 80, "acceleration, 255 is steepest", "s.3; T.V"),
+    TextRow("T", "TIL",        (TARGET,),                         _alone(380), "branch while DOWHILE is low", "s.3; T.V", flow="nt", starts=True),
+    TextRow("U", "UNTIL",      (),                                _alone(380), "wait until WAIT is low", "s.3; T.V"),
+    TextRow("V", "VERIFY",     (Arg("group", 1, 0, 3),),                  125, "point at a group for read-out", "s.6; T.V", role="read"),
+    TextRow("W", "WAIT",       (),                                _alone(380), "wait until WAIT is high", "s.3; T.V"),
+    TextRow("X", "EXECUTE",    (),                                _alone(380), "run the program from its start", "s.3; T.V", flow="0", role="run"),
+    TextRow("Z", "DIVISOR",    (Arg("divisor", 1, 1, 255),),              180, "divide the slope", "s.3; T.V"),
+    TextRow("+", "CW",         (),                                _alone(380), "direction clockwise", "s.3; T.V"),
+    TextRow("-", "CCW",        (),                                _alone(380), "direction counter-clockwise", "s.3; T.V"),
+    TextRow("0", "COMMAND",    (),                                _alone(600), "stop the program, command mode", "s.3; s.5; T.V", code=0x00, program_us=36, flow="", role="stop"),
 )
 # fmt: on
 
@@ -180,6 +181,7 @@ SLIPS = MappingProxyType(
     }
 )
 
+bus = partial(BusHandshake, ccw_bit=0x10)
 socket = partial(
     Sheet,
     crystal_hz=REFERENCE_HZ,
@@ -191,8 +193,7 @@ socket = partial(
     limits=LIMITS,
     notes=NOTES,
     dialect=Letters(),
-    channels=(BusHandshake(),),
-    ccw_bit=0x10,
+    channels=(bus(),),
     key="s. is a section, T. a table of it",
 )
 

@@ -11,7 +11,8 @@ from types import MappingProxyType
 
 from ...core.datasheet.channel import SerialLine
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
+from ...core.datasheet.rows import LineRow
+from ...core.datasheet.table import Arg, Limit, Pin, Register, Sheet, Table, Timing
 from ...core.memory.store import STORE
 from ...language.lines import Lines
 
@@ -89,6 +90,7 @@ DIALECT = Lines(
     }),
     refusals=("E1", "E2", "E3", "E4", "E6"),
     where="data exchange protocol",
+    opcodes="chosen",
 )
 
 # ----------------------------------------------------------------------------------------- commands, in states i, p, r
@@ -101,12 +103,12 @@ SIGNED = Arg("position", 3, -(1 << 23), (1 << 23) - 1, sign="must")
 _CD = "command descriptions"
 
 
-def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "", flow: str = "n", role: str = "") -> Row:
-    return Row(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
+def _stored(form: str, name: str, args: tuple[Arg, ...], says: str, *, room: int, head: str = "", code: int = -1, motion: bool = False, tail: tuple[str, ...] = (), when: str = "", flow: str = "n", role: str = "") -> LineRow:
+    return LineRow(form, name, args, MS, says, _CD, program_us=MS, code=code, motion=motion, head=head, room=room, tail=tail, when=when, flow=flow, role=role)
 
 
-def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "", starts: bool = False) -> Row:  # fmt: skip
-    return Row(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once, starts=starts)
+def _immediate(form: str, name: str, says: str, *args: Arg, when: str, head: str = "", role: str = "", at_once: str = "", starts: bool = False) -> LineRow:  # fmt: skip
+    return LineRow(form, name, args, MS, says, _CD, stored=False, head=head, when=when, role=role, at_once=at_once, starts=starts)
 
 
 ROWS = (
@@ -233,7 +235,7 @@ NOTES = MappingProxyType(
 )
 
 
-def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...], sign: str) -> Sheet:
+def _sheet(part: str, rows: tuple[LineRow, ...], foreign: tuple[str, ...], sign: str) -> Sheet:
     questions = {"position": ("V1", f"V({sign}[0-9]{{1,7}})"), "inputs and outputs": ("V2", "V([0-7][0-7])")}
     return Sheet(
         part=part,
@@ -253,7 +255,6 @@ def _sheet(part: str, rows: tuple[Row, ...], foreign: tuple[str, ...], sign: str
         dialect=replace(DIALECT, questions=MappingProxyType(questions)),
         channels=(PORT,),
         memory_unit="location",
-        opcodes="chosen",
         foreign=foreign,
         slips={"\u2193": "the data sheet prints \u2193 for the return key: leave it out"},
     )

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf, sqrt
 
+from ...core.datasheet.rows import PacketRow
 from ...core.datasheet.table import Sheet
 from ...core.time.timebase import PS_PER_S, picoseconds
 from ...errors import SlewlineError
@@ -131,6 +132,7 @@ class KnownChipset:
 
     def __init__(self, source: Source) -> None:
         self.source = source
+        self.rows = source.sheet.rows(PacketRow)
         self.axes = [KnownAxis() for _ in range(source.sheet.axes)]
         self.current = self.axes[0]
         self.begun = b""  # of a packet whose bytes come on several lines
@@ -143,7 +145,7 @@ class KnownChipset:
 
     def take(self, statement: Statement) -> None:
         """One packet."""
-        row, name, axis = statement.row, statement.row.name, self.current
+        row, name, axis = self.rows[statement.row.form], statement.row.name, self.current
         self.begun = b""
         if row.encoder and not self.source.sheet.encoder:
             self.warn(statement, "no-encoder", f"{name} needs an encoder: this part only accepts it", note=True)
@@ -169,7 +171,7 @@ class KnownChipset:
             found = f"{name} before SET_BRK_PNT: it compares with what was written before"
             self.warn(statement, "breakpoint-value", found, "write the value first")
         axis.written[name] = statement
-        if statement.row.buffered:
+        if self.rows[statement.row.form].buffered:
             axis.pending[name] = statement
         if name in USES:
             axis.mode = name
@@ -319,7 +321,7 @@ def script(source: Source) -> None:
     for item in source.items:
         if isinstance(item, Statement):
             chipset.take(item)
-            returned = returned or bool(item.row.reads)
+            returned = returned or bool(chipset.rows[item.row.form].reads)
             continue
         chipset.direct(item)
         if item.verb == "expect" and not returned:

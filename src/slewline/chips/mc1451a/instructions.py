@@ -66,7 +66,7 @@ class Instructions:
         self.activity, self.supply, self.motion = activity, supply, motion
         self.limits = [chip.pins[f"{sign}limit{state.number}"] for state in registers.states for sign in ("pos", "neg")]
         self.homes = [chip.pins[f"home{state.number}"] for state in registers.states]
-        rows = chip.sheet.commands
+        rows = chip.sheet.rows(RegisterRow)
         self.handlers: dict[int, Callable[..., int | None]] = {
             row.code: getattr(self, row.handler, None) or self.from_row(row) for row in rows
         }
@@ -86,9 +86,9 @@ class Instructions:
         """The registers of the current axis."""
         return self.registers.axis
 
-    def from_row(self, row: Row) -> Callable[..., int | None]:
+    def from_row(self, row: RegisterRow) -> Callable[..., int | None]:
         """Return what does a command whose row says what it does to a register."""
-        if not isinstance(row, RegisterRow):
+        if not (row.loads or row.sets or row.shows):
             raise SheetError(
                 f"{row.name}: no method do_{row.name.lower()}, and the row says of no register what it does"
             )

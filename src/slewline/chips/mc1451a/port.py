@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from ...core.context import ChipContext
-from ...core.datasheet.table import Row
+from ...core.datasheet.rows import PacketRow
 from ...core.wires.net import Net, Wave
 from ...language.dialect import spoken_as
 from ...language.packets import Packets, checksum
@@ -44,7 +44,7 @@ class Port:
     ) -> None:
         self.chip, self.kernel, self.clock, self.busy_ticks = chip, chip.kernel, chip.clock, busy_ticks
         self.activity, self.supply, self.motion, self.instructions = activity, supply, motion, instructions
-        self.rows = chip.sheet.commands.by_code
+        self.rows = chip.sheet.rows(PacketRow).by_code
         self.codes = spoken_as(chip.sheet, Packets)
         times = chip.sheet.times
         self.access_ps, self.let_go_ps = (int(times[name].us * 1000) * NS for name in ("read_access", "read_release"))
@@ -65,7 +65,7 @@ class Port:
         self.chip.on_command("")
         self.ready = False
         self.bytes: list[int] = []  # first byte of a word that is written
-        self.row: Row | None = None  # the command that waits for words, or has been done
+        self.row: PacketRow | None = None  # the command that waits for words, or has been done
         self.wanted = 0  # words that it waits for
         self.words: list[int] = []
         self.code = 0
@@ -342,7 +342,7 @@ class Port:
         else:
             self._perform(self.row)
 
-    def _perform(self, row: Row) -> None:
+    def _perform(self, row: PacketRow) -> None:
         """Perform the command of a complete packet."""
         chip = self.chip
         if row.encoder and not chip.sheet.encoder and row.name not in self.told:

@@ -16,7 +16,8 @@ from typing import Any
 
 from ...core.datasheet.channel import HostPort
 from ...core.datasheet.option import Option
-from ...core.datasheet.table import Arg, Bits, Limit, Pin, Register, Row, Sheet, Table, Timing, Way
+from ...core.datasheet.rows import PacketRow
+from ...core.datasheet.table import Arg, Bits, Limit, Pin, Register, Sheet, Table, Timing, Way
 from ...language.packets import Packets, Sibling
 
 CRYSTAL_HZ = 25_000_000
@@ -176,7 +177,7 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 
 
 @dataclass(frozen=True, slots=True)
-class RegisterRow(Row):
+class RegisterRow(PacketRow):
     """A command, with what it does to a register; one that does more has a method in instructions.py.
 
     It `sets` a register to the value given there, `loads` one with the number of the host, of which `bits` are kept (below
@@ -193,7 +194,7 @@ class RegisterRow(Row):
 def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
     """A command: what it takes (`args`), what it `reads`, what it `acts` on."""
     found = () if reads is None else (reads,)
-    return RegisterRow(name, name, args, BUSY_US, says, "command reference", code=code, stored=False, acts=acts, reads=found, **more)  # fmt: skip
+    return RegisterRow(name, name, args, BUSY_US, says, "command reference", code=code, acts=acts, reads=found, **more)  # fmt: skip
 
 
 # fmt: off
@@ -443,7 +444,6 @@ def _sheet(axes: int, encoder: bool) -> Sheet:
         channels=(HostPort(),),
         foreign=tuple(sorted(missing)),
         axes=axes,
-        encoder=encoder,
     )
 
 

@@ -43,11 +43,19 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class BusHandshake(Channel):
-    """A data bus with a handshake, request and answer, for every byte; its pins are found by their roles."""
+    """A data bus with a handshake, request and answer, for every byte; its pins are found by their roles.
+
+    Attributes:
+        verify_bytes: the number of bytes of each read-out group, by its number.
+        ccw_bit: the bit of the last status byte that is set when the direction is counter-clockwise, as a mask.
+    """
 
     name = "bus"
     says = "a bus"
     instead = "has a bus"
+
+    verify_bytes: Mapping[int, int] = field(default_factory=dict)
+    ccw_bit: int = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ part states it, from sister parts and from what others write about it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Literal, Protocol, TypeVar
+from typing import Any, Literal, Protocol, Self, TypeVar, overload
 
 from ...errors import SheetError
 from .channel import Channel
@@ -149,7 +149,7 @@ class Arg:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One form of a command.
+    """One form of a command, in what all parts say of one; `LineRow`, `TextRow` and `PacketRow` have more columns.
 
     Attributes:
         form: what distinguishes the form: the letter or name that a host sends first.
@@ -161,23 +161,14 @@ class Row:
         where: the section of the manual.
         program_us: the time that the instruction takes in a running program, µs, with the usual crystal.
         code: the opcode in the program memory, or the command byte of a packet; by default the first letter.
-        terminated: the command ends with a carriage return.
         stored: the command can be stored in a program.
         motion: the command makes the motor step.
-        head: what a host sends first, if it is not `form`.
-        room: the number of bytes in the program memory, if more than opcode and arguments.
-        tail: fixed text after the arguments, in each spelling that a host may use, the proper one first.
         when: the states in which the command is executed at once: "i" idle, "p" program entry, "r" program running.
         flow: where a program continues: "n" next instruction, "t" target, "0" location 0, "l" start of the loop; "" the
             program ends.
-        acts: what a packet acts on: the "current" axis, the axis that it is to "set", the "interrupting" axis, those in
-            a "mask", or all ("global"); "" for a command that is not a packet.
-        reads: the values that a host reads after the arguments of a packet.
-        buffered: the command takes effect with the next update.
-        encoder: the command is meant for parts with an encoder, but accepted by the others.
         role: the purpose of the command, a word of ROW_ROLES, which all parts share.
-        at_once: what the command does to a running motor without waiting for it, a word of AT_ONCE; with `buffered`,
-            at the update.
+        at_once: what the command does to a running motor without waiting for it, a word of AT_ONCE; if it waits for an
+            update, at the update.
         starts: the command itself makes no step, but outside program entry it may start a program or a homing.
         trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
 
@@ -193,18 +184,10 @@ class Row:
     where: str
     program_us: int = 40
     code: int = -1
-    terminated: bool = True
     stored: bool = True
     motion: bool = False
-    head: str = ""
-    room: int = 0
-    tail: tuple[str, ...] = ()
     when: str = "i"
     flow: str = "n"
-    acts: str = ""
-    reads: tuple[Arg, ...] = ()
-    buffered: bool = False
-    encoder: bool = False
     role: str = ""
     at_once: str = ""
     starts: bool = False
@@ -215,8 +198,6 @@ class Row:
             raise SheetError(f"command {self.name}: no role {self.role!r}; there are: {', '.join(ROW_ROLES)}")
         if self.at_once and self.at_once not in AT_ONCE:
             raise SheetError(f"command {self.name}: at once {self.at_once!r}; allowed {', '.join(AT_ONCE)}")
-        if not self.head:
-            object.__setattr__(self, "head", self.form)
         if self.code < 0:
             object.__setattr__(self, "code", ord(self.form[0]))
 
@@ -236,19 +217,24 @@ class Row:
         return self.motion or self.starts or self.role == "run"
 
     @property
+    def head(self) -> str:
+        """What a host sends first."""
+        return self.form
+
+    @property
     def coded(self) -> bool:
         """Does a byte stand for the command: its opcode in the program buffer, or the head of its packet?"""
-        return self.stored or bool(self.acts)
+        return self.stored
 
     @property
     def size(self) -> int:
         """How many bytes the instruction takes in the program buffer, or the host writes of a packet."""
-        return max(1 + self.data_bytes, self.room) if self.coded else 0
+        return 1 + self.data_bytes if self.coded else 0
 
     @property
     def order(self) -> Order:
-        """A program buffer holds numbers low byte first; in a packet they are sent high byte first."""
-        return "big" if self.acts else "little"
+        """The order of the bytes of a number: a program buffer holds the low byte first."""
+        return "little"
 
     @property
     def handler(self) -> str:
@@ -263,7 +249,7 @@ class Row:
                 data += arg.pack(value, self.order)
             else:
                 code += value
-        return (bytes([code]) + data).ljust(self.room, b"\0")
+        return bytes([code]) + data
 
     def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
         """Argument values from their bytes; bytes that are missing count as 0.  `code`: the opcode as stored."""
@@ -275,6 +261,19 @@ class Row:
             else:
                 values.append((self.code if code is None else code) - self.code)
         return tuple(values)
+
+    @classmethod
+    def of(cls, row: Row) -> Self:
+        """Return a row with the columns of this family.
+
+        Raises:
+            SheetError: it is that of another family.
+        """
+        if isinstance(row, cls):
+            return row
+        if not issubclass(cls, type(row)):
+            raise SheetError(f"command {row.name}: a {type(row).__name__}; expected a {cls.__name__}")
+        return cls(**{each.name: getattr(row, each.name) for each in fields(row)})
 
     @property
     def codes(self) -> range:
@@ -382,7 +381,11 @@ class Limit:
         return f"{self.start} to {self.end}"
 
 
-class Table(Sequence[Row]):
+R_co = TypeVar("R_co", bound=Row, covariant=True)
+R = TypeVar("R", bound=Row)
+
+
+class Table(Sequence[R_co]):
     """The command table of a part: a sequence of rows, which can also be looked up by form, as in table["R"].
 
     Attributes:
@@ -394,26 +397,33 @@ class Table(Sequence[Row]):
         SheetError: two rows have the same form or opcode.
     """
 
-    def __init__(self, *rows: Row) -> None:
+    def __init__(self, *rows: R_co) -> None:
         self.rows = rows
-        self.by_form: dict[str, Row] = {row.form: row for row in rows}
-        self.by_code: dict[int, Row] = {code: row for row in rows if row.coded for code in row.codes}
+        self.by_form: dict[str, R_co] = {row.form: row for row in rows}
+        self.by_code: dict[int, R_co] = {code: row for row in rows if row.coded for code in row.codes}
+        self._of: dict[type[Row], Table[Any]] = {}
         if len(self.by_form) != len(rows) or len(self.by_code) != sum(len(row.codes) for row in rows if row.coded):
             raise SheetError("two command rows share a form or an opcode")
 
-    def __getitem__(self, key):  # type: ignore[no-untyped-def]
+    @overload
+    def __getitem__(self, key: str | int) -> R_co: ...
+
+    @overload
+    def __getitem__(self, key: slice) -> Sequence[R_co]: ...
+
+    def __getitem__(self, key: str | int | slice) -> R_co | Sequence[R_co]:
         return self.by_form[key] if isinstance(key, str) else self.rows[key]
 
     def __len__(self) -> int:
         return len(self.rows)
 
-    def __iter__(self) -> Iterator[Row]:
+    def __iter__(self) -> Iterator[R_co]:
         return iter(self.rows)
 
     def __repr__(self) -> str:
         return f"<Table: {len(self)} commands>"
 
-    def named(self, name: str) -> Row:
+    def named(self, name: str) -> R_co:
         """Return the row of a command by its name, such as "LOOP".
 
         Raises:
@@ -423,6 +433,16 @@ class Table(Sequence[Row]):
             if row.name == name.upper():
                 return row
         raise KeyError(name)
+
+    def of(self, kind: type[R]) -> Table[R]:
+        """Return the table with the columns of a family, which have their defaults in a row that was made without them.
+
+        Raises:
+            SheetError: a row is that of another family.
+        """
+        if kind not in self._of:
+            self._of[kind] = self if all(isinstance(row, kind) for row in self) else Table(*map(kind.of, self))
+        return self._of[kind]
 
 
 @dataclass(frozen=True, slots=True)
@@ -452,6 +472,10 @@ class DialectSpec(Protocol):
     def name(self) -> str:
         """What it is called: "letters", "lines", "packets"."""
 
+    @property
+    def row_type(self) -> type[Row]:
+        """What the rows of commands in it are."""
+
 
 C = TypeVar("C", bound=Channel)
 
@@ -477,29 +501,25 @@ class Sheet:
         limits: the limits for times between edges.
         buffer_bytes: the size of the program memory, in `memory_unit`.
         buffer_where: the section of the manual that gives it.
-        verify_bytes: the number of bytes of each read-out group, by its number.
-        ccw_bit: the bit of the last status byte that is set when the direction is counter-clockwise, as a mask.
         labels: the letters that can be labels in a program.
         suffix: the suffix of program files.
         notes: further text for `slewline describe`, by headings.
         dialect: how commands are written, sent and stored.
         channels: the channels over which a host can reach the part, the usual one first.
         axes: the number of motors.
-        encoder: True if the part reads encoders.
         wires: for a part in several packages, the pins that are connected with each other, by name.
         foreign: commands of sister parts, which this part refuses as unknown.
         slips: the remedy for characters that are often mistaken, by character.
         sections: the sections of the manual to which the rules of the linter refer, by subject.
         key: the abbreviation of the manual in `where`.
         memory_unit: the unit in which the manual gives the size of the program memory.
-        opcodes: the trust in the opcodes: "stated" by the manual, or else "chosen".
     """
 
     part: str
     title: str
     manual: str
     pins: tuple[Pin, ...]
-    commands: Table
+    commands: Table[Row]
     behaviour: int = 1
     crystal_hz: int = 10**12
     crystal_low_hz: int = 0
@@ -511,22 +531,22 @@ class Sheet:
     limits: tuple[Limit, ...] = ()
     buffer_bytes: int = 0
     buffer_where: str = ""
-    verify_bytes: Mapping[int, int] = field(default_factory=dict)
-    ccw_bit: int = 0  # of the last byte of the status group; set: the direction is counter-clockwise
     labels: str = ""
     suffix: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
     dialect: DialectSpec | None = None
     channels: tuple[Channel, ...] = ()
     axes: int = 1
-    encoder: bool = False
     wires: tuple[tuple[str, ...], ...] = ()
     foreign: tuple[str, ...] = ()
     slips: Mapping[str, str] = field(default_factory=dict)
     sections: Mapping[str, str] = field(default_factory=dict)
     key: str = ""
     memory_unit: str = "byte"
-    opcodes: Trust = "stated"
+
+    def __post_init__(self) -> None:
+        if self.dialect is not None:
+            object.__setattr__(self, "commands", self.commands.of(self.dialect.row_type))
 
     def __repr__(self) -> str:
         return f"<Sheet {self.part}: {len(self.pins)} pins, {len(self.commands)} commands>"
@@ -535,6 +555,11 @@ class Sheet:
     def keeps(self) -> bool:
         """Does the part keep something without power, in its option `store`?"""
         return any(row.name == "store" for row in self.options)
+
+    @property
+    def encoder(self) -> bool:
+        """Does the part read encoders?"""
+        return self.role("encoder_a") is not None
 
     @property
     def enter(self) -> Row | None:
@@ -587,6 +612,14 @@ class Sheet:
             has = ", ".join(type(other).__name__ for other in self.channels) or "none"
             raise SheetError(f"{self.part}: needs a {kind.__name__} among its channels; it has {has}: give it one")
         return channel
+
+    def rows(self, kind: type[R]) -> Table[R]:
+        """Return the commands with the columns of a family.
+
+        Raises:
+            SheetError: they are those of another family.
+        """
+        return self.commands.of(kind)
 
     def acting(self, role: str) -> tuple[Row, ...]:
         """Return the commands that have a role."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ...core.datasheet.table import Row, Sheet
+from ...core.datasheet.rows import LineRow
+from ...core.datasheet.table import Row, Sheet, Trust
 from ..dialect import Command, Dialect, Refusal, spoken_as
 from ..reader import Reader
 from ..statements import Operand, Source, Statement
@@ -42,7 +43,7 @@ class LineReader(Reader):
 
 
 @dataclass(frozen=True, eq=False)
-class Lines(Dialect):
+class Lines(Dialect[LineRow]):
     """The dialect in which a command is a line of text, and so is its answer.
 
     Attributes:
@@ -55,6 +56,7 @@ class Lines(Dialect):
         questions: the commands that ask for a value and change nothing, by what they ask for, each with the pattern of
             its answer.
         where: the section of the manual.
+        opcodes: the trust in the opcodes: "stated" by the manual, or else "chosen".
     """
 
     longest: int = 0
@@ -65,15 +67,19 @@ class Lines(Dialect):
     refusals: tuple[str, ...] = ()
     questions: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     where: str = ""
+    opcodes: Trust = "stated"
 
     name = "lines"
+    row_type = LineRow
     constant_bit = KEPT.bit_length() - 1  # wrong, it would pass the checksum
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
         """Return a reader of one line that begins at a column of the source."""
         return LineReader(source, number, column, text)
 
-    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+    def spell(
+        self, row: LineRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
+    ) -> str:
         """Return a command as text: its head and its values."""
         return spell(row, values)
 
@@ -100,9 +106,9 @@ class Lines(Dialect):
 
     def table(self, sheet: Sheet) -> str:
         """Return the table of commands, in Markdown."""
-        own = "Opcodes are the model's own: the sheet gives none. " if sheet.opcodes == "chosen" else ""
-        return f"{line_table(sheet.commands)}\n\n{own}A carriage return ends a line."
+        own = "Opcodes are the model's own: the sheet gives none. " if self.opcodes == "chosen" else ""
+        return f"{line_table(sheet.rows(LineRow))}\n\n{own}A carriage return ends a line."
 
-    def in_full(self, sheet: Sheet, row: Row) -> str:
+    def in_full(self, sheet: Sheet, row: LineRow) -> str:
         """Return all that is known of a command, in Markdown."""
         return line_in_full(sheet, row)

@@ -13,16 +13,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import cast
 
-from ...core.datasheet.table import Arg, Row, Sheet
+from ...core.datasheet.rows import LineRow
+from ...core.datasheet.table import Arg, Sheet
 from ..dialect import Command, Refusal
 
 CR = 0x0D
 KEPT = 0x10  # the bit that a checksum always has, so that it is never a carriage return
 SIGN = "±"  # the head of a command that begins with its sign
 _PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone": "[+-]"}
+
+
+@dataclass(frozen=True, slots=True)
+class LineCommand(Command):
+    """A line that is a command."""
+
+    row: LineRow
 
 
 def checksum(text: bytes, kept: int = KEPT) -> int:
@@ -41,7 +50,7 @@ def framed(text: str | bytes, check: bool = True, kept: int = KEPT) -> bytes:
     return line + (bytes([checksum(line, kept)]) if check else b"") + b"\r"
 
 
-def spell(row: Row, values: Sequence[int]) -> str:
+def spell(row: LineRow, values: Sequence[int]) -> str:
     """A command as it is written: "S10", "+250", "jc1,18"."""
     text = "" if row.head == SIGN else row.head
     for arg, value, before in zip(row.args, values, (None, *row.args), strict=False):
@@ -49,12 +58,12 @@ def spell(row: Row, values: Sequence[int]) -> str:
     return text + (row.tail[0] if row.tail else "")
 
 
-def parse(sheet: Sheet, text: str) -> Command | Refusal:
+def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
     """A line, without address and checksum, as a command of this part."""
     patterns = _patterns(sheet)
     head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
     if head is None or not patterns.get(head):
-        every = " ".join(dict.fromkeys(row.head for row in sheet.commands))
+        every = " ".join(dict.fromkeys(row.head for row in sheet.rows(LineRow)))
         says = f"{text!r} is not a command of the {sheet.part}"
         return Refusal("unknown", says, 0, len(text), f"{text} is not a command of the {sheet.part.upper()}", every)
     rest = text.removeprefix(head)
@@ -67,7 +76,7 @@ def parse(sheet: Sheet, text: str) -> Command | Refusal:
         bad = next((pair for pair in zip(row.args, values, strict=True) if not pair[0].allows(pair[1])), None)
         if bad is None:
             stored = row.pack(values) if row.stored else b""
-            return Command(row, values, 0, stored, spell(row, values))
+            return LineCommand(row, values, 0, stored, spell(row, values))
         (arg, value), allowed = bad, range_of(bad[0])
         place = places(row, text)[row.args.index(arg)]
         says = f"{text}: {arg.name} {value}, allowed {allowed}"
@@ -80,7 +89,7 @@ def parse(sheet: Sheet, text: str) -> Command | Refusal:
     return Refusal("argument", says, 0, len(text), f"{text} does not fit", forms)
 
 
-def places(row: Row, text: str) -> list[tuple[int, int]]:
+def places(row: LineRow, text: str) -> list[tuple[int, int]]:
     """Where in a line its arguments stand, first character and end; one that is left out stands at the end."""
     rest = text.removeprefix(row.head)
     match = cast("re.Match[str]", _pattern(row).fullmatch(rest))  # the line has been read as this command
@@ -89,7 +98,7 @@ def places(row: Row, text: str) -> list[tuple[int, int]]:
     return [(before + at, before + end) if at >= 0 else (len(text), len(text)) for at, end in spans]
 
 
-def usage(row: Row) -> str:
+def usage(row: LineRow) -> str:
     """How a command is written: "A<output>", "G<+/-><input>"."""
     text = "" if row.head == SIGN else row.head
     for arg, before in zip(row.args, (None, *row.args), strict=False):
@@ -118,13 +127,13 @@ def _value(arg: Arg, text: str | None) -> int:
 
 
 @lru_cache(maxsize=64)
-def _patterns(sheet: Sheet) -> dict[str, list[tuple[Row, re.Pattern[str]]]]:
+def _patterns(sheet: Sheet) -> dict[str, list[tuple[LineRow, re.Pattern[str]]]]:
     """The forms of each head, longest heads first; commands of sister parts have none."""
-    heads = sorted({row.head for row in sheet.commands} | set(sheet.foreign), key=lambda head: (-len(head), head))
-    return {head: [(row, _pattern(row)) for row in sheet.commands if row.head == head] for head in heads}
+    heads = sorted({row.head for row in sheet.rows(LineRow)} | set(sheet.foreign), key=lambda head: (-len(head), head))
+    return {head: [(row, _pattern(row)) for row in sheet.rows(LineRow) if row.head == head] for head in heads}
 
 
-def _pattern(row: Row) -> re.Pattern[str]:
+def _pattern(row: LineRow) -> re.Pattern[str]:
     pattern = ""
     for arg, before in zip(row.args, (None, *row.args), strict=False):
         comma = "," if before is not None and before.sign != "alone" else ""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...core.datasheet.table import Arg, Row, Sheet
+from ...core.datasheet.rows import LineRow
+from ...core.datasheet.table import Arg, Sheet
 from ..assemble import units
 from ..markdown import table
 from . import grammar
@@ -12,7 +13,7 @@ from . import grammar
 STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
 
-def line_in_full(sheet: Sheet, row: Row) -> str:
+def line_in_full(sheet: Sheet, row: LineRow) -> str:
     """Return all that is known of a command, in Markdown: forms, arguments, opcode, answers."""
     room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
     text = [
@@ -27,7 +28,7 @@ def line_in_full(sheet: Sheet, row: Row) -> str:
     return "\n".join(text) + "\n"
 
 
-def line_table(commands: Iterable[Row]) -> str:
+def line_table(commands: Iterable[LineRow]) -> str:
     """Commands that are lines, as a table."""
     heads = ("line", "name", "what it does", "arguments", "locations", "opcode", "taken", "manual")
     rows = [
@@ -51,12 +52,12 @@ def _limits(arg: Arg) -> str:
     return f"{grammar.range_of(arg)}{unit}{', may be left out' if arg.optional else ''}"
 
 
-def _opcodes(row: Row) -> str:
+def _opcodes(row: LineRow) -> str:
     first, last = row.codes[0], row.codes[-1]
     return f"{first:02X}" if first == last else f"{first:02X} to {last:02X}"
 
 
-def _taken(row: Row) -> str:
+def _taken(row: LineRow) -> str:
     """In which states it acts at once; a stored one is kept for the program during program entry."""
     found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
     return ", ".join(found)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from ...core.datasheet.channel import SerialLine
-from ...core.datasheet.table import Row, Sheet
+from ...core.datasheet.rows import LineRow
+from ...core.datasheet.table import Sheet
 from ..dialect import IN_DIGITS, LIKE_DIGITS, Command, Refusal, slip_remedy
 from .grammar import KEPT, SIGN, checksum, parse, range_of, usage
 
 LF = "\n"
 
 
-def alike(sheet: Sheet, text: str) -> list[Row]:
+def alike(sheet: Sheet, text: str) -> list[LineRow]:
     """Return the commands that begin with the letter of a line."""
     letter = SIGN if text[:1] in ("+", "-") else text[:1]
-    return [row for row in sheet.commands if row.head[:1] == letter]
+    return [row for row in sheet.rows(LineRow) if row.head[:1] == letter]
 
 
 def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
@@ -41,9 +42,9 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
 
 def arguments(sheet: Sheet, text: str) -> str:
     """Return what stands after the head of a line, where it is a command with other arguments."""
-    heads = [row.head for row in sheet.commands if text.startswith(row.head)]
+    heads = [row.head for row in sheet.rows(LineRow) if text.startswith(row.head)]
     head = max(heads, key=len, default=SIGN)
-    args = {arg.name: range_of(arg) for row in sheet.commands if row.head == head for arg in row.args}
+    args = {arg.name: range_of(arg) for row in sheet.rows(LineRow) if row.head == head for arg in row.args}
     given = ", ".join(f"{name} {allowed}" for name, allowed in args.items())
     return f"give {given}" if given else f"{head} takes no argument"
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ...core.datasheet.rows import PacketRow
 from ...core.datasheet.table import Row, Sheet
 from ...errors import UsageError
 from ..dialect import Refusal, spoken_as
@@ -89,7 +90,9 @@ class Packets(Words):
         found = parse(sheet, text, crystal_hz)
         return found if isinstance(found, Refusal) else None
 
-    def spell(self, row: Row, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None) -> str:
+    def spell(
+        self, row: PacketRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
+    ) -> str:
         """Return a command as text: its name and its values."""
         return spell(row, values)
 
@@ -127,7 +130,7 @@ class Packets(Words):
         """Return the table of commands, in Markdown."""
         return packet_table(sheet)
 
-    def in_full(self, sheet: Sheet, row: Row) -> str:
+    def in_full(self, sheet: Sheet, row: PacketRow) -> str:
         """Return all that is known of a command, in Markdown."""
         return packet_in_full(sheet, row)
 

@@ -21,7 +21,8 @@ from itertools import zip_longest
 from math import isfinite
 from typing import NamedTuple
 
-from ...core.datasheet.table import Arg, Bits, Row, Sheet
+from ...core.datasheet.rows import PacketRow
+from ...core.datasheet.table import Arg, Bits, Sheet
 from ...core.messages.near import hint, near
 from ...core.messages.whole import whole
 from ...errors import UnknownName, UsageError
@@ -35,6 +36,13 @@ MOST_MEANT = 3  # commands that a message suggests
 LONGEST = 40  # characters of a number or a mnemonic that are looked at; no longer one is right
 
 
+@dataclass(frozen=True, slots=True)
+class PacketCommand(Command):
+    """A line that is a packet."""
+
+    row: PacketRow
+
+
 class Sibling(NamedTuple):
     """A command of a sister part, by its code: its name, the words written and read, and whose it is."""
 
@@ -45,8 +53,10 @@ class Sibling(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Words(Dialect):
+class Words(Dialect[PacketRow]):
     """A command byte, words to and from the part, a checksum; `Packets` says what the attributes are."""
+
+    row_type = PacketRow
 
     illegal: frozenset[int]
     reserved: frozenset[int]
@@ -59,7 +69,7 @@ class Words(Dialect):
 
 
 # ------------------------------------------------------------------------------------------------------ words, checksum
-def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
+def words(row: PacketRow, values: Sequence[int]) -> tuple[int, ...]:
     """What a host writes after the command byte.
 
     Raises:
@@ -84,7 +94,9 @@ def words(row: Row, values: Sequence[int]) -> tuple[int, ...]:
     return tuple(int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data), 2))
 
 
-def numbers(sheet: Sheet, row: Row, values: Sequence[int | str], crystal_hz: int | None = None) -> tuple[int, ...]:
+def numbers(
+    sheet: Sheet, row: PacketRow, values: Sequence[int | str], crystal_hz: int | None = None
+) -> tuple[int, ...]:
     """Return the values of a command as numbers: a rate as text ("12345 steps/s") becomes that of its register.
 
     Raises:
@@ -153,7 +165,7 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
 
 
 # ------------------------------------------------------------------------------------------------------------- commands
-def row(sheet: Sheet, name: str) -> Row:
+def row(sheet: Sheet, name: str) -> PacketRow:
     """The row of a command by its mnemonic; case is ignored.
 
     Raises:
@@ -162,14 +174,14 @@ def row(sheet: Sheet, name: str) -> Row:
     """
     if not isinstance(name, str):
         raise UsageError(f"command {name!r}: expected a mnemonic such as 'GET_STATUS'; packet() sends a code")
-    found = sheet.commands.by_form.get(name.upper())
+    found = sheet.rows(PacketRow).by_form.get(name.upper())
     if found is None:
         stranger = _stranger(sheet, name)
         raise UnknownName(f"{stranger.found}; {stranger.remedy}")
     return found
 
 
-def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command:
+def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand:
     """Return a line as a command of this part: mnemonic and number; rates in seconds go by the crystal.
 
     Raises:
@@ -182,10 +194,10 @@ def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command:
     return found
 
 
-def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command | Refusal:
+def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand | Refusal:
     """Return a line as a command of this part; one that is none as a `Refusal`, with the place of what is wrong."""
     name = "".join(text.split(maxsplit=1)[:1])
-    known = sheet.commands.by_form.get(name.upper())
+    known = sheet.rows(PacketRow).by_form.get(name.upper())
     if known is None:
         return _stranger(sheet, name)
     rest = text.lstrip()[len(name) :]
@@ -195,12 +207,12 @@ def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> Command | R
     return _arguments(known, text, at)
 
 
-def spell(row: Row, values: Sequence[int]) -> str:
+def spell(row: PacketRow, values: Sequence[int]) -> str:
     """A command as it is written."""
     return " ".join([row.form, *(arg.spell(value) for arg, value in zip(row.args, values, strict=True))])
 
 
-def usage(row: Row) -> str:
+def usage(row: PacketRow) -> str:
     """How a command is written: "SET_POS <position>"."""
     return " ".join([row.form, *(f"<{arg.name}>" for arg in row.args)])
 
@@ -224,7 +236,7 @@ def number(text: str, arg: Arg) -> int | None:
     return value - arg.modulus if digits and negative else value
 
 
-def _rate(row: Row, text: str, at: int, per_s: Fraction) -> Command | Refusal:
+def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand | Refusal:
     """A rate with its unit after a mnemonic."""
     arg, written = row.args[0], text[at:].rstrip()
     says = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
@@ -235,10 +247,10 @@ def _rate(row: Row, text: str, at: int, per_s: Fraction) -> Command | Refusal:
     if value is None:
         remedy = f"write a decimal number with {rates.units(arg)} after it"
         return _refusal("bad-number", at, at + len(written), f"{row.name} {arg.name} {says}", range_of(arg), remedy)
-    return Command(row, (value,), 0, b"", spell(row, (value,)))
+    return PacketCommand(row, (value,), 0, b"", spell(row, (value,)))
 
 
-def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
+def _arguments(row: PacketRow, text: str, at: int) -> PacketCommand | Refusal:
     """The number after a mnemonic; it begins at character `at`."""
     found = text[at:].split()
     if len(found) > len(row.args):
@@ -252,7 +264,7 @@ def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
         arg = row.args[0]
         return _refusal("missing-argument", len(text), len(text) + 1, f"{row.name} without {arg.name}", range_of(arg))
     if not found:
-        return Command(row, (), 0, b"", row.form)
+        return PacketCommand(row, (), 0, b"", row.form)
     arg, written = row.args[0], found[0]
     value, end = number(written, arg), at + len(written)
     says = f"{row.name} {arg.name} {written if len(written) <= LONGEST else f'{written[:LONGEST]}...'}"
@@ -261,7 +273,7 @@ def _arguments(row: Row, text: str, at: int) -> Command | Refusal:
     if not arg.allows(value):
         nearest = min(max(value, arg.low), arg.high)
         return _refusal("range", at, end, says, range_of(arg), f"the nearest is {nearest}")
-    return Command(row, (value,), 0, b"", spell(row, (value,)))
+    return PacketCommand(row, (value,), 0, b"", spell(row, (value,)))
 
 
 def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy: str = "") -> Refusal:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...core.datasheet.table import Arg, Bits, Row, Sheet
+from ...core.datasheet.rows import PacketRow
+from ...core.datasheet.table import Arg, Bits, Sheet
 from ..markdown import mhz, table
 from . import grammar
 
@@ -12,7 +13,7 @@ BUFFERED, WITH_ENCODER = "waits for an update", "needs an encoder; other parts a
 CHECKSUM = "A checksum of 16 bits may be read after every packet: command byte and words, added up."
 
 
-def packet_in_full(sheet: Sheet, row: Row) -> str:
+def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
     """Return all that is known of a command, in Markdown: its words, times and sources."""
     text = [
         f"# {row.name}: {row.says}",
@@ -28,7 +29,7 @@ def packet_in_full(sheet: Sheet, row: Row) -> str:
     return "\n".join(text) + "\n"
 
 
-def packet(row: Row) -> str:
+def packet(row: PacketRow) -> str:
     """What goes over the host port: code, words that are written, words that are returned in brackets."""
     returned = " ".join(_halves(row.reads))
     return " ".join([f"{row.code:02X}", *_halves(row.args), *([f"[{returned}]"] if returned else [])])
@@ -39,13 +40,13 @@ def _halves(args: Iterable[Arg]) -> list[str]:
     return [part for arg in args for part in ([arg.name] if arg.size == 2 else [f"{arg.name}.high", f"{arg.name}.low"])]
 
 
-def _acted_on(row: Row) -> str:
+def _acted_on(row: PacketRow) -> str:
     """Which axes the command is for."""
     axes = {"set": "the axis that it sets", "mask": "the axes in its mask", "global": "all axes"}
     return axes.get(row.acts, f"the {row.acts} axis")
 
 
-def _conditions(row: Row) -> list[str]:
+def _conditions(row: PacketRow) -> list[str]:
     return [*([BUFFERED] if row.buffered else []), *([WITH_ENCODER] if row.encoder else [])]
 
 
@@ -61,7 +62,7 @@ def packet_table(sheet: Sheet) -> str:
             _acted_on(row),
             "; ".join(_conditions(row)),
         )
-        for row in sheet.commands
+        for row in sheet.rows(PacketRow)
     ]
     return f"{table(heads, rows)}\n\n{CHECKSUM}"
 

@@ -26,10 +26,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from ...bench.scripts.script_runner import TAKEN_US
+from ...core.datasheet.channel import BusHandshake
 from ...core.wires.waits import first_of
 from ...errors import SlewlineError, UsageError
 from ...language.dialect import spoken_as
-from ...language.letters import Letters
+from ...language.text import Letters
 from ...parts.hosts.bus_host import BusHost
 from ...parts.lines.far_end import RAW_REMEDY, TELNET
 from ..sockets.stream import CHUNK
@@ -92,7 +93,7 @@ class FramedLine(HostLine):
         elif text == "?":
             self._act(lambda computer, _, say: say(line_of(f"? {'ready' if takes(computer) else 'busy'}"), None))
         elif text[0] == "?":
-            groups = [f"?{group}" for group in self.chip.sheet.verify_bytes]
+            groups = [f"?{group}" for group in self.chip.sheet.through(BusHandshake).verify_bytes]
             if text not in groups:
                 raise UsageError(f"{text}: allowed {', '.join(['?', *groups])}")
             self._check_room(text)

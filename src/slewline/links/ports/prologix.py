@@ -20,6 +20,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
+from ...core.datasheet.channel import BusHandshake
 from ...language.dialect import Command, dialect_of
 from ...parts.boards.gpib_device import GO_TO_LOCAL, LOCAL_LOCKOUT, SELECTED_CLEAR
 from ...parts.lines.far_end import CERTAIN, RAW, TELNET
@@ -88,7 +89,8 @@ class Selection:
     """What is to be read of a chip, as far as the commands tell that have been sent to it."""
 
     def __init__(self, chip: Chip) -> None:
-        self.sheet, self.decoder = chip.sheet, dialect_of(chip.sheet).decoder(chip.sheet)
+        self.decoder = dialect_of(chip.sheet).decoder(chip.sheet)
+        self.sizes = chip.sheet.through(BusHandshake).verify_bytes
         self.mode = chip.sheet.role("text")
         self.entering = False
         self.left = 0  # bytes of the group
@@ -103,9 +105,9 @@ class Selection:
             role = found.row.role
             if role in ("enter", "leave"):
                 self.entering = role == "enter"
-            elif role == "read" and not self.entering and found.values[0] in self.sheet.verify_bytes:
+            elif role == "read" and not self.entering and found.values[0] in self.sizes:
                 group = found.values[0]
-                self.left = self.sheet.verify_bytes[group] if as_text or group else 2
+                self.left = self.sizes[group] if as_text or group else 2
 
 
 class PrologixLine(RequestLine):

@@ -13,7 +13,7 @@ from ...errors import UsageError
 from ...language.dialect import Command, dialect_of, spoken_as
 from ...language.disassemble import instruction, text_at
 from ...language.lines import parse
-from ...language.verbatim import Verbatim
+from ...language.text import Verbatim
 from ..adapter import PROGRAM, FramedSpeech
 from ..deviations import deviations
 from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer

@@ -134,7 +134,7 @@ class BusHost(Host):
         """
         group = self.port.group_of(command) if isinstance(command, str) else None
         if group is None:
-            groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.sheet.verify_bytes)
+            groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.verify_bytes)
             answered = f"ask() takes {groups}, and send() the rest" if groups else NO_READ_OUT
             raise UsageError(f"{self.name}: {command!r} has no answer; {answered}")
         return self.verify(group, timeout=timeout)
@@ -191,10 +191,10 @@ class BusHost(Host):
         which = whole(group)
         if (
             which is None
-            or which not in self.port.sheet.verify_bytes
+            or which not in self.port.verify_bytes
             or (number is not None and (count is None or count < 0))
         ):
-            groups = list(self.port.sheet.verify_bytes)
+            groups = list(self.port.verify_bytes)
             allowed = f"allowed groups {groups[0]} to {groups[-1]}, and 0 or more bytes" if groups else NO_READ_OUT
             raise UsageError(f"{self.name}: verify({group!r}, {number!r}); {allowed}")
         return self.queue.result(self.read_group(self.chip.name, which, count, live), timeout)

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from ...core.datasheet.rows import PacketRow
 from ...core.messages.calls import answering
 from ...core.messages.instead import face, missing
 from ...core.messages.whole import whole
@@ -386,7 +387,7 @@ missing(
 @cache
 def _tell_missing(sheet: Sheet) -> None:
     """Say what there is instead of methods that are called as the commands of a sheet."""
-    for row in sheet.commands:
+    for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"
         values = "".join(f", {arg.name}" for arg in row.args)
         for cls in (PacketHost, AxisView):

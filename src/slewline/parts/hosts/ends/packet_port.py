@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from ....core.datasheet.rows import PacketRow
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import level, until
 from ....errors import ChecksumError, Timeout
@@ -20,7 +21,7 @@ from ....language.dialect import spoken_as
 from ...base.operation import HostLines, Operation, Strobed, Strobes
 
 if TYPE_CHECKING:
-    from ....core.datasheet.table import Row, Sheet
+    from ....core.datasheet.table import Sheet
     from ...base.request_queue import RequestQueue
     from ..connection import Connection
 
@@ -143,12 +144,12 @@ class PacketPort:
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
-        elif (row := self.sheet.commands.by_code.get(code)) is not None and row.buffered:
+        elif (row := self.sheet.rows(PacketRow).by_code.get(code)) is not None and row.buffered:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Note which axis is the current one after a packet, of which these words were read."""
-        row = self.sheet.commands.by_code.get(code)
+        row = self.sheet.rows(PacketRow).by_code.get(code)
         if row is None:
             return
         if row.name == RESET:
@@ -232,7 +233,7 @@ RESET = "RESET"  # the packet that leaves no checksum to be read
 UPDATES = ("UPDATE", "MULTI_UPDATE")
 
 
-def packet_of(row: Row, values: Sequence[int] = ()) -> Packet:
+def packet_of(row: PacketRow, values: Sequence[int] = ()) -> Packet:
     """Return a command as a packet."""
     return Packet(row.code, packets.words(row, values), packets.counted(row.reads), row.name != RESET)
 

@@ -11,6 +11,8 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ....core.datasheet.channel import BusHandshake
+from ....core.datasheet.rows import TextRow
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import first_of, level, until
 from ....errors import UsageError
@@ -40,6 +42,7 @@ class CommandPort:
             delay_ps,
         )
         self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
+        self.verify_bytes = chip.sheet.through(BusHandshake).verify_bytes
         self.sent = 0
 
         def line(role: str) -> Net:
@@ -71,29 +74,30 @@ class CommandPort:
 
     def text(self, command: str) -> bytes:
         """Return a command as this port takes it now: ASCII, or letter, count and data in binary mode."""
-        from ....language.dialect import Command
-        from ....language.letters import Decoder, encode_binary
+        from ....language.dialect import spoken_as
+        from ....language.text import CommandText, TextDialect
 
         line = command.encode("ascii") + b"\r"
         if self.mode.level == 1:
-            row = self.sheet.commands.by_form.get(command)
+            row = self.sheet.rows(TextRow).by_form.get(command)
             return line if row is None or row.terminated else line[:-1]
-        decoder = Decoder(self.sheet)
+        spoken = spoken_as(self.sheet, TextDialect)
+        decoder = spoken.decoder(self.sheet)
         for byte in line:
             found = decoder.feed(byte, True, False)
-            if isinstance(found, Command):
-                return encode_binary(found.row, found.values)
+            if isinstance(found, CommandText):
+                return spoken.encoded(found)
         raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
 
     def group_size(self, group: int) -> int:
         """Bytes of a verify group in the present mode: the position has five digits, or two bytes in binary mode."""
-        return 2 if group == 0 and self.mode.level == 0 else self.sheet.verify_bytes[group]
+        return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
         """Return the verify group that a command points at; None: it points at none, or there is no such group."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
-            if match and int(match[1]) in self.sheet.verify_bytes:
+            if match and int(match[1]) in self.verify_bytes:
                 return int(match[1])
         return None
 

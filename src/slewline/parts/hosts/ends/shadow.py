@@ -14,7 +14,7 @@ from ....core.datasheet.channel import AdaptiveLine, FlowBus
 from ....core.wires.event import Event
 from ....errors import UsageError
 from ....language.dialect import spoken_as
-from ....language.verbatim import Entry, Verbatim
+from ....language.text import Entry, Verbatim
 
 if TYPE_CHECKING:
     from ....core.datasheet.table import Sheet

@@ -34,12 +34,12 @@ def rests(sheet: Sheet) -> re.Pattern[str]:
 
 
 def _waits(pin: Pin, holds: int) -> str:
-    """What waits until a pin says what it is for, or the contrary."""
+    """Return what waits until a pin takes the level of its role, or until it leaves it."""
     return rf"{pin.name}\s*=\s*{level_of(pin, holds)}"
 
 
 def level_of(pin: Pin, holds: int) -> int:
-    """Return the level at which a pin says what it is for, or the contrary."""
+    """Return the level at which the role of a pin holds, or with `holds` 0 does not."""
     return holds if pin.sense != 0 else 1 - holds
 
 

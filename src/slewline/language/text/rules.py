@@ -1,13 +1,16 @@
-"""What the linter says of programs in letters: how they begin and end, loops, labels."""
+"""What the linter says of programs: how they begin and end, loops, labels, pages."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from ..assemble import units
-from ..dialect import Check
+from ..dialect import Check, spoken_as
 from ..lint import branches, reached, section
-from ..statements import Source
+from ..statements import Source, Statement
 from . import dialogue
 from .dialogue import listed
+from .forms import TextDialect
 
 FURTHEST = ("nt", "n0", "t", "0")  # ways on, as remedies name them: those on a condition first
 
@@ -25,23 +28,50 @@ def ends(source: Source) -> None:
             source.report(last, "no-end", "warning", found, section=section(last.row), remedy=remedy)
 
 
+def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
+    """Return every loop with each loop that it contains."""
+    for block in source.blocks:
+        counted = [statement for statement in block.statements if statement.row.role == "loop"]
+        for outer in counted:
+            begin = block.address_of(outer.target) if outer.target else None
+            if begin is not None:
+                yield from ((outer, inner) for inner in counted if begin <= inner.address < outer.address)
+
+
 def loops(source: Source) -> None:
     """One loop at a time: there is a single count."""
     others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
     ways = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
+    for outer, inner in nested(source):
+        found, remedy = f"the loop of line {inner.line} lies inside this one", f"repeat the outer one with {ways}"
+        about = f"{section(outer.row)} {outer.row.form}"
+        source.report(outer, "nested-loop", "warning", found, section=about, remedy=remedy)
     for block in source.blocks:
-        counted = [statement for statement in block.statements if statement.row.role == "loop"]
-        for outer in counted:
-            about = f"{section(outer.row)} {outer.row.form}"
-            begin = block.address_of(outer.target) if outer.target else None
-            for inner in counted:
-                if begin is not None and begin <= inner.address < outer.address:
-                    found = f"the loop of line {inner.line} lies inside this one"
-                    remedy = f"repeat the outer one with {ways}"
-                    source.report(outer, "nested-loop", "warning", found, section=about, remedy=remedy)
-            if outer.values[0] == 1:
-                found = "a loop that runs once"
-                source.report(outer.operands[0], "loop-once", "warning", found, section=about)
+        for loop in block.statements:
+            if loop.row.role == "loop" and loop.values[0] == 1:
+                about = f"{section(loop.row)} {loop.row.form}"
+                source.report(loop.operands[0], "loop-once", "warning", "a loop that runs once", section=about)
+
+
+def kinds_of_loops(source: Source) -> None:
+    """There is one count for each kind of loop, so a loop within one of its own kind takes over its count."""
+    for outer, inner in nested(source):
+        if inner.row is outer.row:
+            found = f"the loop of line {inner.line} lies inside this one, and has the same count"
+            remedy = "repeat one of the two with the other kind of loop"
+            source.report(outer, "nested-loop", "warning", found, section=section(outer.row), remedy=remedy)
+
+
+def pages(source: Source) -> None:
+    """A branch with an address of one byte reaches the page of the byte after it: it may end in the next one."""
+    page = spoken_as(source.sheet, TextDialect).page
+    for block in source.blocks:
+        for statement in block.statements:
+            near = statement.target is not None and statement.row.args[-1].size == 1
+            if near and statement.address // page != statement.end // page:
+                found = f"{statement.text} ends at a page: it branches into page {statement.end // page}"
+                remedy, about = "a branch with an address of two bytes goes anywhere", section(statement.row)
+                source.report(statement, "page-crossed", "warning", found, section=about, remedy=remedy)
 
 
 def misplaced(source: Source) -> None:
@@ -80,4 +110,5 @@ def entries(source: Source) -> None:
                     source.report(statement, "unused-label", "note", found, section=about_labels)
 
 
-RULES: tuple[Check, ...] = (ends, loops, misplaced, entries, dialogue.live, dialogue.course)
+FOR_TOKENS: tuple[Check, ...] = (ends, loops, misplaced, entries, dialogue.live, dialogue.course)
+FOR_TEXT: tuple[Check, ...] = (ends, kinds_of_loops, pages, misplaced, entries)

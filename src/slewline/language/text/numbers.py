@@ -7,8 +7,6 @@ from collections.abc import Iterable
 
 from ..dialect import IN_DIGITS, LIKE_DIGITS
 
-CR, LF, OPEN_BUS = 0x0D, 0x0A, 0xFF
-LINE_LIMIT = 1024  # characters of a command without its carriage return; no readable page sets a limit
 BETWEEN = re.compile(r" *, *| +")
 _HEX = re.compile(r"[0-9][0-9A-F]*H")
 

@@ -1,0 +1,88 @@
+"""Rows of commands with the columns of a family: commands as text, as lines, as packets.
+
+Who reads such a column asks for the rows of that family: `sheet.rows(PacketRow)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from .table import Arg, Order, Row
+
+
+@dataclass(frozen=True, slots=True)
+class TextRow(Row):
+    """A row of `Letters` or `Verbatim`.
+
+    Attributes:
+        terminated: the command ends with a carriage return.
+    """
+
+    terminated: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class LineRow(Row):
+    """A row of `Lines`.
+
+    Attributes:
+        head: what a host sends first, if it is not `form`.
+        room: the number of bytes in the program memory, if more than opcode and arguments.
+        tail: fixed text after the arguments, in each spelling that a host may use, the proper one first.
+    """
+
+    head: str = ""
+    room: int = 0
+    tail: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        Row.__post_init__(self)
+        if not self.head:
+            object.__setattr__(self, "head", self.form)
+
+    @property
+    def size(self) -> int:
+        """How many bytes the instruction takes in the program memory."""
+        return max(1 + self.data_bytes, self.room) if self.coded else 0
+
+    def pack(self, values: Sequence[int]) -> bytes:
+        """Opcode and arguments as stored in the program memory."""
+        return Row.pack(self, values).ljust(self.room, b"\0")
+
+
+@dataclass(frozen=True, slots=True)
+class PacketRow(Row):
+    """A row of `Packets`.
+
+    Attributes:
+        acts: what the packet acts on: the "current" axis, the axis that it is to "set", the "interrupting" axis, those
+            in a "mask", or all ("global").
+        reads: the values that a host reads after the arguments.
+        buffered: the command takes effect with the next update.
+        encoder: the command is meant for parts with an encoder, but accepted by the others.
+    """
+
+    stored: bool = False
+    acts: str = ""
+    reads: tuple[Arg, ...] = ()
+    buffered: bool = False
+    encoder: bool = False
+
+    @property
+    def coded(self) -> bool:
+        """Each has a command byte."""
+        return True
+
+    @property
+    def order(self) -> Order:
+        """In a packet a number is sent high byte first."""
+        return "big"
+
+
+def row_object(row: Row) -> dict[str, Any]:
+    """Return a row as data, with the columns of every family: those that it does not have are empty."""
+    found = asdict(row)
+    others = {each.name: each.default for kind in (TextRow, LineRow, PacketRow) for each in fields(kind)}
+    return found | {name: getattr(row, name, value) for name, value in others.items() if name not in found}

@@ -1,0 +1,33 @@
+"""Where the entry of a program ends whose characters are stored as they come."""
+
+from __future__ import annotations
+
+from ...core.datasheet.table import Row
+from .commands import CR, OPEN_BUS
+
+
+class Entry:
+    """Distinguishes the letter that ends program entry from the same letter within a program.
+
+    In ASCII it counts as the first character of a line, in binary where a letter belongs, so counts are followed.
+    """
+
+    def __init__(self, leave: Row, ascii: bool) -> None:
+        self.leave, self.ascii = ord(leave.form), ascii
+        self.at_letter, self.counted, self.left = True, False, 0
+
+    def ends(self, byte: int) -> bool:
+        """Take a byte; return whether it ends program entry, else it is one to be stored."""
+        if self.at_letter and byte == self.leave:
+            return True
+        if self.ascii:
+            self.at_letter = byte == CR
+        elif self.at_letter:
+            self.at_letter, self.counted = byte == OPEN_BUS, False
+        elif not self.counted:
+            self.counted, self.left = True, byte
+            self.at_letter = not byte
+        else:
+            self.left -= 1
+            self.at_letter = not self.left
+        return False

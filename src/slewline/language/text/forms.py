@@ -1,0 +1,145 @@
+"""What dialects have in common in which a command is a letter and its arguments: signs, what is sent, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from ...core.datasheet.rows import TextRow
+from ...core.datasheet.table import Arg, Row, Sheet
+from ...errors import UsageError
+from ..dialect import Dialect
+from ..statements import Statement
+from .commands import CR, NO_NAMES, CommandText, Label, letters_for, spell
+from .numbers import BETWEEN
+
+END = bytes([CR])
+
+
+class TextDialect(Dialect[TextRow]):
+    """A letter and its arguments.  A sign that a dialect does not have is empty."""
+
+    streams = True
+    row_type = TextRow
+    tokens = False  # is a program stored as opcodes and arguments, and not as it was written?
+    line_ends = False  # does the part say of its lines how they end?
+    encoding = "latin-1"
+    numbers = "number"
+    no_number = ""  # what to write instead, if nothing better is known
+    line_limit = argument_limit = 0  # characters of a command without its carriage return; of what follows its letter
+    query = quote = display = negate = switches = listing = ""
+    negated: tuple[str, ...] = ()
+    flips = page = 0
+    queries: Mapping[str, int] = MappingProxyType({})
+
+    # ---------------------------------------------------------------------------------------------------- arguments
+    def words(self, row: Row, argument: str) -> list[str]:
+        """Return the arguments in a text that is not empty."""
+        return BETWEEN.split(argument)
+
+    def value(self, word: str) -> int | None:
+        """Return the number that a word is; None: it is none."""
+        raise NotImplementedError
+
+    def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
+        """Return the value of a word that is no number, and may be this argument all the same."""
+        raise NotImplementedError
+
+    def instead(self, sheet: Sheet, word: str) -> str:
+        """Return the remedy for a word that is no argument; empty: none is known."""
+        raise NotImplementedError
+
+    def slip(self, sheet: Sheet, argument: str, row: Row) -> str:
+        """Return the remedy for other arguments than a command takes; empty: none is known."""
+        return ""
+
+    # --------------------------------------------------------------------------------------------------------- sent
+    def spell(
+        self, row: TextRow, values: Sequence[int], labels: str = "", names: Mapping[int, str] | None = None
+    ) -> str:
+        """Return a command as text: its letter, its values, and the labels that it names."""
+        return spell(row, letters_for(row, values, labels, names or NO_NAMES))
+
+    def sent(self, sheet: Sheet, line: str) -> bytes:
+        """Return a line as a host sends it: with a carriage return, if a command ends it that has one."""
+        at = 0
+        while self.mark and line[at + 1 : at + 2] == self.mark:
+            at += 2
+        row = sheet.rows(TextRow).by_form.get(line[at : at + 1])
+        if row is not None and not row.terminated:
+            rest = line[at + 1 :]
+            return line[: at + 1].encode(self.encoding) + (self.sent(sheet, rest) if rest else b"")
+        return line.encode(self.encoding) + (END if at < len(line) or not self.mark else b"")
+
+    def sent_binary(self, sheet: Sheet, line: str) -> bytes:
+        """Return the same in binary form: letter, count, data.
+
+        Raises:
+            UsageError: the line is no command, or has a label or an argument that binary does not have.
+        """
+        decoder, out = self.decoder(sheet), b""
+        for byte in self.sent(sheet, line):
+            found = decoder.feed(byte, True)
+            if isinstance(found, Label):
+                where = f" ({about})" if (about := sheet.sections.get("labels")) else ""
+                raise UsageError(f"a label, while ASCII/BINARY is low: binary programs branch to addresses{where}")
+            if found is not None and found.switched:
+                raise UsageError(f"{line!r}: {self.switches} is text only; binary has no form for switches")
+            out += self.encoded(found) if found is not None else b""
+        if not out:
+            raise UsageError(f"{line!r} is not a command, so it has no binary form; @bytes sends any bytes")
+        return out
+
+    def encoded(self, command: CommandText) -> bytes:
+        """Return a command in binary form."""
+        row, values, data = command.row, command.values, command.data
+        if row.form == self.query:
+            data += bytes(values)
+        elif row.form == self.display:
+            data = bytes(values) + data
+        elif row.form != self.quote:
+            data = row.pack((*(value ^ command.flips for value in values[:1]), *values[1:]))[1:]
+        return self.block(row, data)
+
+    def block(self, row: TextRow, data: bytes) -> bytes:
+        """Return a command in binary form: its letter, and if it has data, their count in front of them."""
+        return bytes([self.byte(row)]) + (bytes([len(data)]) + data if row.terminated else b"")
+
+    def byte(self, row: Row) -> int:
+        """Return the byte with which a command begins in binary form."""
+        return row.code
+
+    # -------------------------------------------------------------------------------------------------------- streams
+    def entered(
+        self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
+    ) -> bytes:
+        """Return the bytes that enter a program as text, with the commands before and after it."""
+        before, after = self.framed(sheet, framing, statements)
+        text = "".join(f"{self.typed(statement)}\r" for statement in statements).encode(self.encoding)
+        return b"".join(self.sent(sheet, line) for line in before) + text + self.sent(sheet, after)
+
+    def entered_binary(
+        self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], single_count: bool = False
+    ) -> bytes:
+        """Return the bytes that enter a program in binary form; `single_count`: one byte count for all of it."""
+        before, after = self.framed(sheet, framing, statements)
+        program = self.binary(sheet, statements, single_count)
+        return b"".join(self.sent_binary(sheet, line) for line in before) + program + self.sent_binary(sheet, after)
+
+    def framed(self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement]) -> tuple[list[str], str]:
+        """Return the lines in front of a program, with its address unless that is 0, and the one after it."""
+        address = statements[0].address if statements else 0
+        pointer = [f"{sheet.acting('pointer')[0].form} {address}"] if address else []
+        return [*pointer, framing[0].form], framing[-1].form
+
+    def typed(self, statement: Statement) -> str:
+        """Return a statement as a host sends it to be stored."""
+        return statement.text
+
+    def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
+        """Return statements in binary form; `single_count`: one byte count for all of them."""
+        raise NotImplementedError
+
+    def check_stream(self, sheet: Sheet) -> None:
+        """Accept every part: each has a text and a binary stream."""
+        return
