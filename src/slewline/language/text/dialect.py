@@ -48,15 +48,12 @@ class Letters(TextDialect):
         return ord(word) if arg.label and len(word) == 1 and word in sheet.labels else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
-        """Return the remedy for a word that is no argument; empty: none is known."""
         return number_meant(word) or slip_remedy(sheet, word)
 
     def slip(self, sheet: Sheet, argument: str, row: Row) -> str:
-        """Return the remedy for other arguments than a command takes; empty: none is known."""
         return slip_remedy(sheet, argument, row)
 
     def byte(self, row: Row) -> int:
-        """Return the byte with which a command begins in binary form."""
         return ord(row.form)
 
     def typed(self, statement: Statement) -> str:
@@ -65,7 +62,6 @@ class Letters(TextDialect):
         return "".join([*map(self.label, statement.labels), shown])
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
-        """Return statements in binary form; `single_count`: one byte count for all of them."""
         if single_count and statements:
             rest = b"".join(map(self.stored, statements))[1:]
             return bytes([self.byte(statements[0].row), len(rest)]) + rest
@@ -151,7 +147,6 @@ class Verbatim(TextDialect):
         return 0 if word == self.switches and arg is row.args[0] else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
-        """Return the remedy for a word that is no argument; empty: none is known."""
         return "switches give the first argument only" if word == self.switches else hint(word)
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
