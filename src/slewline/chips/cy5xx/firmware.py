@@ -47,7 +47,8 @@ class Cy5xx(Chip):
         self.state = self._registers_class(defaults)
         self.axes = (Axis(kernel, range(1 << 16), defaults["position"]),)
         self._outputs = self._outputs_class(self, self.state, self.phase_patterns(), ticks["pulse_high"])
-        self._readout = ReadOut(self, self.sheet.through(BusHandshake).verify_bytes, self._group_bytes)
+        self._bus = self.sheet.channel(BusHandshake) or BusHandshake()  # a sister may have another channel
+        self._readout = ReadOut(self, self._bus.verify_bytes, self._group_bytes)
         self._port = self._port_class(self, ticks, self._readout)
         self._motion = self._moves(ticks)
         self._stored = Program(self, self._port, self._motion)
@@ -186,7 +187,7 @@ class Cy5xx(Chip):
         if group == 1:
             return bytes(self._stored.buffer).ljust(self.sheet.buffer_bytes, b"\0")
         if group == 2:
-            return bytes([0, 0, 0, 0, 0, 0x00 if self.state.clockwise else self.sheet.through(BusHandshake).ccw_bit])
+            return bytes([0, 0, 0, 0, 0, 0x00 if self.state.clockwise else self._bus.ccw_bit])
         values = self.state.values
         rows = (row for row in self.sheet.registers if row.name in values)
         return b"".join(values[row.name].to_bytes(row.bits // 8, "big") for row in rows)
