@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .core.motion.step_views import PatternView, PulseView, StrobeView
     from .core.motion.train import Playing, StepTrain
     from .core.program import ProgramRow
-    from .core.time.events import Events, NotYet, ask_at
+    from .core.time.events import Events, NoEvents, NotYet, ask_at
     from .core.time.hook import Hook
     from .core.time.inputs import from_outside
     from .core.time.kernel import Kernel
@@ -38,8 +38,9 @@ if TYPE_CHECKING:
     from .core.wires.clocking import clock_edges
     from .core.wires.net import Bus, Driver, Net
     from .core.wires.pin import Condition, Terminal
-    from .core.wires.views import gated, inverted
+    from .core.wires.views import View, gated, inverted
     from .core.wires.waits import edge, first_of, level, next_round, polled, until
+    from .core.wires.wave import Wave
     from .language.assemble import assemble
     from .language.disassemble import listing
     from .language.lines import Lines
@@ -75,9 +76,10 @@ _FROM = {
     "core.datasheet.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
     "core.time.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
     "core.motion.train": ("Playing", "StepTrain"),
-    "core.time.events": ("Events", "NotYet", "ask_at"),
+    "core.time.events": ("Events", "NoEvents", "NotYet", "ask_at"),
     "core.wires.clocking": ("clock_edges",),
-    "core.wires.views": ("gated", "inverted"),
+    "core.wires.views": ("View", "gated", "inverted"),
+    "core.wires.wave": ("Wave",),
     "core.wires.waits": ("edge", "first_of", "level", "next_round", "polled", "until"),
     "language.assemble": ("assemble",),
     "language.disassemble": ("listing",),
@@ -119,6 +121,7 @@ __all__ = [
     "LineRow",
     "Lines",
     "Net",
+    "NoEvents",
     "NotYet",
     "OneAxis",
     "Option",
@@ -147,6 +150,8 @@ __all__ = [
     "Time",
     "Timing",
     "Verbatim",
+    "View",
+    "Wave",
     "ask_at",
     "assemble",
     "checks_of",

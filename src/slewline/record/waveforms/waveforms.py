@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 from ...core.messages.near import hint
 from ...core.motion.axis import Steps
-from ...core.time.timebase import Time, moment, picoseconds, readable
+from ...core.time.timebase import Time, moment, picoseconds, readable, window
 from ...errors import NotRecorded, UnknownName, UsageError
 from ..measuring.compare import inverted
 from ..recording.recorder import FLOATING, real_edges
-from ..recording.traces import Trace
+from ..recording.traces import EVER, Trace
 from .sampling import Sampling, sampling_of
 from .vcd_header import DeclaredVariable, Header
 from .vcd_words import MAX_BITS, UNKNOWN
@@ -158,14 +158,14 @@ class Waveforms:
         Raises:
             UnknownName: there is no such signal.
             UsageError: the signal has more than 63 bits.
-            TimeError: `start` or `stop` is not a time.
+            TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
         """
         import numpy as np
 
         signal = self._readable(name)
         times = signal.times_ps
-        first = 0 if start is None else int(np.searchsorted(times, moment(start)))
-        last = len(times) if stop is None else int(np.searchsorted(times, moment(stop), side="right"))
+        begin, end = window(start, stop, EVER, since=-EVER)
+        first, last = int(np.searchsorted(times, begin)), int(np.searchsorted(times, end, side="right"))
         return times[first:last], signal.levels[first:last]
 
     def level_at(self, name: str, time: Time) -> Any:
