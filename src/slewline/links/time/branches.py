@@ -1,8 +1,8 @@
 """The runs of a server: the first one, and branches, each of which begins at an instant of another one.
 
-While another branch than the first one is shown, the server stands, and everything that comes from outside goes to the
-world of that branch (`worlds.py`), and what comes from there goes out: requests of clients and their replies, bytes of
-hosts and the answers.  Requests about branches are answered here; the past is brought back by `past.py`.
+While another branch than the first one is shown, the time of the server is paused.  Everything that comes from outside
+goes to the world of that branch (`worlds.py`), and its output goes out: requests of clients and their replies, bytes of
+hosts and the answers.  Requests about branches are answered here; `past.py` brings the past back.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import os
 import socket
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -22,7 +21,7 @@ from ...core.time.timebase import readable
 from ...errors import UsageError
 from ...temporary import TemporaryFolder
 from ..sockets import system
-from .roads import Road, connection, greeting, rebuilt
+from .roads import Branch, Road, connection, greeting, rebuilt
 
 if TYPE_CHECKING:
     from ..face import ServerFace
@@ -33,28 +32,6 @@ ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
 STAND = b'{"do":"pause"}\n'
 Data = dict[str, Any]
 Answer = Callable[[Data], object]
-
-
-@dataclass
-class Branch:
-    """A run that begins at an instant of another one."""
-
-    number: int
-    parent: int | None
-    from_ps: int
-    now_ps: int  # when it was last left
-    journal: Path
-    shared: int  # bytes at the beginning of its journal that the first one has as well
-    shared_ps: int  # the instant up to which it is the first run
-    control: str = ""
-    lines: dict[str, str] = field(default_factory=dict)
-    process: int = 0
-    leash: socket.socket | None = None  # the world ends when it is closed
-    rest: bytes = b""  # of what has come on the leash
-    waiting: list[Callable[[], object]] = field(default_factory=list)  # for its time, in order
-    silent: int = 0  # looks at it, one after the other, at which it owed an answer
-    watched: bool = False
-    touched: bool = False
 
 
 class Branches:
@@ -75,7 +52,7 @@ class Branches:
 
     @property
     def now_ps(self) -> int:
-        """The time of the branch that is shown, as far as it is known."""
+        """The time of the branch that is shown, when last reported."""
         return self.known[self.current].now_ps if self.current else self.server.bench.now_ps
 
     def begin(self) -> None:
@@ -139,7 +116,7 @@ class Branches:
             answer({"error": f"back: nothing is kept of {readable(at)}: the process that kept it has ended"})
 
     def _put_on_leash(self, branch: Branch) -> None:
-        """Connect to a branch, to ask for its time, and to be told when it ends."""
+        """Connect to a branch, to ask for its time, and to see when it ends."""
         leash = branch.leash = connection(branch.control)
         leash.sendall(greeting(self._token()))
         leash.recv(1 << 16)  # its reply
@@ -147,7 +124,7 @@ class Branches:
         self.server.loop.watch(leash.fileno(), lambda: self._heard(branch, leash))
 
     def _heard(self, branch: Branch, leash: socket.socket) -> None:
-        """A branch has told its time, or has ended."""
+        """A branch has sent its time, or has ended."""
         try:
             data = leash.recv(1 << 16)
         except BlockingIOError:
@@ -299,7 +276,7 @@ class Branches:
                 os.kill(branch.process, *system.numbers("SIGKILL"))  # the only signal that a stopped process takes
 
     def touch(self) -> None:
-        """Take notice that the branch that is shown is no longer what it was at first, and worth to be kept."""
+        """Record that the branch that is shown is no longer what it was at first, and worth to be kept."""
         self.known[self.current].touched = True
 
     def _token(self) -> str | None:

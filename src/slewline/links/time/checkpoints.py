@@ -107,7 +107,7 @@ class Checkpoints:
                 mark.orders.setblocking(True)
                 mark.orders.sendall(json.dumps(order | {"begin": mark.length}).encode() + b"\n")
                 mark.orders.setblocking(False)
-            except OSError:  # its process has ended: there may be another one
+            except OSError:  # its process has ended: the one before it will do
                 self._miss(mark)
                 continue
             mark.waiting[order["branch"]] = arrived

@@ -3,9 +3,9 @@
     past.at(t).rerun(inputs, now)       a shadow, in this process: another bench at the present, for `past.go_on`
     past.at(t).world(order, arrived)    a checkpoint, in a process of its own: a server at t, beside this one, paused
 
-Whoever drives a motor needs the first one: the run that goes on must be in this process, with inputs that came late.
-Whoever debugs needs the second one: the present is kept, and the way to any instant is short, however long the run was;
-it needs `fork`.  This file alone knows both; a bench without a server has the first one (`bench/past.py`).
+The drive of a motor needs the first one: the run that goes on must be in this process, with inputs that came late.
+A debugger needs the second one: the present is kept, and any instant is reached quickly, however long the run was; it
+needs `fork`.  This file alone knows both; a bench without a server has the first one (`bench/past.py`).
 """
 
 from __future__ import annotations
