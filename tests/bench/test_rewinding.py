@@ -5,6 +5,7 @@ That the new run is the right one, to the bit, is a law: tests/laws/test_going_b
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,25 @@ def test_what_is_stored_again_in_the_same_way_is_not_written_twice(tmp_path: Pat
     assert disk.writes > writes and disk.data != content
     again = slewline.replay(tmp_path / "journal")
     assert again["x"].program == new["x"].program and again.now_ps == new.now_ps
+
+
+def test_one_can_go_back_twice_and_before_all_shadows(tmp_path: Path) -> None:
+    disk = Disk()
+    bench = module(tmp_path, disk)
+    past = Past(bench)
+    past.follow(50 * MS)
+    for at in (60 * MS, 20 * MS):  # the second one is before all shadows
+        new = past.at(at).rerun([driven("x.ui1", int(at == 60 * MS), at)], bench.now_ps)
+        past.go_on(new, at)
+        assert past.bench is new and not (tmp_path / "journal.other").exists()
+    entries = [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()]
+    assert [(one["t"], one["level"]) for one in entries if one["do"] == "drive"] == [(20 * MS, 0), (60 * MS, 1)]
+    content = disk.data
+    new["h"].send("Po\r+4\rPx\rM\r")
+    new.run("500 ms")
+    assert disk.data != content  # the second one has the file as well
+    again = slewline.replay(tmp_path / "journal")
+    assert again["x"].program == new["x"].program and again.pin("x.ui1").level == new.pin("x.ui1").level == 1
 
 
 def test_what_the_new_run_has_not_stored_is_no_longer_there(tmp_path: Path) -> None:

@@ -254,7 +254,9 @@ class Instant:
         replaced(other)
         past.shadows = [each for each in past.shadows if each is not shadow]
         try:
-            other.write_bytes(shared + b"".join(merged(rest, len(shared), more, without)))
+            with open(other, "wb") as target:
+                target.write(shared)
+                target.writelines(merged(rest, len(shared), more, without))
             shadow.path = other
             shadow.follow(to_ps)
         except BaseException:
