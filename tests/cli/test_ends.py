@@ -39,7 +39,8 @@ class Slow(World):
         time.sleep(1000)
 ours, theirs = socket.socketpair()
 log = SimpleNamespace(file=None)
-server = SimpleNamespace(bench=None, travel=None, ports=(), loop=None, tell=print, log=log, controls=lambda: [])
+nothing = dict.fromkeys(("bench", "past", "branches", "loop"))
+server = SimpleNamespace(**nothing, ports=(), tell=print, log=log, controls=lambda: [])
 if not os.fork():
     ours.close()
     Slow(server, {"branch": 1}, theirs).run()

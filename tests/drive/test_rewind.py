@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 import slewline
-from slewline.bench.rewinding import take_over
+from slewline.bench.past import Past
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.wire import BoardConfig, Reflex
 from slewline.drive.drive import Drive
@@ -50,37 +50,34 @@ class Driven:
 
     def __init__(self, folder, name, rnd, *, wiring=None, edge_ms=None):
         part, options, text, later, self.pin, self.level, self.span = CASES[name]
-        self.bench = slewline.Bench(journal=folder / "journal")
-        x = self.bench.add(part, "x", **options)
-        self.host = self.bench.host(x, name="h")
+        bench = slewline.Bench(journal=folder / "journal")
+        x = bench.add(part, "x", **options)
+        self.host = bench.host(x, name="h")
         self.host.send(text)
         if later:
-            self.bench.at("200 ms", lambda: self.host.send(later))
+            bench.at("200 ms", lambda: self.host.send(later))
         self.line = TwinLine(rnd)
         wired = wiring or {"A0": self.pin}
         self.wired = inputs_of(UNO, x, wired)
         dead = any(word in self.wired[0].reflex for word in ("stop", "hold"))
-        self.drive: Drive = drive_of(self.bench, x, self.line, inputs=wired, start_stop=30000 if dead else None)
-        self.drive.go_back_by(self)
+        self.drive: Drive = drive_of(bench, x, self.line, inputs=wired, start_stop=30000 if dead else None)
+        self.drive.go_back_by(Past(bench))
         self.rewind = self.drive._live.rewind
         for number, each in enumerate(self.wired):
             at_rest = (1 - each.acts) ^ each.inverted
             self.line.twin.inputs = self.line.twin.inputs & ~(1 << number) | at_rest << number
-        self.exchanged = 0
 
-    def exchange(self, bench, _since_ps):
-        take_over(bench, self.bench)
-        self.bench, self.exchanged = bench, self.exchanged + 1
+    @property
+    def bench(self):
+        return self.drive.bench
 
-    def listen(self, bench):
-        pass
-
-    def forget(self, before_ps):
-        pass
+    @property
+    def exchanged(self):
+        return self.rewind.rewinds
 
     @property
     def x(self):
-        return self.bench["x"]
+        return self.drive.chip
 
     def edge(self, level, number=0):
         """An edge at an input of the board, now."""

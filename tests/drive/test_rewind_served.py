@@ -43,9 +43,9 @@ class Machine:
         self.drive = drive_of(self.bench, x, self.line, start_stop=start_stop, inputs={"A0": "eot", "A1": "home"})
         self.server = Server(self.bench, Paced(self.bench, clock=self.drive.nanoseconds), tell=self.told.append)
         self.served = self.server.line(x)
-        self.drive.go_back_by(self.server.exchanges)
+        self.drive.go_back_by(self.server.past)
         self.rewind = self.drive._live.rewind
-        self.server.exchanges.begin()
+        self.server.past.remember()
         self.line.twin.inputs = 0b01  # the motor stands at 0, which is home
         self.served.gate = self.drive.gate
         wait = self.line.pass_to

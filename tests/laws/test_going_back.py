@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import pytest
 
 import slewline
-from slewline.bench.rewinding import ReachablePast, driven, take_over
+from slewline.bench.past import Past, driven
 from tests.ensembles import members
 
 MS = 10**9
@@ -105,15 +105,16 @@ def test_an_input_of_the_past_is_one_that_came_at_its_time(name: str, phases: ra
         straight.run_to(end)
 
         without = made(case, tmp_path / "a")
-        past = ReachablePast(tmp_path / "a", shadows=1)
+        past = Past(without, shadows=1)
         without.run_to(first - chance.randrange(1, int(2 * case.first_ms)) * MS // 2)
         past.follow(without.now_ps - 1)
         without.run_to(present)
         differing += state(without) != there
-        new = past.rewound([driven(f"x.{pin}", level, at) for pin, level, at in edges], present, tmp_path / "b")
+        inputs = [driven(f"x.{pin}", level, at) for pin, level, at in edges]
+        new = past.at(first).rerun(inputs, present, tmp_path / "b")
         assert new.now_ps == present
         assert state(new) == there, (number, edges, present)
-        take_over(new, without)
+        past.go_on(new)
         new.run_to(end)
         assert state(new) == state(straight), (number, edges, present)
         if number % 10 == 0:

@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 import slewline
-from slewline.bench.rewinding import ReachablePast, driven
+from slewline.bench.past import driven
 from slewline.errors import UsageError
 from slewline.links.lines.outlet import Outlet, Told
 from slewline.links.lines.pace import Paced
@@ -57,8 +57,8 @@ class Rig:
         self.told: list[str] = []
         self.server = server = Server(bench, Paced(bench, clock=lambda: self.clock), tell=self.told.append)
         self.line = server.line(x, **line)
-        self.past = ReachablePast(folder / "journal", server.exchanges.listen)
-        server.exchanges.begin()
+        self.past = server.past
+        self.past.remember()
         self.cable = Cable(length)
         self.line.gate = self.cable.send
         self.heard = bytearray()
@@ -120,9 +120,8 @@ class Rig:
 
     def back(self, *inputs: dict[str, Any]) -> None:
         """Put inputs into the past."""
-        new = self.past.rewound(inputs, self.now, self.folder / "copy")
-        self.server.exchange(new, int(inputs[0]["t"]))
-        self.past.moved(new.journal.path)
+        first = int(inputs[0]["t"])
+        self.past.go_on(self.past.at(first).rerun(inputs, self.now, self.folder / "copy"), first)
 
     def state(self) -> tuple[Any, ...]:
         x = self.server.bench["x"]
@@ -200,7 +199,6 @@ def test_a_host_gets_what_it_would_have_got(name: str, numbers: range, tmp_path:
         rest = first // MS - chance.randrange(1, 60)
         rig.run([row for row in script if row[0] <= rest], rest)
         assert rig.past.follow(rig.now - 1)
-        rig.server.exchanges.forget(rig.now - 1)
         rig.run([row for row in script if rest < row[0] <= present], present)
         before = rig.state()
         rig.back(*inputs)
@@ -269,7 +267,6 @@ def test_clients_and_breakpoints_go_on(tmp_path: Path) -> None:
     request("until", chip="x", position=200)
     served(lambda: len(rig.server.pace.waits) > waits)
     rig.past.follow(rig.now - 1)
-    rig.server.exchanges.forget(rig.now - 1)
     rig.run([], 150)
     rig.back(driven("x.enable", 0, 110 * MS), driven("x.enable", 1, 140 * MS))
     assert rig.server.bench.pin("x.enable").level == 1
@@ -292,11 +289,11 @@ def test_a_bench_that_does_not_fit_is_refused_and_nothing_changes(tmp_path: Path
     bench = rig.server.bench
     rig.run(GSC[:6], 60)
     with pytest.raises(UsageError, match="at 0 ps; allowed the present, 60 ms"):
-        rig.server.exchange(slewline.Bench())
+        rig.past.go_on(slewline.Bench())
     other = slewline.Bench()
     other.run_to("60 ms")
     with pytest.raises(UsageError, match="lacks x, x_line"):
-        rig.server.exchange(other)
+        rig.past.go_on(other)
     assert rig.server.bench is bench
     rig.run(GSC[6:], 1100)
     rig.hear_all()

@@ -722,7 +722,7 @@ def test_a_sparse_file_is_not_read_to_its_end(tmp_path, monkeypatch, begin, says
         slewline.read_vcd(path)
 
 
-def test_a_window_that_ends_before_it_begins_is_refused_as_a_bench_refuses_it():
+def test_a_window_that_ends_before_it_begins_is_refused_as_a_bench_refuses_it(parse):
     small = parse(SMALL)
     with pytest.raises(TimeError, match=r"from 5 ns to 1 ns: the window ends before it begins"):
         small.edges("x.slew", "5 ns", "1 ns")

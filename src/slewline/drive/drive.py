@@ -17,6 +17,7 @@ from os import PathLike
 from time import perf_counter_ns, sleep
 from typing import TYPE_CHECKING, Self
 
+from ..bench.past import Past
 from ..bench.runner import FunctionCondition
 from ..core.messages.calls import answering
 from ..core.time.hook import Hook
@@ -31,9 +32,8 @@ from .board.wire import BoardConfig, BoardEvent, EnableOff
 from .live import Live
 from .motor import Alignment, Following
 from .power import Power
-from .state import DrivePath, DriveState, Exchanger, Phase
+from .state import DrivePath, DriveState, Phase
 from .status import as_line, introduction
-from .stopping.alone import Alone
 from .stopping.findings import DriveFindings
 from .stopping.halting import StopChip, stop_mode
 from .stopping.reflexes import configured, inputs_of
@@ -259,23 +259,23 @@ class Drive:
         state = self._state
         state.bench.run(0)
         if self._live.rewind is None and state.bench.journal is not None:
-            self.go_back_by(Alone(state))
+            self.go_back_by(Past(state.bench))
         self._live.open(homed=self._homed)
 
-    def go_back_by(self, exchanges: Exchanger) -> None:
+    def go_back_by(self, past: Past) -> None:
         """When the board stops the motor by itself, go back to that instant and let the chip stop there, as it would.
 
         Without this the chip is stopped at the present instant, and its position register takes the count of the board.
 
         Args:
-            exchanges: replaces the present bench by another one, replayed to that instant.
+            past: the past of the bench; that of a server, where hosts are to go on with another bench.
 
         Raises:
             UsageError: the bench writes no journal, which going back needs.
         """
         stopping = self._watch.stopping
         of = self._state, self._path, self._findings, stopping, self._motor
-        self._watch.stopping = self._live.rewind = Rewind(*of, self._inputs, exchanges, self.on_event)
+        self._watch.stopping = self._live.rewind = Rewind(*of, self._inputs, past, self.on_event)
 
     def close(self) -> None:
         """Let the motor come to rest, take its count over, switch the driver off as `enable_off` says, close the port.

@@ -2,7 +2,7 @@
 
     DriveState              the present run of the model, the configuration of the board, the phase, what counts mean
     DrivePath               clock, line, ticks, feeder and cable: what is between model and board
-    Stopping, Exchanger     what can be put in their places
+    Stopping                what can be put in its place
 
 No piece has the drive: each gets these, and the pieces that it works with.
 """
@@ -198,19 +198,6 @@ class Movable(Protocol):
 
     def resume(self, position: int, since_ps: int) -> None:
         """Let a board that has stopped go on: it counts from a position, and makes the steps after an instant (ps)."""
-
-
-class Exchanger(Protocol):
-    """Puts another bench in the place of the present one, such as a server that has hosts on its ports."""
-
-    def exchange(self, bench: Bench, since_ps: int) -> None:
-        """Go on with another bench, which did the same as the present one up to an instant (ps)."""
-
-    def listen(self, bench: Bench) -> object:
-        """Follow what another bench does, before it does anything."""
-
-    def forget(self, before_ps: int) -> None:
-        """Record that no other bench begins before an instant (ps)."""
 
 
 class FoundBoard(NamedTuple):

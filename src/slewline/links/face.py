@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from .ports.adapters import Adapters
     from .sockets.loop import Loop
     from .sockets.stream import SocketStream
+    from .time.branches import Branches
     from .time.breakpoints import Breakpoints
-    from .time.travel import TimeTravel
+    from .time.past import ServedPast
     from .views.dialogue import Dialogue
     from .views.reports import FindingReports
     from .views.scope import Scope
@@ -100,7 +101,8 @@ class ServerFace(Protocol):
     branch: int
     breakpoints: Breakpoints
     reports: FindingReports
-    travel: TimeTravel
+    past: ServedPast
+    branches: Branches
     views: Views
     adapters: Adapters
 

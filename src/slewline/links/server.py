@@ -34,9 +34,9 @@ from .serving import line_to, prologix_line
 from .sockets.address import is_loopback, parse_address
 from .sockets.loop import Loop
 from .sockets.system import fine_timer
+from .time.branches import Branches
 from .time.breakpoints import Breakpoints
-from .time.exchange import Exchanges, limit_kept
-from .time.travel import TimeTravel
+from .time.past import ServedPast
 from .views.reports import FindingReports, Lateness
 from .views.views import Views
 
@@ -67,7 +67,7 @@ class Server(Closing):
             full; only what the transcript on the terminal does not show.
 
     Attributes:
-        bench: the bench that is served; another one after `exchange`, or when a client goes back in time.
+        bench: the bench that is served; another one after `past.go_on`, or when a client goes back in time.
         pace, allow_remote, tell: the arguments.
         lines: the lines to chips, by name.
         ports, log: the open ports; the transcript.
@@ -75,8 +75,10 @@ class Server(Closing):
         notes: functions that return text for the status line, such as that of a drive.
         troubles, found: what is wrong around the chips, in words; how many findings there were.
         branch: the number of the run that is shown: 0 is the one that began with the server.
-        breakpoints, travel: where virtual time stops; pause, steps and going back, for the control port.
-        exchanges, views, adapters: replaces the bench; what the control port shows; ports that are unplugged.
+        breakpoints: where virtual time stops.
+        past: brings the past back: `past.at(t)`, and `past.go_on`, after which another bench is served.
+        branches: the runs that began in the past, and which one is shown.
+        views, adapters: what the control port shows; ports that are unplugged.
         reports, closed: findings on their way to the user, without repetitions; whether the server is closed.
     """
 
@@ -104,10 +106,8 @@ class Server(Closing):
         self.breakpoints = Breakpoints(bench, pace, self._stopped)
         self.views = Views(self)
         self._dialogue: Dialogue | None = None
-        self.travel = TimeTravel(self)
-        self.exchanges = Exchanges(self)
+        self.past, self.branches = ServedPast(self), Branches(self)
         self.furnish(bench)
-        limit_kept(bench)
         for owner in (*bench.chips.values(), *bench.parts.values()):
             if (on_failure := getattr(getattr(owner, "store", None), "on_failure", None)) is not None:
                 on_failure.add(self._trouble)
@@ -121,21 +121,6 @@ class Server(Closing):
             self._dialogue.move(bench)
         if "scope" in vars(self):
             self.scope.move(bench)
-
-    def exchange(self, bench: Bench, since_ps: int = 0) -> None:
-        """Serve another bench from now on, at the same instant, with chips and parts of the same names.
-
-        Hosts and clients stay connected, and go on with it.  It gets the memories and the journal of the one before,
-        which does nothing outside any more.
-
-        Args:
-            since_ps: up to this instant both runs are the same.
-
-        Raises:
-            UsageError: it is at another instant, or lacks something; or another branch is shown.  Nothing has changed.
-            OSError: a memory has refused its content; nothing has changed.
-        """
-        self.exchanges.exchange(bench, since_ps)
 
     # ---------------------------------------------------------------------------------------------------- furnishing
     def line(
@@ -261,20 +246,21 @@ class Server(Closing):
             _ = self.dialogue  # from the first round on
         self.bench.run(0)
         if self.controls():
-            self.travel.begin()
+            self.branches.begin()
         self.pace.start()
         self.loop.after(LOOK_S, self._look_around)
         self.serve(lambda: False)
 
     def serve(self, done: Callable[[], bool]) -> None:
         """Let time pass and answer, until `stop`, or until something is done; everything is closed then."""
+        worked_s = 0.0
         try:
             with fine_timer():
                 while not (self._over or done()):
-                    self.travel.look()
+                    self.past.look(worked_s)
                     began_s = perf_counter()
                     finished = self.pace.pass_time()
-                    self.travel.work_s += perf_counter() - began_s
+                    worked_s = perf_counter() - began_s
                     ready = self.loop.sleep(self.pace.pause() if finished else 0)
                     self.pace.present()
                     self.loop.serve(ready)
@@ -290,7 +276,8 @@ class Server(Closing):
 
     def _shut(self) -> None:
         """Close every port; the bench stays as it is."""
-        self.travel.close()
+        self.branches.close()
+        self.past.close()
         for port in self.ports:
             port.close()
         self.ports.clear()

@@ -74,11 +74,11 @@ class DriveCommand(ServeCommand):
                 server = self.server(bench, drive)
                 stack.enter_context(signals(server))
                 self.open_ports(server, ports, None)  # their lines are parts of the bench, which is to be whole
-                drive.go_back_by(server.exchanges)
+                drive.go_back_by(server.past)
                 self._open(stack, server, drive)
             if not (self.no_black_box or self.check):
                 remark(f"black box: {folder}")
-            server.exchanges.begin()
+            server.past.remember()
             self._join(server, drive)
             if self.status:
                 server.loop.ask(lambda: show_again(server))

@@ -19,10 +19,9 @@ when it is let go.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...bench.rewinding import ReachablePast, driven, given
+from ...bench.past import driven, given
 from ...core.time.timebase import readable
 from ...errors import SlewlineError, UsageError
 from ..board.wire import HOST, BoardEvent, Happening
@@ -31,9 +30,10 @@ from .rerun import Cause, Rewound, following, named, travelled
 
 if TYPE_CHECKING:
     from ...bench import Bench
+    from ...bench.past import Past
     from ...core.motion.axis import Axis
     from ...core.time.hook import Hook
-    from ..state import DrivePath, DriveState, Exchanger, Movable, Stopping
+    from ..state import DrivePath, DriveState, Movable, Stopping
     from .findings import DriveFindings
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
@@ -41,7 +41,6 @@ TRIES = 6
 REST_PS = 5 * 10**12  # in which a chip comes to rest
 SLICE_PS = 10**10
 BEHIND_PS = 2 * 10**11  # at rest: to follow more often would be all that an idle drive does
-SHADOWS = 3  # of the past, each for one more try
 MOST_NS = 10_000_000  # of a turn, in which the past is followed
 LINE_MS = 40  # that a line and a board are slow at most, to hear a command and to answer
 MEASURED = 10  # entries that tell what one costs
@@ -56,7 +55,7 @@ class Rewind:
     Args:
         otherwise: stops the chip where this does not.
         motor: stops, moves to another bench and lets a stopped board continue.
-        exchanges: puts another bench in the place of the present one; the drive follows by itself.
+        past: the past of the present bench; the drive follows by itself.
 
     Raises:
         UsageError: the bench writes no journal, which going back needs.
@@ -70,18 +69,14 @@ class Rewind:
         otherwise: Stopping,
         motor: Movable,
         inputs: Sequence[BoardInput],
-        exchanges: Exchanger,
+        past: Past,
         on_event: Hook[[BoardEvent]],
     ) -> None:
-        journal = state.bench.journal
-        if journal is None:
-            raise UsageError('going back needs a journal: Bench(journal="FILE")')
+        _ = past.path  # there is a journal
         self.state, self.findings, self.otherwise, self.motor = state, findings, otherwise, motor
         self.wall, self.clock, self.link, self.ticks = path.wall, path.clock, path.link, path.ticks
         self.feeder, self.cable = path.feeder, path.cable
-        self.exchanges, self.allowed_s = exchanges, ALLOWED_S
-        self.past = ReachablePast(journal.path, exchanges.listen, SHADOWS)  # it is followed from here
-        self.copy = Path(f"{journal.path}.other")  # for the journal of the other bench
+        self.past, self.allowed_s = past, ALLOWED_S
         self.inputs = {each.number: each for each in inputs}
         self.levels: dict[int, int] = {}  # of pins, as they were last told
         self.edges: list[tuple[BoardInput, int, int]] = []  # since the board has stopped: level, instant of the model
@@ -107,8 +102,7 @@ class Rewind:
             self._see(self.link.answer.inputs)
         if not self.cable.under_way and not state.axis.moving and state.kernel.now > self.past.since_ps + BEHIND_PS:
             before, played, began = state.kernel.now - 1, self.past.played, self.wall()
-            if self.past.follow(before, lambda: self.wall() > began + MOST_NS):
-                self.exchanges.forget(before)
+            self.past.follow(before, lambda: self.wall() > began + MOST_NS)
             if (more := self.past.played - played) > MEASURED and (spent := self.wall() - began) > 0:
                 self.past.entry_s = spent / more / 10**9
         homing = Homing.of(state.axis)
@@ -321,7 +315,8 @@ class Rewind:
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
         """Run again with the inputs at an instant; compare where the chip comes to rest with a count of the board."""
-        bench = self.past.rewound(cause.at(instant), now, self.copy, without=cause.without, allowed_s=self.allowed_s)
+        first, inputs = instant - cause.lead_ps, cause.at(instant)
+        bench = self.past.at(first).rerun(inputs, now, without=cause.without, allowed_s=self.allowed_s)
         axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor
         missing, rest = self._missing(axis, instant, now, position, sign)
         if axis.moving and rest >= now - SLICE_PS:  # where it comes to rest is still to come
@@ -329,7 +324,7 @@ class Rewind:
                 bench.run_to(f"{bench.now_ps + SLICE_PS} ps")
             missing, rest = self._missing(axis, instant, bench.now_ps, position, sign)
         stands = not axis.moving or rest < axis.kernel.now - SLICE_PS
-        return Rewound(bench, instant, instant - cause.lead_ps, missing, rest, stands)
+        return Rewound(bench, instant, first, missing, rest, stands)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
         """Take another run over; if the chip comes to rest in it later than now, wait for that first: return None."""
@@ -371,11 +366,9 @@ class Rewind:
     def _move(self, bench: Bench, since_ps: int) -> None:
         """Put another bench in the place of the present one, which did the same up to an instant (ps)."""
         self.state.chip.on_command.remove(self.commanded)
-        self.exchanges.exchange(bench, since_ps)
+        self.past.go_on(bench, since_ps)
         self.motor.move(bench)
         self.state.chip.on_command.add(self.commanded)
-        if bench.journal is not None:
-            self.past.moved(bench.journal.path)
         self.rewinds += 1
 
     # ------------------------------------------------------------------------------------------------------------ marks
@@ -386,7 +379,7 @@ class Rewind:
         now, why = state.kernel.now, "it is before the last rest"
         if instant > self.past.since_ps:
             try:
-                bench = self.past.rewound([driven(name, level, instant)], now, self.copy, allowed_s=self.allowed_s)
+                bench = self.past.at(instant).rerun([driven(name, level, instant)], now, allowed_s=self.allowed_s)
                 axis = bench.chips[state.chip.name].axis(state.number).motor
                 if travelled(axis, instant, now) == travelled(state.axis, instant, now):
                     self._move(bench, instant)

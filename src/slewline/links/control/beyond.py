@@ -50,7 +50,7 @@ class Beyond:
         if request["do"] == "subscribe":
             client.watch(picoseconds(request["every"]) / PS_PER_S)
         if request["do"] not in HARMLESS:
-            client.server.travel.touch()
+            client.server.branches.touch()
         client.waiting = not client.every_s
         self.owed.append(request)
         self.send(request)

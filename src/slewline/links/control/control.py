@@ -176,7 +176,7 @@ class Client:
             if self.control.token is not None and not same(token, self.control.token):
                 raise UsageError('the first request must have the token of this server: {"token": ..., "do": ...}')
             self.known = True
-            self.lead(self.server.travel.elsewhere)
+            self.lead(self.server.branches.elsewhere)
         except UsageError as error:
             self.refuse(str(error))
         return self.known
@@ -311,7 +311,8 @@ class Client:
     def event(self, found: Data) -> None:
         """Send an event to a client that has subscribed."""
         if self.every_s and self.stream.open:
-            self.stream.write(json.dumps({"event": "", "time_ps": self.server.travel.now_ps} | found).encode() + b"\n")
+            event = {"event": "", "time_ps": self.server.branches.now_ps} | found
+            self.stream.write(json.dumps(event).encode() + b"\n")
 
     def go_on(self) -> None:
         """Answer requests that have come meanwhile, and go on reading."""
@@ -323,7 +324,7 @@ class Client:
     def reply(self, request: Data, found: Data) -> None:
         """Send the reply to a request, a line."""
         about = {"id": request["id"]} if "id" in request else {}
-        self.stream.write(json.dumps(about | {"time_ps": self.server.travel.now_ps} | found).encode() + b"\n")
+        self.stream.write(json.dumps(about | {"time_ps": self.server.branches.now_ps} | found).encode() + b"\n")
 
     def gone(self, _why: str) -> None:
         """Take notice that the connection is closed: pending waits stay active, but their replies are discarded."""

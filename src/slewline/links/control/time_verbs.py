@@ -146,15 +146,15 @@ class TimeVerbs(Verbs):
     def do_back(self, request: Data) -> None:
         """Go to an instant of the past."""
         at = moment(request["time"])
-        self.server.travel.back(at, request.get("branch"), self.client.answer_later(request))
+        self.server.branches.back(at, request.get("branch"), self.client.answer_later(request))
 
     def do_branches(self, request: Data) -> None:
         """Reply with all branches."""
-        self.server.travel.branches(self.client.answer_later(request))
+        self.server.branches.listed(self.client.answer_later(request))
 
     def do_branch(self, request: Data) -> None:
         """Go to a branch as it was left."""
-        self.server.travel.show(request["number"], self.client.answer_later(request))
+        self.server.branches.show(request["number"], self.client.answer_later(request))
 
 
 class Pushing(Condition):

@@ -1,47 +1,295 @@
-"""What is known of branches and checkpoints."""
+"""The runs of a server: the first one, and branches, each of which begins at an instant of another one.
+
+While another branch than the first one is shown, the time of the server is paused.  Everything that comes from outside
+goes to the world of that branch (`worlds.py`), and its output goes out: requests of clients and their replies, bytes of
+hosts and the answers.  Requests about branches are answered here; `past.py` brings the past back.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import socket
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
+from ...bench.runner import NEVER_PS
+from ...core.messages.whole import whole
+from ...core.time.timebase import readable
+from ...errors import UsageError
+from ...temporary import TemporaryFolder
+from ..sockets import system
+from .roads import Branch, Road, connection, greeting, rebuilt
+
+if TYPE_CHECKING:
+    from ..face import ServerFace
+
+WATCH_S, LOOKS = 0.25, 6  # between two looks at the branch that is shown; in how many of them it has to answer
+MOST_BRANCHES = 16  # besides the first one
+ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
+STAND = b'{"do":"pause"}\n'
 Data = dict[str, Any]
 Answer = Callable[[Data], object]
 
 
-@dataclass
-class Checkpoint:
-    """A copy of the server that waits."""
+class Branches:
+    """The branches of a server, and which one is shown; where no past is kept there are none."""
 
-    time_ps: int
-    length: int  # of the journal, in bytes
-    work_s: float  # that the server had done
-    process: int
-    orders: socket.socket
-    waiting: dict[int, Answer] = field(default_factory=dict)  # for its worlds, by the number of the branch
-    rest: bytes = b""
+    def __init__(self, server: ServerFace) -> None:
+        self.server = server
+        self.known: dict[int, Branch] = {}
+        self.current = self.count = 0
+        self.folder: TemporaryFolder | None = None
+        self.asked: list[tuple[Callable[[], object], bool]] = []  # what goes on when the time of a branch is known
+        self.roads: list[Road] = []  # on which bytes of hosts go to the branch that is shown
 
+    @property
+    def elsewhere(self) -> str:
+        """The control port of the branch that is shown; "": it is the first one."""
+        return self.known[self.current].control if self.current else ""
 
-@dataclass
-class Branch:
-    """A run that begins at an instant of another one."""
+    @property
+    def now_ps(self) -> int:
+        """The time of the branch that is shown, when last reported."""
+        return self.known[self.current].now_ps if self.current else self.server.bench.now_ps
 
-    number: int
-    parent: int | None
-    from_ps: int
-    now_ps: int  # when it was last left
-    journal: Path
-    shared: int  # bytes at the beginning of its journal that the first one has as well
-    shared_ps: int  # the instant up to which it is the first run
-    control: str = ""
-    lines: dict[str, str] = field(default_factory=dict)
-    process: int = 0
-    leash: socket.socket | None = None  # the world ends when it is closed
-    rest: bytes = b""  # of what has come on the leash
-    waiting: list[Callable[[], object]] = field(default_factory=list)  # for its time, in order
-    silent: int = 0  # looks at it, one after the other, at which it owed an answer
-    watched: bool = False
-    touched: bool = False
+    def begin(self) -> None:
+        """Keep the past from now on: no time has passed."""
+        if self.server.past.begin():
+            self.folder = TemporaryFolder()
+            self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # it is itself
+
+    def back(self, at: int, branch: int | None, answer: Answer) -> None:
+        """Go to an instant of a branch (ps), by default of the one that is shown; answer when it is there.
+
+        Raises:
+            UsageError: no past is kept, or no such branch.
+        """
+        number = self.current if branch is None else branch
+        self._branch(number)
+
+        def check() -> None:
+            parent = self.known.get(number)
+            if parent is None:
+                answer({"error": f"back: branch {number} has ended"})
+            elif at > parent.now_ps:
+                answer({"error": f"back: {readable(at)} has not come; the time is {readable(parent.now_ps)}"})
+            else:
+                self._ask_time(lambda: self._go_back(at, parent, answer), True)
+
+        self._ask_time(check)
+
+    def _go_back(self, at: int, parent: Branch, answer: Answer) -> None:
+        number = self.count + 1
+        copy = Path(cast("TemporaryFolder", self.folder).name) / f"branch{number}"
+        order = {
+            "journal": str(parent.journal if parent.number else self.server.past.path),
+            "to": at,
+            "copy": str(copy),
+            "branch": number,
+            "token": self._token(),
+            "breakpoints": self.server.breakpoints.rows,
+        }
+
+        def arrived(found: Data) -> None:
+            if "error" in found:
+                answer({"error": f"back: {found['error']}"})
+                return
+            same = min(copy.stat().st_size, parent.shared), min(at, parent.shared_ps)
+            made = Branch(number, parent.number, at, at, copy, *same)
+            made.control, made.lines, made.process = found["control"], found["lines"], found["process"]
+            self.known[number] = made
+            try:
+                self._put_on_leash(made)
+                self._switch(made)
+            except OSError as error:
+                self._lose(made, str(error))
+                answer({"error": f"back: {error}"})
+                return
+            answer({"branch": number, "time_ps": at})
+
+        if self.server.past.at(at).world(order, parent.shared_ps, parent.shared, arrived):
+            self.count = number
+        else:
+            answer({"error": f"back: nothing is kept of {readable(at)}: the process that kept it has ended"})
+
+    def _put_on_leash(self, branch: Branch) -> None:
+        """Connect to a branch, to ask for its time, and to see when it ends."""
+        leash = branch.leash = connection(branch.control)
+        leash.sendall(greeting(self._token()))
+        leash.recv(1 << 16)  # its reply
+        leash.setblocking(False)
+        self.server.loop.watch(leash.fileno(), lambda: self._heard(branch, leash))
+
+    def _heard(self, branch: Branch, leash: socket.socket) -> None:
+        """A branch has sent its time, or has ended."""
+        try:
+            data = leash.recv(1 << 16)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            branch.process = 0  # the number may be that of another process by now
+            self._lose(branch, "its process has ended")
+        *lines, branch.rest = (branch.rest + data).split(b"\n")
+        for line in lines:
+            branch.now_ps, branch.silent = json.loads(line)["time_ps"], 0
+            branch.waiting.pop(0)()
+
+    def show(self, number: int, answer: Answer) -> None:
+        """Go to a branch as it was left; answer when it is there.
+
+        Raises:
+            UsageError: no past is kept, or no such branch.
+        """
+        self._branch(number)
+
+        def go() -> None:
+            branch = self.known.get(number)
+            if branch is None:
+                answer({"error": f"branch {number} has ended"})
+                return
+            try:
+                self._switch(branch)
+            except OSError as error:
+                self._lose(branch, str(error))
+                answer({"error": f"branch {number} has ended: {error}"})
+                return
+            answer({"branch": number, "time_ps": branch.now_ps})
+
+        self._ask_time(go, True)
+
+    def listed(self, answer: Answer) -> None:
+        """Answer with all branches.
+
+        Raises:
+            UsageError: no past is kept.
+        """
+        self._branch(self.current)
+
+        def reply() -> None:
+            keys = ("number", "parent", "from_ps", "now_ps")
+            rows = [{key: getattr(one, key) for key in keys} for one in self.known.values()]
+            answer({"branches": rows, "current": self.current, "time_ps": self.now_ps})
+
+        self._ask_time(reply)
+
+    def _branch(self, number: int) -> None:
+        if self.folder is None:
+            raise UsageError("nothing of the past is kept here; start the server with --journal FILE, or --panel")
+        if whole(number) not in self.known:
+            raise UsageError(f"no branch {number!r}; there are: {', '.join(map(str, self.known))}")
+
+    def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
+        """Ask the branch that is shown what its time is, and to let it stand; then go on, one after the other."""
+        self.asked.append((then, stand))
+        if len(self.asked) == 1:
+            self._ask_next()
+
+    def _ask_next(self) -> None:
+        """Ask for the first of those that wait."""
+        branch = self.known[self.current]
+        then, stand = self.asked[0]
+
+        def go_on() -> None:
+            then()
+            self.asked.pop(0)
+            if self.asked:
+                self._ask_next()
+
+        if branch.leash is None:
+            if stand:
+                self.server.breakpoints.stand()
+            branch.now_ps = self.server.bench.now_ps
+            go_on()
+            return
+        self._send(branch, STAND if stand else ASK, go_on)
+
+    def _send(self, branch: Branch, request: bytes, go_on: Callable[[], object]) -> None:
+        """Send a request of ours to a branch; go on when it has answered, or has ended."""
+        branch.waiting.append(go_on)
+        with suppress(OSError):  # `_heard` sees it
+            cast("socket.socket", branch.leash).sendall(request)
+
+    def _watch(self, branch: Branch) -> None:
+        """Leave the branch that is shown as soon as it does not answer any more."""
+        branch.watched = self.current == branch.number and self.known.get(branch.number) is branch
+        if not branch.watched:
+            return
+        if not branch.waiting:
+            branch.silent = 0
+            self._send(branch, ASK, lambda: None)
+        elif branch.silent >= LOOKS:  # looks, and not seconds: where the machine is busy, both are late
+            self._lose(branch, f"it has not answered for {LOOKS * WATCH_S:g} s")
+            return
+        branch.silent += 1
+        self.server.loop.after(WATCH_S, lambda: self._watch(branch))
+
+    # -------------------------------------------------------------------------------------------------------- a switch
+    def _switch(self, branch: Branch) -> None:
+        """Show another branch: what comes from outside goes there from now on.
+
+        Raises:
+            OSError: it cannot be reached; the one that was shown still is.
+        """
+        before = self.known[self.current]
+        if branch is not before:
+            self.roads = rebuilt(self.server.loop, [*self.server.lines.values()], branch, self.roads)
+        self.current = branch.number
+        if branch.number and not branch.watched:
+            self._watch(branch)
+        event = {"event": "branch", "branch": branch.number, "time_ps": branch.now_ps}
+        for client in [client for control in self.server.controls() for client in control.clients]:
+            client.divert(branch.control, event)
+        if before.number and not before.touched and before is not branch:
+            self._drop(before)
+        for old in [one for one in self.known.values() if one.number][:-MOST_BRANCHES]:
+            if old is not branch:
+                self._drop(old)
+
+    def _lose(self, branch: Branch, why: str) -> None:
+        """A branch has ended by itself: the first one is shown again."""
+        if self.known.get(branch.number) is not branch:
+            return
+        self.server.log.event("server", f"branch {branch.number}: {why}")
+        if self.current == branch.number:
+            self._switch(self.known[0])
+        if branch.number in self.known:
+            self._drop(branch)
+
+    def _drop(self, branch: Branch) -> None:
+        """Forget a branch; who waits for its time goes on with what was known of it."""
+        del self.known[branch.number]
+        for go_on in branch.waiting:
+            self.server.loop.ask(go_on)
+        if branch.leash is not None and branch.leash.fileno() >= 0:
+            self.server.loop.watch(branch.leash.fileno())
+            branch.leash.close()
+        for path in (branch.journal, Path(branch.control), *map(Path, branch.lines.values())):
+            with suppress(OSError):
+                path.unlink()
+        if branch.process:
+            with suppress(OSError):
+                os.kill(branch.process, *system.numbers("SIGKILL"))  # the only signal that a stopped process takes
+
+    def touch(self) -> None:
+        """Record that the branch that is shown is no longer what it was at first, and worth to be kept."""
+        self.known[self.current].touched = True
+
+    def _token(self) -> str | None:
+        return next((control.token for control in self.server.controls()), None)
+
+    def close(self) -> None:
+        """End all worlds."""
+        for road in self.roads:
+            road.close()
+        self.roads.clear()
+        self.current = 0  # clients to whom a branch owes a reply are let go by what is left
+        for branch in [one for one in self.known.values() if one.number]:
+            self._drop(branch)
+        if self.folder is not None:
+            self.folder.cleanup()
+            self.folder = None

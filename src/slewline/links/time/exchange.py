@@ -1,33 +1,20 @@
 """Another bench in the place of the one that is served, with which everything goes on that is connected.
 
-    server.exchanges.listen(bench)       each bench that may be the next one, while it still plays the past
-    server.exchanges.forget(instant)     no other bench begins before that
-    server.exchange(bench)               at the present, which is the same in both
-
 Hosts stay connected and notice nothing: bytes on their way in are inputs of the journal that the new bench has played;
-what it has said meanwhile is known (`Ear`), and what a host lacks of that goes out (`lines/outlet.py`).  Pace, log,
-views, breakpoints, waits of clients and the way back go on with chips and parts of the same names.
+what it has said meanwhile is known (`Ear`), and what a host lacks of that goes out (`lines/outlet.py`).
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
 
-from ...bench.rewinding import take_over
-from ...core.time.timebase import readable
-from ...errors import UsageError
-from ..lines.line import Act, Acts, ConnectorLine, HostLine
+from ..lines.line import Act, ConnectorLine, HostLine
 from ..lines.outlet import Told
 
 if TYPE_CHECKING:
     from ...bench import Bench
-    from ...core.time.kernel import Kernel
     from ...core.wires.serial import Character
-    from ..face import ServerFace
 
 KEPT_STRETCHES = 10_000  # of the past of each axis; a server runs for months
 KEEP = "1 h"  # of pins that are recorded
@@ -105,120 +92,6 @@ class Ears:
             return None
         at, ear = min(found, key=lambda each: each[0])
         return at, ear.act
-
-
-class Exchanges:
-    """Puts other benches in the place of the one that is served."""
-
-    def __init__(self, server: ServerFace) -> None:
-        self.server = server
-        self.ears: WeakKeyDictionary[Kernel, dict[str, Ear]] = WeakKeyDictionary()
-        self.others: list[Bench] = []  # to which one listens
-
-    def begin(self) -> None:
-        """Remember from now on what has to be known of the past: before the first bench is listened to."""
-        server = self.server
-        for line in server.lines.values():
-            line.outlet.remember(server.bench.now_ps)
-            if line.acts is None and not isinstance(line, ConnectorLine):
-                line.acts = Acts(line.part.name)
-                server.bench.on_input.add(line.acts.heard)
-
-    def listen(self, bench: Bench) -> Ears:
-        """Listen to a bench that plays the journal of the one that is served: before time passes in it.
-
-        Returns:
-            what accompanies it.
-        """
-        self.begin()
-        limit_kept(bench)
-        ears = self.ears[bench.kernel] = {name: Ear(line, bench) for name, line in self.server.lines.items()}
-        self.others.append(bench)
-        return Ears(ears)
-
-    def forget(self, before_ps: int) -> None:
-        """Forget what was said up to an instant (ps), which all benches have reached to which one listens."""
-        self.others = [bench for bench in self.others if bench.kernel in self.ears]
-        for line in self.server.lines.values():
-            line.outlet.forget(before_ps)
-            if line.acts is not None:
-                line.acts.forget(before_ps)
-        for bench in self.others:
-            record_same(bench, self.server.bench)
-            for ear in self.ears[bench.kernel].values():
-                ear.said = [told for told in ear.said if told.ps > before_ps]
-
-    def drop(self, bench: Bench) -> None:
-        """Listen to a bench no longer: it will not be served."""
-        self.ears.pop(bench.kernel, None)
-        self.others = [other for other in self.others if other is not bench]
-
-    # ----------------------------------------------------------------------------------------------------- the exchange
-    def exchange(self, bench: Bench, since_ps: int) -> None:
-        """Serve another bench from now on: `Server.exchange`."""
-        server, old = self.server, self.server.bench
-        self._check(bench)
-        before = [found for found in old.findings if found.time_ps >= since_ps]
-        ears = self.ears.get(bench.kernel) or {name: Ear(line, bench) for name, line in server.lines.items()}
-        take_over(bench, old)
-        self.drop(bench)
-        limit_kept(bench)
-        record_same(bench, old)
-        server.bench = bench
-        server.pace.move(bench)
-        server.log.move(bench.kernel)
-        for name, line in server.lines.items():
-            self._move(line, bench, ears[name])
-        server.furnish(bench)
-        server.views.move(bench)
-        server.breakpoints.move(bench)
-        server.travel.move(bench, since_ps)
-        for wait in server.pace.waits:
-            if wait.renew is not None:
-                wait.end()
-                wait.renew()
-                wait.begin()
-        told = Counter((found.source, found.code, found.text) for found in before)
-        for found in [each for each in bench.findings if each.time_ps >= since_ps]:
-            key = found.source, found.code, found.text
-            told[key] -= 1
-            if told[key] < 0:
-                server.finding(found)
-
-    def _check(self, bench: Bench) -> None:
-        """Check that a bench can take the place.
-
-        Raises:
-            UsageError: it is at another instant, or lacks a chip or part; or another branch is shown.
-        """
-        old = self.server.bench
-        if bench.now_ps != old.now_ps:
-            raise UsageError(
-                f"exchange: the other bench is at {readable(bench.now_ps)}; allowed the present, {readable(old.now_ps)}"
-            )
-        missing = [name for name in (*old.chips, *old.parts) if name not in bench]
-        if missing:
-            raise UsageError(
-                f"exchange: the other bench lacks {', '.join(missing)}; it must have the same chips and parts"
-            )
-        if self.server.travel.current:
-            raise UsageError(
-                f"exchange: branch {self.server.travel.current} is shown, where this bench stands; show branch 0 first"
-            )
-
-    def _move(self, line: HostLine, bench: Bench, ear: Ear) -> None:
-        """Let a line end on another bench; what its host lacks of what was said there goes out."""
-        now = bench.now_ps
-        if line.acts is not None:
-            with suppress(UsageError):
-                self.server.bench.on_input.remove(line.acts.heard)
-            bench.on_input.add(line.acts.heard)
-            line.acts.inputs = max(line.acts.inputs, ear.inputs)
-        ear.live = True
-        line.move(bench, [told for told in ear.said if told.ps > now])
-        unsaid = line.outlet.say_again([told for told in ear.said if told.ps <= now])
-        if unsaid:
-            self.server.log.event(line.name, f"the host has had what was taken back: {unsaid!r}")
 
 
 def limit_kept(bench: Bench) -> None:

@@ -1,11 +1,13 @@
-"""The ways to the world of a branch: connections to its ports, on which bytes of hosts go there and back."""
+"""A branch, and the ways to its world: connections to its ports, on which bytes of hosts go there and back."""
 
 from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..sockets import system
@@ -14,10 +16,31 @@ from ..sockets.stream import CHUNK, SocketStream
 if TYPE_CHECKING:
     from ..lines.line import HostLine
     from ..sockets.loop import Loop
-    from .branches import Branch
 
 ANSWER_S = 1.5  # in which a branch has to answer
 AGAIN_S = 0.01  # after which a host may send on that had to wait
+
+
+@dataclass
+class Branch:
+    """A run that begins at an instant of another one."""
+
+    number: int
+    parent: int | None
+    from_ps: int
+    now_ps: int  # when it was last left
+    journal: Path
+    shared: int  # bytes at the beginning of its journal that the first one has as well
+    shared_ps: int  # the instant up to which it is the first run
+    control: str = ""
+    lines: dict[str, str] = field(default_factory=dict)
+    process: int = 0
+    leash: socket.socket | None = None  # the world ends when it is closed
+    rest: bytes = b""  # of what has come on the leash
+    waiting: list[Callable[[], object]] = field(default_factory=list)  # for its time, in order
+    silent: int = 0  # looks at it, one after the other, at which it owed an answer
+    watched: bool = False
+    touched: bool = False
 
 
 class Road:

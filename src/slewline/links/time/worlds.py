@@ -132,7 +132,7 @@ class World:
     def __init__(self, server: ServerFace, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
         self.bench = server.bench
-        self.inherited = server.travel, server.ports, server.loop  # what they have open is not ours to close
+        self.inherited = server.past, server.branches, server.ports, server.loop  # what they have open is not ours
         self.known = False  # to the server that has asked for it
         self.leash: object = None  # its connection, the first one
 
@@ -185,7 +185,7 @@ class World:
         server, order = self.server, self.order
         server.loop = server.reports.loop = Loop()
         server.ports = []
-        server.travel = type(server.travel)(server)  # the way back is the first server's
+        server.past, server.branches = type(server.past)(server), type(server.branches)(server)
         for line in server.lines.values():
             line.host, line.host_name, line.resume, line.wait, line.detour = None, "", None, None, None
             line.concludes = False

@@ -29,7 +29,7 @@ HALF = ONE // 2
 RANGE = 1 << 47  # of the target: 2^31 steps
 
 
-class Past(NamedTuple):
+class TargetLaw(NamedTuple):
     """From cycle `first` on the target goes as a law says, from `x0` in cycle `since`; without a law it stays there.
 
     The law of an S-curve comes from its phases; other laws change by no more than an acceleration, but for jumps.
@@ -56,7 +56,7 @@ class Pulses:
         n = state.number
         self.axis = chip.axes[n - 1]
         self.pulse, self.dir = chip.drivers[f"pulse{n}"], chip.drivers[f"dir{n}"]
-        self.past: list[Past] = []
+        self.past: list[TargetLaw] = []
         self.waiting: list[Callable[[], object]] = []  # for the next round
         self.axis.on_forget.add(self.forget)
 
@@ -72,7 +72,7 @@ class Pulses:
         self.surplus = 0  # of the lead: issued in this cycle for a target that was declared again since
         self.curve: Phases | None = None
         self.acceleration = 0
-        self.past = [Past(0, 0, 0, 1, None)]
+        self.past = [TargetLaw(0, 0, 0, 1, None)]
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
@@ -117,7 +117,7 @@ class Pulses:
 
     def remember(self, n: int) -> None:
         """Keep what begins with cycle n, for later questions."""
-        entry = Past(n, self.since, self.x0, self.sign, self.law, self.curve, self.acceleration)
+        entry = TargetLaw(n, self.since, self.x0, self.sign, self.law, self.curve, self.acceleration)
         if self.past[-1].first == n:
             self.past[-1] = entry
         else:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ....core.motion.quantity import Outline, Quantity
 from ....core.time.timebase import PS_PER_S
-from ..axis.pulses import Past
+from ..axis.pulses import TargetLaw
 from ..motion import Motion
 from ..registers import ONE
 from .curves import PLACES, SCurve
@@ -85,7 +85,7 @@ class Forces:
                 found += self._of_run(entry, before, following)
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
-    def _of_run(self, entry: Past, before: Past | None, following: Past | None) -> Iterator[JerkSegment]:
+    def _of_run(self, entry: TargetLaw, before: TargetLaw | None, following: TargetLaw | None) -> Iterator[JerkSegment]:
         """Even changes from cycle to cycle; in the first one from what was before, unless that is a jump."""
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
@@ -100,7 +100,9 @@ class Forces:
         if gained != change and (following is None or following.first > entry.first + 1):
             yield JerkSegment(self.ps(entry.first + 1), change * unit, 0.0)
 
-    def _of_curve(self, entry: Past, phases: Phases, law: SCurve, following: Past | None) -> Iterator[JerkSegment]:
+    def _of_curve(
+        self, entry: TargetLaw, phases: Phases, law: SCurve, following: TargetLaw | None
+    ) -> Iterator[JerkSegment]:
         """The phases of an S-curve, as far as the run has worked them."""
         zero = entry.since - law.first  # the cycle in which the curve begins
         begun, over = entry.first - zero, None if following is None else following.first - zero
@@ -116,7 +118,7 @@ class Forces:
             yield JerkSegment(self.ps(zero, parts), 0.0, 0.0)
 
 
-def velocity(entry: Past, cycle: int) -> int:
+def velocity(entry: TargetLaw, cycle: int) -> int:
     """Return the displacement of a cycle, signed."""
     return entry.sign * entry.law.velocity(cycle - entry.since) if entry.law is not None else 0
 

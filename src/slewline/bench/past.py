@@ -1,17 +1,22 @@
-"""Going back in one process: a bench at the present in which inputs were put in at instants of the past.
+"""The past of a bench that writes a journal: `Past.at(t)` brings it back, in one process.
 
-    journal   ....G....................R..........m.............. now         as it was
-    shadow    ....G....................R                                      plays the journal, a rest behind
-    rewound                            R..........m..............now          the same bench, with the input at m
+    past.at(t).rerun(inputs, now)   another bench at the present, the same before t, with other inputs from t on
+    past.go_on(bench, t)            take it in place of the present one
 
-A running bench cannot be copied.  So another one plays its journal, far enough behind it that no input comes before it
-any more (`ReachablePast.follow`); to go back is to let that one play on, with the new inputs among the old ones.  It
-costs what the run has cost since then, however long it was before.  Who needs several goes has several shadows.
+    journal   ....G....................R..........m.............. now         as it was written
+    shadow    ....G....................R                                      plays the journal, a rest later
+    rerun                              R..........m..............now          the same bench, with the input at m
+
+A running bench cannot be copied.  So another one plays its journal, far enough after it that no input comes before it
+any more (`Past.follow`); to go back is to let that one play on, with the new inputs among the old ones.  It
+costs what the run has cost since then, however long it was before.  Each new run needs a shadow of its own.
+
+A server has a second way back, into a process of its own: `links/time/past.py`.
 
 The journal of the new bench begins as the old one does, has the new inputs among the entries that follow, and is then
 written on.  It is what the new bench has played: another replay gives the same run, to the bit.
 
-Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `take_over` the
+Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  After `go_on` the
 file is its own; it is written only if it holds something else: what was stored in the past that is undone, and is
 stored again in the same way, is not written twice, what the new run did not store is no longer there, and what only it
 has stored is there then.  What a disk has refused is refused again, at the same call of the owner.
@@ -26,7 +31,7 @@ from contextlib import closing, suppress
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 from ..core.memory.store import JournaledStore, ReplayedStore
 from ..core.time.timebase import readable
@@ -46,14 +51,6 @@ class TooLong(UsageError):
     """Going back would cost more time than is allowed; nothing was done."""
 
 
-class Cost(NamedTuple):
-    """What going back would cost: entries of the journal, their bytes, about how many seconds of a usual machine."""
-
-    entries: int
-    size: int
-    seconds: float
-
-
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:
     """Return the entry of a pin that is driven from outside, or released (None), in the first round of an instant."""
     return {"do": "drive", "t": at_ps, "round": 1, "pin": pin, "level": level}
@@ -68,7 +65,7 @@ def given(part: str, verb: str, args: Sequence[Any], at_ps: int) -> dict[str, An
 class ShadowBench:
     """A bench that plays a journal while that is still being written."""
 
-    def __init__(self, path: Path, prepare: Listener | None) -> None:
+    def __init__(self, path: Path, prepare: Listener) -> None:
         self.path, self.prepare = path, prepare
         self.player: Player | None = None
         self.offset = self.lines = 0  # bytes and lines of the journal that it has played
@@ -76,7 +73,7 @@ class ShadowBench:
 
     @property
     def now_ps(self) -> int:
-        """Where it stands (ps); -1: it has not begun."""
+        """The instant that it has reached (ps); -1: it has not begun."""
         return -1 if self.player is None else self.player.bench.now_ps
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
@@ -118,19 +115,36 @@ class ShadowBench:
         return JournaledStore(ReplayedStore(memory.data, faults), partial(bench._circuit._tell_journal, name))
 
 
-class ReachablePast:
+class Past:
     """The past of a bench that has a journal, from which others begin.
 
     Args:
-        path: the journal, which is still written.
-        prepare: called with each shadow, before time passes in it: to listen to it.
+        bench: the present one; that of `go_on` later.
         shadows: how many times one can go back before a shadow has to begin again.
     """
 
-    def __init__(self, path: str | PathLike[str], prepare: Listener | None = None, shadows: int = 2) -> None:
-        self.path, self.prepare, self.most = Path(path), prepare, shadows
+    def __init__(self, bench: Bench, shadows: int = 3) -> None:
+        self.bench, self.most = bench, shadows
         self.shadows: list[ShadowBench] = []
         self.entry_s = ENTRY_S  # what an entry costs; who has a clock knows better
+
+    @property
+    def path(self) -> Path:
+        """The journal, which is still written.
+
+        Raises:
+            UsageError: there is none.
+        """
+        if self.bench.journal is None:
+            raise UsageError('going back needs a journal: Bench(journal="FILE")')
+        return self.bench.journal.path
+
+    def at(self, ps: int) -> Instant:
+        """Return an instant of the past (ps)."""
+        return Instant(self, ps)
+
+    def listen(self, bench: Bench) -> object:
+        """Follow what a bench does that plays the past, before it does anything; return what accompanies it."""
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
         """Let the shadows play on up to an instant after which alone inputs may have to be put in, such as a rest.
@@ -144,7 +158,7 @@ class ReachablePast:
             False: the rest waits.
         """
         while len(self.shadows) < self.most:
-            self.shadows.append(ShadowBench(self.path, self.prepare))
+            self.shadows.append(ShadowBench(self.path, self.listen))
         try:
             return all([each.follow(to_ps, enough) for each in self.shadows if each.now_ps < to_ps])
         except SlewlineError:
@@ -161,45 +175,54 @@ class ReachablePast:
         """How many entries the shadows have played, all together."""
         return sum(each.lines for each in self.shadows)
 
-    def cost(self, at_ps: int) -> Cost:
-        """Return what it would cost to go back to an instant (ps)."""
-        return self._cost(self._chosen(at_ps, False))
-
-    def _cost(self, shadow: ShadowBench) -> Cost:
+    def entries(self) -> Iterator[tuple[int, Entry]]:
+        """Yield what is in the journal since the latest shadow, each entry with the byte at which its line begins."""
+        at = max((each.offset for each in self.shadows), default=0)
         with open(self.path, "rb") as file:
-            file.seek(shadow.offset)
-            rest = file.read()
-        entries = rest.count(b"\n")
-        return Cost(entries, len(rest), entries * self.entry_s)
+            file.seek(at)
+            for line in file:
+                yield at, json.loads(line)
+                at += len(line)
 
-    def _chosen(self, at_ps: int, take: bool) -> ShadowBench:
-        """The shadow that stands next before an instant; a new one, if there is none."""
-        fitting = [each for each in self.shadows if each.now_ps < at_ps]
-        if not fitting:
-            return ShadowBench(self.path, self.prepare)
-        found = max(fitting, key=lambda each: each.now_ps)
-        if take:
-            self.shadows.remove(found)
-        return found
+    def go_on(self, bench: Bench, since_ps: int = 0) -> None:
+        """Go on with another bench, which did the same as the present one before an instant (ps).
 
-    def rewound(
+        It gets what that one has outside: its memories, and the name of its journal, where the system can rename it.
+
+        Raises:
+            OSError: a memory has refused its content; nothing has changed.
+        """
+        _take_over(bench, self.bench)
+        self.bench = bench
+        if bench.journal is not None:
+            for each in self.shadows:
+                each.path = bench.journal.path
+
+
+class Instant:
+    """An instant of the past of a bench (ps), from which on another run goes on."""
+
+    def __init__(self, past: Past, ps: int) -> None:
+        self.past, self.ps = past, ps
+
+    def rerun(
         self,
         inputs: Sequence[Entry],
         to_ps: int,
-        copy: str | PathLike[str],
+        copy: str | PathLike[str] | None = None,
         *,
         without: Collection[int] = (),
         allowed_s: float | None = None,
     ) -> Bench:
-        """Return another bench at an instant, the present one, as if there had been other inputs.
+        """Return another bench at the present, as if there had been other inputs from this instant on.
 
         Everything is as the journal says, with these inputs at their instants: those of the first round of an instant
-        stand before what was put in after it.  The bench of the journal stays as it is, and so do memories in files.
+        come before what was put in after it.  The present bench is unchanged, and so are memories in files.
 
         Args:
             inputs: entries of a journal, as `driven` and `given` make them.
             to_ps: the present.
-            copy: the journal of the new bench.
+            copy: the journal of the new bench, by default beside the present one.
             without: entries of the journal that are left out, each by the byte at which its line begins.
             allowed_s: seconds of a usual machine that it may cost.
 
@@ -210,71 +233,60 @@ class ReachablePast:
                 that is not a journal, or cannot be written.
         """
         more = sorted(inputs, key=lambda entry: int(entry["t"]))
-        marks = [int(entry["t"]) for entry in more] + [self._instant(offset) for offset in without]
-        if not marks:
+        if not (more or without):
             raise UsageError("going back: no input; give at least one")
+        marks = [self.ps, *(int(entry["t"]) for entry in more), *map(self._instant, without)]
         for at in marks:
             if not 0 < at <= to_ps:
                 raise UsageError(f"going back: an input at {readable(at)}; allowed: after 0, up to {readable(to_ps)}")
-        shadow = self._chosen(min(marks), False)
-        cost = self._cost(shadow)
-        if allowed_s is not None and cost.seconds > allowed_s:
+        past, first, other = self.past, min(marks), Path(f"{self.past.path}.other" if copy is None else copy)
+        fitting = [each for each in past.shadows if each.now_ps < first]
+        shadow = max(fitting, key=lambda each: each.now_ps, default=None) or ShadowBench(past.path, past.listen)
+        with open(past.path, "rb") as file:
+            shared, rest = file.read(shadow.offset), file.read()
+        entries = rest.count(b"\n")
+        seconds = entries * past.entry_s
+        if allowed_s is not None and seconds > allowed_s:
             raise TooLong(
-                f"going back to {readable(min(marks))}: {cost.entries} inputs ({cost.size} bytes of journal) would "
-                f"have to be done again, about {cost.seconds:.3f} s; allowed {allowed_s:.3f} s"
+                f"going back to {readable(first)}: {entries} inputs ({len(rest)} bytes of journal) would "
+                f"have to be done again, about {seconds:.3f} s; allowed {allowed_s:.3f} s"
             )
-        replaced(copy)
-        shadow = self._chosen(min(marks), True)
+        replaced(other)
+        past.shadows = [each for each in past.shadows if each is not shadow]
         try:
-            self._write(Path(copy), shadow.offset, more, without)
-            shadow.path = Path(copy)
+            with open(other, "wb") as target:
+                target.write(shared)
+                target.writelines(merged(rest, len(shared), more, without))
+            shadow.path = other
             shadow.follow(to_ps)
         except BaseException:
             with suppress(OSError):
-                os.unlink(copy)
+                os.unlink(other)
             raise
         bench = cast("Player", shadow.player).bench
         bench.catch_up()
-        journal = Journal.continued(copy, bench.kernel)
+        journal = Journal.continued(other, bench.kernel)
         object.__setattr__(bench, "journal", journal)  # users may not
         bench.kernel.outside.write = journal.write
         return bench
 
     def _instant(self, offset: int) -> int:
         """The instant of an entry of the journal (ps)."""
-        with open(self.path, "rb") as file:
+        with open(self.past.path, "rb") as file:
             file.seek(offset)
             return int(json.loads(file.readline())["t"])
 
-    def entries(self) -> Iterator[tuple[int, Entry]]:
-        """Yield what is in the journal since the latest shadow, each entry with the byte at which its line begins."""
-        at = max((each.offset for each in self.shadows), default=0)
-        with open(self.path, "rb") as file:
-            file.seek(at)
-            for line in file:
-                yield at, json.loads(line)
-                at += len(line)
 
-    def _write(self, copy: Path, shared: int, more: Sequence[Entry], without: Collection[int]) -> None:
-        """Write a journal: what is shared as it is, then the entries of both, by time."""
-        waiting = [*more]
-        with open(self.path, "rb") as source, open(copy, "wb") as target:
-            target.write(source.read(shared))
-            at = shared
-            for line in source:
-                if line.endswith(b"\n") and at not in without:
-                    entry = json.loads(line)
-                    while waiting and place(waiting[0]) < place(entry):
-                        target.write(spelled(waiting.pop(0)))
-                    target.write(line)
-                at += len(line)
-            target.writelines(map(spelled, waiting))
-
-    def moved(self, path: Path) -> None:
-        """Follow another journal from now on, of a bench that has begun here and taken over from that before."""
-        self.path = path
-        for each in self.shadows:
-            each.path = path
+def merged(rest: bytes, at: int, more: list[Entry], without: Collection[int]) -> Iterator[bytes]:
+    """Yield the lines of a journal from a byte on, with more entries among them, by time."""
+    for line in rest.splitlines(keepends=True):
+        if line.endswith(b"\n") and at not in without:
+            entry = json.loads(line)
+            while more and place(more[0]) < place(entry):
+                yield spelled(more.pop(0))
+            yield line
+        at += len(line)
+    yield from map(spelled, more)
 
 
 def place(entry: Entry) -> tuple[int, bool]:
@@ -287,14 +299,8 @@ def spelled(entry: Entry) -> bytes:
     return json.dumps(dict(entry), separators=(",", ":")).encode("ascii") + b"\n"
 
 
-def take_over(bench: Bench, old: Bench) -> None:
-    """Let a bench that was gone back to have what the other one had outside: its memories, and the file of its journal.
-
-    The journal in which inputs were put in has the name of the old one then, where the system can rename it.
-
-    Raises:
-        OSError: a memory has refused its content; nothing was taken over.
-    """
+def _take_over(bench: Bench, old: Bench) -> None:
+    """Let a bench have what another one has outside, as `Past.go_on` describes."""
     attached: list[tuple[JournaledStore, Any, Any, bytes]] = []
     try:
         for name in (*bench.chips, *bench.parts):
