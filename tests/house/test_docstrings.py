@@ -79,9 +79,7 @@ class Clock:
 
 
 # --------------------------------------------------------------------------------------------------------- inherited
-REPEATED = {  # rooms in which overrides still repeat the docstring of their base: as many, and never more
-    "slewline.drive.board": 1,
-}
+REPEATED: dict[str, int] = {}  # by the room, where overrides still repeat the docstring of their base
 
 
 def classes() -> Iterator[type]:

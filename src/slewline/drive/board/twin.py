@@ -58,7 +58,6 @@ class BoardTwin(MovingTwin):
         super().__init__(model)
 
     def power_up(self, tick: int = 0) -> None:
-        """Forget everything but the levels of the inputs; ticks begin again.  The host sees it by event 0."""
         self._decoder = Decoder()
         self.wanted = 0
         self.last_frame = tick

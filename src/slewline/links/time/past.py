@@ -58,7 +58,6 @@ class ServedPast(Past):
         limit_kept(server.bench)
 
     def at(self, ps: int) -> ServedInstant:
-        """Return an instant of the past (ps)."""
         return ServedInstant(self, ps)
 
     # ------------------------------------------------------------------------------------------------ what is prepared
@@ -84,7 +83,6 @@ class ServedPast(Past):
                 server.bench.on_input.add(line.acts.heard)
 
     def listen(self, bench: Bench) -> Ears:
-        """Follow what a bench does that plays the past, before it does anything; return what accompanies it."""
         self.remember()
         limit_kept(bench)
         ears = self.ears[bench.kernel] = {name: Ear(line, bench) for name, line in self.server.lines.items()}
