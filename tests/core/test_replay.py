@@ -139,8 +139,9 @@ def test_a_journal_that_was_cut_off_is_good_up_to_its_last_whole_line(recorded, 
     lines = path.read_text().splitlines(keepends=True)
     cut = tmp_path / "cut.jsonl"
     cut.write_text("".join(lines[:-1]) + lines[-1][:9])
-    with pytest.warns(TornJournal, match=f"line {len(lines)}: cut off; the replay ends before it"):
+    with pytest.warns(TornJournal, match=f"line {len(lines)}: cut off; the replay ends before it") as seen:
         bench = slewline.replay(cut)
+    assert seen[0].filename == __file__
     bench.run_to(told["now"])
     bench.run = lambda _: None
     assert story(bench) == told

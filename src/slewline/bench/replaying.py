@@ -18,7 +18,7 @@ from ..chips import chip_class
 from ..core.component import input_of
 from ..core.memory.image import LARGEST
 from ..core.memory.store import JournaledStore, ReplayedStore
-from ..core.messages.calls import answering
+from ..core.messages.calls import answering, level_of_caller
 from ..core.time.timebase import Time, moment
 from ..errors import BenchFileError, OtherLaws, SlewlineError, UnknownName, UsageError
 from ..gate import FileGate
@@ -285,7 +285,7 @@ def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None
         raise BenchFileError(
             f"{made}; the run would differ: replay it with that version, or pass other_laws=True (--other-laws)"
         )
-    warnings.warn(f"{made}; the run may differ", OtherLaws, stacklevel=3)
+    warnings.warn(f"{made}; the run may differ", OtherLaws, stacklevel=level_of_caller())
 
 
 def apply(

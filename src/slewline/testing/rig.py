@@ -9,7 +9,6 @@ follows the wall clock instead.
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -27,6 +26,7 @@ from ..core.chip import Chip
 from ..core.datasheet import channel
 from ..core.datasheet.option import Option, checked, read
 from ..core.datasheet.table import Sheet
+from ..core.messages.calls import level_of_caller
 from ..core.time.timebase import PS_PER_S
 from ..core.wires.net import Net
 from ..errors import UnknownName, UsageError
@@ -215,7 +215,7 @@ class Rig:
             f"{self.url}: {gap / 1e9:.1f} s of real time have passed, and no virtual time: the module is where it was. "
             "Virtual time passes in calls of the port; call port.sleep(...) instead of time.sleep(...), or give a rate "
             "in the URL, rate=1.",
-            stacklevel=level_of_caller(),
+            stacklevel=level_of_caller(LIBRARIES),
         )
 
     def present(self) -> int:
@@ -251,14 +251,6 @@ class Rig:
         """End the transcript."""
         self.leave()
         self.log.close()
-
-
-def level_of_caller() -> int:
-    """Return how far up the stack, from the caller of this function, the code of the program is."""
-    frame, level = sys._getframe(1), 1
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in LIBRARIES:
-        frame, level = frame.f_back, level + 1
-    return level
 
 
 def never() -> bool:

@@ -97,7 +97,7 @@ def test_the_next_edge_of_a_pin_and_a_position():
         await walk.press("enter")
         assert walk.session.why == "next edge of cy525.programmable_output"
         await walk.pilot.press("e")
-        assert walk.app.query_one("#command").value == ":edge ascii_binary"
+        assert walk.app.query_one("#command").value == ":edge programmable_output"
         await walk.press("escape")
         await walk.pilot.press("p", *"250")
         await walk.press("enter")

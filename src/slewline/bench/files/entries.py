@@ -12,6 +12,7 @@ from itertools import islice
 from os import PathLike
 from typing import Any, BinaryIO, NamedTuple
 
+from ...core.messages.calls import level_of_caller
 from ...errors import BenchFileError, TornJournal
 from ...gate import BOM, from_json, opened
 from ...gate import LATEST_PS as LATEST
@@ -126,7 +127,7 @@ class Entries:
             raise self.error(number, f"not a journal entry: {found}")
         if self.count is None:
             torn = f"journal {self.path}, line {number}: cut off; the replay ends before it"
-            warnings.warn(torn, TornJournal, stacklevel=6)
+            warnings.warn(torn, TornJournal, stacklevel=level_of_caller())
         return None
 
     def _check_first(self, entry: dict[str, Any]) -> None:

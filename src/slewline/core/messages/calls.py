@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Collection, Mapping
 from functools import wraps
 from inspect import Parameter, signature
 from typing import ParamSpec, TypeVar
@@ -78,3 +79,15 @@ def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> 
     except ValueError:  # one of C, which does not say
         pass
     return ""
+
+
+def level_of_caller(libraries: Collection[str] = ("slewline",)) -> int:
+    """Return the `stacklevel` of a warning: how far the code of the user is up the stack from the caller of this.
+
+    Args:
+        libraries: packages that are not the user's.
+    """
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] in libraries:
+        frame, level = frame.f_back, level + 1
+    return level
