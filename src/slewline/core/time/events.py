@@ -85,10 +85,7 @@ class Events(Protocol):
         """Return how many there have been by an instant (ps), that instant included."""
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None: it is not foreseen.
-
-        An instant at which `count` is less than k is one at which to ask again.
-        """
+        """Return the instant of event k (ps), NotYet, or None: it is not foreseen."""
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
@@ -186,7 +183,6 @@ class Later(Events):
         return self.of.count(ps - self.lag_ps)
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None: it is not foreseen."""
         return later(self.of.time(k), self.lag_ps)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
@@ -207,7 +203,6 @@ class Since(Events):
         return max(self.of.count(ps) - self.first, 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of event k (ps), NotYet, or None: it is not foreseen."""
         return self.of.time(self.first + k)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
