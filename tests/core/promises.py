@@ -64,5 +64,6 @@ class Early:
         return self.promise.until
 
     def after(self, ps: int):
-        time = ask_at(self.promise.after(ps))
-        return time if time is None or time <= ps + self.stride else NotYet(ps + self.stride)
+        edge = self.promise.after(ps)
+        at = ask_at(edge)
+        return edge if at is None or at <= ps + self.stride else NotYet(ps + self.stride)

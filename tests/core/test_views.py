@@ -49,7 +49,8 @@ class Early:
 
     def after(self, ps):
         edge, ahead = self.of.after(ps), ps + self.ahead
-        return edge if isinstance(edge, int) and edge <= ahead else NotYet(ahead)
+        at = ask_at(edge)
+        return edge if at is not None and at <= ahead else NotYet(ahead)
 
     def edges(self, start, stop):
         return self.of.edges(start, stop)
