@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from itertools import pairwise
 from random import Random
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -186,3 +187,11 @@ def test_what_is_played_counts_steps_up_to_its_bound_and_no_further():
             expected = [bisect_right([ps for ps in begins if until is None or ps < until], ps) for ps in instants]
             assert [playing.count(ps) for ps in instants] == expected
             assert playing.count_many(np.array(instants, np.int64)).tolist() == expected
+
+
+def test_a_train_keeps_no_more_than_the_window_that_its_views_share():
+    train = StepTrain(Clock(1_000_000), 0, [(10, 1000)])
+    asked = ref(train.times(1, 1000))
+    assert asked() is None  # a train of the past that had kept it would take 8 bytes a step
+    shared = train.window(1, 1000)
+    assert train.window(1, 1000) is shared and not shared.flags.writeable

@@ -12,7 +12,7 @@ ALLOWED = {  # the class, its names, and why they are not those of another
     "Events: count few time times": "core/time/events.py",
     "Promise: after edges level": "core/wires/wave.py: a wave",
     # ---- what these are made of
-    "Train: count_many end pieces rests step_at steps_at": "a train in ticks of its clock, before the clock converts",
+    "Train: count_many end pieces rests step_at steps_at window": "a train in ticks of its clock, before it converts",
     "StepView: rise rise_ticks": "what the views of pulse and strobe differ in, in ticks",
     "CycleClock: cycle_at cycle_at_tick ps tick": "numbers cycles from 0 on, and below before reset: a clock",
     "View: after_of edges_of level_of": "a wave that follows from others, before it is bounded",

@@ -133,7 +133,7 @@ class PulseView(StepView):
         stop = self.of.within(stop)
         a, b = train.count(start), train.count(stop)
         ends = train.ends(max(a - 1, 0), min(b + 1, train.steps))  # begins around the window
-        falls = train.times(a + 1, b)
+        falls = train.window(a + 1, b)
         first = max(a - 1, 0)  # the step that runs at `start` may still rise inside
         last_begin = np.append(ends, train.length) if b + 1 > train.steps else ends
         rises = clock.ps_array(last_begin[1 : b - first + 1] - self.high, train.origin)
@@ -223,4 +223,4 @@ class PatternView(TrainView):
         cycles = -(-(b - a) // len(cycle))
         keep = np.tile(np.array(changes), cycles)[: b - a]
         keep[0] = cycle[0] != self._after_steps(a)
-        return train.times(a + 1, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]
+        return train.window(a + 1, b)[keep], np.tile(np.array(cycle, np.int8), cycles)[: b - a][keep]

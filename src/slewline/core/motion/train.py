@@ -100,13 +100,15 @@ class Train(Events):
 
         Args:
             first, last: numbers of steps.
-            out: a buffer of that length or longer, whose beginning is returned; without one the array is kept, and
-                read-only: five views of a train ask for the same window.
+            out: a buffer of that length or longer, whose beginning is returned.
         """
-        if out is not None:
-            return self._instants(first - 1, last, out)
+        ticks = self.ends(first - 1, last)
+        return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
+
+    def window(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return `times(first, last)`, kept and read-only: five views of a train ask for the same window."""
         if self._recent is None or self._recent[:2] != (first, last):
-            found = self._instants(first - 1, last)
+            found = self.times(first, last)
             found.flags.writeable = False
             self._recent = first, last, found
         return self._recent[2]
@@ -114,11 +116,6 @@ class Train(Events):
     def few(self, numbers: list[int]) -> list[int]:
         """Return the instants at which some steps begin (ps), ascending, all of which come."""
         return self.clock.ps_list([self.end(k - 1) for k in numbers])
-
-    def _instants(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """The instants of `ends`."""
-        ticks = self.ends(first, last)
-        return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from .timebase import Clock
@@ -33,21 +34,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+@dataclass(slots=True)
 class NotYet:
     """No event is known, and none comes before an instant: ask again then (`at`, ps)."""
 
-    __slots__ = ("at",)
-
-    def __init__(self, at: int) -> None:
-        self.at = at
-
-    def __repr__(self) -> str:
-        return f"NotYet({self.at})"
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, NotYet) and other.at == self.at
-
-    __hash__ = None  # type: ignore[assignment]
+    at: int
 
 
 When: TypeAlias = "int | NotYet | None"

@@ -256,12 +256,12 @@ class CycleTrain(Train):
             part += since
         return out
 
-    def _instants(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+    def times(self, first: int, last: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
         import numpy as np
 
-        count = max(min(last, self.steps) - first, 0)
+        count = max(min(last, self.steps) - first + 1, 0)
         out = np.empty(count, np.int64) if out is None else out[:count]
-        for since, part in self._parts(first, out):
+        for since, part in self._parts(first - 1, out):
             self.clock.ps_array(part, self.origin + since, part)
         return out
 
