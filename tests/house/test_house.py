@@ -263,3 +263,14 @@ def test_nobody_is_advised_to_remove_a_file() -> None:
     assert advises_removal("this file exists; name a new file, or remove it") and not advises_removal("remove the line")
     found = {path.name: each for path in SOURCES.rglob("*.py") for each in said(tree(path)) if advises_removal(each)}
     assert not found
+
+
+def test_every_warning_points_to_the_line_of_the_user():
+    """How many calls lie between differs, and a decorator makes it one more: `level_of_caller` counts them."""
+    found = {}
+    for path in SOURCES.rglob("*.py"):
+        for node in ast.walk(tree(path)):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "warnings.warn":
+                levels = [ast.unparse(each.value) for each in node.keywords if each.arg == "stacklevel"]
+                found[f"{path.name}:{node.lineno}"] = any(each.startswith("level_of_caller(") for each in levels)
+    assert len(found) >= 4 and all(found.values()), found

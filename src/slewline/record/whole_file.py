@@ -25,6 +25,7 @@ from itertools import count
 from pathlib import Path
 from types import TracebackType
 
+from ..core.messages.calls import level_of_caller
 from ..errors import UsageError
 from ..locks import lock
 
@@ -142,7 +143,9 @@ class WholeFile:
             if self.durable and self.part is not None:
                 _sync_names(self._target.parent)
         if self.part is not None and not self._kept_owner:
-            warnings.warn(f"{self.path}: its owner and group are yours now, not those it had", stacklevel=2)
+            warnings.warn(
+                f"{self.path}: its owner and group are yours now, not those it had", stacklevel=level_of_caller()
+            )
 
     def discard(self) -> None:
         """Discard what was written, unless it is in place already."""
