@@ -17,7 +17,7 @@ from slewline.chips import PARTS
 from slewline.core.chip import Chip
 from slewline.core.messages.instead import Instead
 from slewline.drive.board.rehearsal import TwinPort
-from slewline.drive.drive import Drive
+from slewline.drive.motor_drive import Drive
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from slewline.modules.module import Module
