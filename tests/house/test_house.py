@@ -176,10 +176,10 @@ def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None
 
 # Chips have the same chapters, so that who knows one finds the way in all; any other file has a name of its own, so
 # that the tab of an editor shows which one it is.
-CHAPTERS = {  # fmt: skip
+CHAPTERS = {
     "activity", "checks", "firmware", "ideal", "instructions", "interpreter", "motion",
     "profile", "quirks", "ramps", "registers", "sheet", "supply", "twin",
-}
+}  # fmt: skip
 PYTHONS_OWN = {"__init__", "__main__"}
 
 

@@ -66,7 +66,7 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
     asked |= {f"pictures.{name}" for name in drawn}
     assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}
     assert not within(empty, "core") & {
-        f"slewline.core.{name}" for name in ("motion.deviation", "motion.ideal", "wires.serial")
+        f"slewline.core.{name}" for name in ("motion.deviation", "motion.ideal_motion", "wires.serial")
     }
     assert not empty & {"difflib", "json", "numpy", "pathlib", "textwrap"}
 
