@@ -6,7 +6,8 @@ import pytest
 
 from slewline.core.time.kernel import Kernel
 from slewline.core.wires.net import Driver, Net
-from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock, transmit
+from slewline.core.wires.characters import Character, Receiver, transmit
+from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 
 WORD = CharacterFormat(7, "odd", 2)
 CLOCK = bit_clock(9600, "test")

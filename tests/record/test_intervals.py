@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from slewline.core.datasheet.table import Limit
-from slewline.core.wires.serial import RS232, TTL, CharacterFormat, bit_clock, transmit
+from slewline.core.wires.characters import transmit
+from slewline.core.wires.serial import RS232, TTL, CharacterFormat, bit_clock
 from slewline.errors import UsageError
 from slewline.record.measuring.characters import characters, shown
 from slewline.record.measuring.intervals import (

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from ..core.datasheet.table import Sheet
 from ..core.time.timebase import Clock, readable
-from ..core.wires.serial import OVERSAMPLING, Character, CharacterFormat
+from ..core.wires.characters import Character
+from ..core.wires.serial import OVERSAMPLING, CharacterFormat
 from ..errors import UsageError
 from ..record.measuring.characters import characters, shown
 from ..record.measuring.intervals import SignalEdges

@@ -10,7 +10,8 @@ from cy545 import CC10, MS, US, Rig545, S
 
 from slewline.chips.cy545.sheet import BAUDS
 from slewline.core.time.timebase import Clock
-from slewline.core.wires.serial import TTL, CharacterFormat, bit_clock, transmit
+from slewline.core.wires.characters import transmit
+from slewline.core.wires.serial import TTL, CharacterFormat, bit_clock
 
 WORD = CharacterFormat(8, "none", 1)
 CTS = "O 0A0H\r"

@@ -173,6 +173,13 @@ class Driver:
         return self.level if self.promise is None else self.promise.level(ps)
 
 
+class Reader(Protocol):
+    """What takes what comes over a net as a whole, and late, while nobody looks (characters.py)."""
+
+    def one_by_one(self) -> None:
+        """Take each thing at its instant from now on, while the net has observers."""
+
+
 class ByValue(Protocol):
     """What goes over some wires as a value (exchange.py)."""
 
@@ -236,6 +243,7 @@ class Net:
         "plain",
         "promise",
         "pull",
+        "readers",
         "renewed",
         "root",
         "tie",
@@ -271,6 +279,7 @@ class Net:
         self.active: list[Driver] = []  # those drivers that drive at all; the only one counts as doing so
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
+        self.readers: tuple[Reader, ...] = ()
         self.ends: tuple[Any, ...] = ()  # what watches it, and can be told of exchanges as values
         self.exchange: ByValue | None = None  # what goes over the wire as a value, at present
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
@@ -481,6 +490,8 @@ class Net:
         self.observers.append(observer)
         if self.promise is not None:
             self.follow()
+        for reader in self.readers:
+            reader.one_by_one()
 
     def unwatch(self, observer: Callable[[Net], object]) -> None:
         """Remove a function that was given to `watch`."""

@@ -16,7 +16,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from ...bench.runner import Wait
-from ...core.wires.serial import Character, LineSetting
+from ...core.wires.characters import Character
+from ...core.wires.serial import LineSetting
 from ...language.dialect import dialect_of
 from ...parts.hosts.adaptive_host import AdaptiveHost
 from ...parts.hosts.ends.adaptive_uart import AdaptiveUart

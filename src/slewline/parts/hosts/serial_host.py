@@ -43,7 +43,6 @@ class SerialHost(UartHost, Host):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
         super().__init__(kernel, name, chips)
         self.uart = StrappedUart(self, chips, lambda: self.chip, baud)
-        self.received: bytearray = self.uart.received
         self.answers, self.on_character = self.uart.answers, self.uart.on_character
 
     # --------------------------------------------------------------------------------------------------- the line

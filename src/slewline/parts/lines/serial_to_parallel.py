@@ -19,18 +19,8 @@ from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Clock, Time, picoseconds
-from ...core.wires.serial import (
-    BAUD,
-    OVERSAMPLING,
-    TTL,
-    Character,
-    CharacterFormat,
-    LineSetting,
-    Receiver,
-    bit_clock,
-    transmit,
-    word_options,
-)
+from ...core.wires.characters import Character, Receiver, transmit
+from ...core.wires.serial import BAUD, OVERSAMPLING, TTL, CharacterFormat, LineSetting, bit_clock, word_options
 from ...core.wires.waits import until
 from ..base.part import Part
 from ..base.request_queue import RequestQueue
@@ -159,9 +149,8 @@ class Uart(Part):
 
     # -------------------------------------------------------------------------------------------------- serial side
     async def _receive(self) -> None:
-        receiver = self._receiver = Receiver(self.pin("rxd").net, self._clock, self._word, TTL)
-        while True:
-            self._complete(await receiver.character())
+        self._receiver = Receiver(self.pin("rxd").net, self._clock, self._word, TTL)
+        await self._receiver.receive(self._complete)
 
     def _complete(self, character: Character) -> None:
         byte = character.byte

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from ....core.wires.characters import Character
 from ....core.wires.event import Event
-from ....core.wires.serial import RS232, Character, CharacterFormat, LineSetting, Straps
+from ....core.wires.serial import RS232, CharacterFormat, LineSetting, Straps
 from ....core.wires.waits import first_of, until
 from ....errors import ChecksumError, UsageError
 from ....language.dialect import spoken_as
@@ -149,6 +150,9 @@ class StrappedUart(HostUart):
             if await first_of(self.kernel, limit, (self.line_end.net, None)) is None:
                 break
         return [self.stripped(line) for line in self.answers]
+
+    def acts(self, data: bytes, at: int) -> int:
+        return data.find(b"\r", at)
 
     def take(self, character: Character) -> None:
         """Receive a character; a carriage return ends an answer."""
