@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from slewline.core.time.kernel import Kernel
-from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.characters import Character, Receiver, transmit
+from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 
 WORD = CharacterFormat(7, "odd", 2)
