@@ -20,7 +20,7 @@ from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.step_views import StrobeView
 from slewline.core.motion.train import Playing, StepTrain
-from slewline.core.wires.characters import Receiver, transmit
+from slewline.core.wires.characters import Receiver, frames_of, transmit
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 from slewline.core.wires.waits import level, until
 from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
@@ -141,7 +141,9 @@ class Probe(Chip):
                 self.on_line, self.idle = True, False
                 self.sync()
                 answer = self.obey(found, "serial").encode() + b"\r"
-                self.kernel.spawn(transmit, self.drivers["sout"], clock, word, answer, RS232, name="probe: answer")
+                self.kernel.spawn(
+                    transmit, self.drivers["sout"], frames_of(clock.hz, word, RS232), answer, name="probe: answer"
+                )
 
 
 def furnished(journal=None):

@@ -5,7 +5,11 @@ from __future__ import annotations
 import pytest
 
 from slewline.core.time.kernel import Kernel
+<<<<<<< HEAD
 from slewline.core.wires.characters import Character, Receiver, transmit
+=======
+from slewline.core.wires.characters import Character, Receiver, frames_of, transmit
+>>>>>>> main
 from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 
@@ -37,7 +41,7 @@ class Wire:
         self.kernel.run(self.kernel.now + ps)
 
     def send(self, data: bytes) -> None:
-        self.kernel.spawn(transmit, self.driver, CLOCK, WORD, data, RS232, name="sender")
+        self.kernel.spawn(transmit, self.driver, frames_of(CLOCK.hz, WORD, RS232), data, name="sender")
         self.kernel.run(self.kernel.now + CLOCK.ps(WORD.ticks) * len(data))
 
 

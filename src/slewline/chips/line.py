@@ -21,7 +21,7 @@ from ..core.datasheet.table import Sheet
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel, Task
 from ..core.time.timebase import Clock
-from ..core.wires.characters import Character, Receiver, transmit
+from ..core.wires.characters import Character, Receiver, frames_of, transmit
 from ..core.wires.net import Driver
 from ..core.wires.pin import Terminal
 from ..core.wires.serial import RS232, CharacterFormat, Straps, bit_clock
@@ -148,6 +148,7 @@ class LineInterface:
         """Begin to receive, at the rate that the straps select now."""
         self.baud = self.straps.take()
         self.bits = bit_clock(self.baud, self.owner.name)
+        self.frames = frames_of(self.bits.hz, self.word, RS232)
         self.listener = self.kernel.spawn(self._listen, name=f"{self.owner.name} listens")
         self.owner.refresh_idle()
 
@@ -167,8 +168,14 @@ class LineInterface:
         self._faulty = self._first_faulty = self._too_long = False
 
     async def _listen(self) -> None:
-        self.receiver = Receiver(self.owner.pins["rxd"].net, self.bits, self.word, RS232, _line_end)
-        await self.receiver.receive(self._receive)
+        self.receiver = Receiver(self.owner.pins["rxd"].net, self.bits, self.word, RS232)
+        await self.receiver.receive(self._receive, self._passed, _line_end)
+
+    def _passed(self, data: bytes) -> None:
+        """Take good characters, neither carriage returns nor line feeds."""
+        room = self.longest - len(self._coming)
+        self._coming += data[: max(room, 0)]
+        self._too_long |= len(data) > room
 
     def _receive(self, character: Character) -> None:
         """Take a character; a carriage return ends a line."""
@@ -239,8 +246,8 @@ class LineInterface:
     async def _send(self, data: bytes) -> None:
         """Put characters on the line, then let go of it."""
         driver = self.owner.drivers["txd"]
-        await transmit(driver, self.bits, self.word, data, RS232)
-        driver.drive(None)
+        await transmit(driver, self.frames, data)
+        driver.release()
 
 
 def _line_end(data: bytes, at: int) -> int:

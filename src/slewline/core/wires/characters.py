@@ -28,6 +28,8 @@ from .net import Driver, Level, Net, Wave
 from .serial import OVERSAMPLING, CharacterFormat
 from .waits import level, until
 
+MAX_BITS = 8
+
 
 class Character(NamedTuple):
     """A character as a receiver took it: its data bits, what was wrong, and the instants of its first and last edge."""
@@ -83,13 +85,16 @@ def frames_of(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
 class Characters:
     """Characters one after the other, a promise from the instant `start` (ps) on; at the `end` the wire is at mark."""
 
-    __slots__ = ("_wave", "data", "end", "frames", "start")
+    __slots__ = ("_wave", "data", "end", "frames", "last", "start")
     until: int | None = None
     floats = False
 
     def __init__(self, frames: FrameTable, data: bytes, start: int) -> None:
+        if frames.word.bits < MAX_BITS and not (data.isascii() and frames.word.bits == MAX_BITS - 1):
+            data = bytes(byte & frames.byte_mask for byte in data)
         self.frames, self.data, self.start = frames, data, start
         self.end = start + len(data) * frames.length
+        self.last = self.end - frames.length + frames.times[-1]  # edge, perhaps: the stop bit of the last one
         self._wave: Wave | None = None
 
     @property
@@ -108,26 +113,24 @@ class Characters:
 
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), edges at that instant included."""
-        return self.wave.level(ps) if self.start < ps < self.end else self.frames.mark ^ (ps == self.start)
+        return self.wave.level(ps) if self.start < ps < self.last else self.frames.mark ^ (ps == self.start)
 
     def after(self, ps: int) -> When:
         """Return the next edge strictly after an instant (ps); None: none is foreseen."""
-        return self.start if ps < self.start else None if ps >= self.end else self.wave.after(ps)
+        return self.start if ps < self.start else None if ps >= self.last else self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
         """Return the edges at start < t <= stop (ps), as two lists."""
         return self.wave.edges(start, stop)
 
 
-async def transmit(
-    driver: Driver, clock: Clock, word: CharacterFormat, data: bytes, mark: int, fault: str = ""
-) -> None:
+async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> None:
     """Send characters, one after the other, from this instant on; returns at the end of the last one's stop bits.
 
     Args:
         fault: "parity": the other parity bit; "framing": space where the first stop bit belongs; in every character.
     """
-    kernel, frames = driver.kernel, frames_of(clock.hz, word, mark)
+    kernel = driver.kernel
     line = Characters(frames, data, kernel.now)
     driver.drive(faulty(line, fault) if fault else line)
     await until(kernel, line.end)
@@ -177,16 +180,12 @@ class Receiver:
         net: the wire, whose level is `mark` at rest.
         clock: sixteen times the rate.
         word: the format.
-        acts: returns the number of the next character of a line, from the given one on, at which the owner acts, so
-            that it must be taken at its instant; -1: at none.  Without it the owner acts at every one.
     """
 
     whole_lines = True  # False: the twin, which takes every character by itself
 
-    def __init__(
-        self, net: Net, clock: Clock, word: CharacterFormat, mark: int, acts: Callable[[bytes, int], int] | None = None
-    ) -> None:
-        self.net, self.kernel, self.mark, self.acts = net, net.kernel, mark, acts
+    def __init__(self, net: Net, clock: Clock, word: CharacterFormat, mark: int) -> None:
+        self.net, self.kernel, self.mark = net, net.kernel, mark
         self.set_line(clock, word)
         self.broken = False  # the last character had no stop bit: the wire must come to rest first
         self.start = 0  # of the character that comes in
@@ -194,6 +193,8 @@ class Receiver:
         self.seen: list[Level] = []  # what those in the past saw
         self.task: Task | None = None
         self.taken: Callable[[Character], object] = lambda _character: None
+        self.passed: Callable[[bytes], object] = lambda _data: None
+        self.acts: Callable[[bytes, int], int] | None = None
         self.line: Characters | None = None  # what comes in as a value
         self.at = 0  # the number of its next character that has not been taken
         net.sample(self.before_change)
@@ -219,9 +220,23 @@ class Receiver:
             return self.line.start + self.at * self.frames.length <= self.kernel.seen
         return bool(self.looks)
 
-    async def receive(self, taken: Callable[[Character], object]) -> None:
-        """Call a function with each character, in the middle of its first stop bit."""
-        self.taken, self.task = taken, self.kernel.current()
+    async def receive(
+        self,
+        taken: Callable[[Character], object],
+        passed: Callable[[bytes], object] | None = None,
+        acts: Callable[[bytes, int], int] | None = None,
+    ) -> None:
+        """Take characters, one after the other.
+
+        Args:
+            taken: called with a character, in the middle of its first stop bit.
+            passed: called with characters that are good, and at which the owner does not act: some time later.
+            acts: returns the number of the next character of a line, from the given one on, at which the owner acts;
+                -1: it acts at none.  Without it the owner acts at every one.
+        """
+        self.taken, self.acts, self.task = taken, acts, self.kernel.current()
+        if passed is not None:
+            self.passed = passed
         while True:
             if not self.looks:
                 await self._start_bit()
@@ -241,7 +256,7 @@ class Receiver:
     # ------------------------------------------------------------------------------------------ character by character
     async def _start_bit(self, alone: bool = False) -> None:
         """Wait for a start bit; plan to take the line that begins with it, or the looks at the bits of a character."""
-        mark, now = self.mark, self.kernel.now
+        mark = self.mark
         if self.broken:
             await level(self.net, mark)
             self.broken = False
@@ -309,36 +324,62 @@ class Receiver:
         tick = clock.ticks_until(line.start + number * frames.length) + 1 + OVERSAMPLING // 2
         return (tick + OVERSAMPLING * (len(frames.times) - 1)) * clock.n // clock.d
 
+    def _complete_by(self, line: Characters, ps: int) -> int:
+        """Return the number of the last character of a line that is complete at an instant (ps); -1: none is."""
+        length = self.frames.length
+        number = min((ps - line.start) // length, len(line.data) - 1)
+        return number if self._complete_at(line, number) <= ps else number - 1
+
+    def _acts_next(self, line: Characters) -> int:
+        """Return the number of the next character at which the owner acts, or an observer of the net looks."""
+        if self.acts is None or self.net.observers:
+            return self.at
+        number = self.acts(line.data, self.at)
+        return len(line.data) if number < 0 else number
+
     async def _line(self, line: Characters) -> None:
         """Take a line; return when it is over, or withdrawn."""
         kernel, last = self.kernel, len(line.data) - 1
         while self.line is line:
-            stop = self.at
-            if self.acts is not None and not self.net.observers:
-                stop = self.acts(line.data, stop)
-            await until(kernel, self._complete_at(line, last if stop < 0 else stop))
-            self._take(line, kernel.now)
+            acts = self._acts_next(line)
+            number = min(acts, last)
+            complete = self._complete_at(line, number)
+            await until(kernel, complete)
+            if self.line is line:
+                if kernel.now == complete:
+                    self._take(line, number, acts)
+                else:
+                    self._take_until(line, kernel.now)
 
-    def _take(self, line: Characters, now: int) -> None:
+    def _take(self, line: Characters, number: int, acts: int) -> None:
+        """Take the characters of a line up to one; `acts` is the next at which the owner acts, no earlier one."""
+        at, data = self.at, line.data
+        self.at = number + 1
+        if self.at == len(data):
+            self.line = None
+        if (end := min(acts, number + 1)) > at:
+            self.passed(data[at:end])
+        if number == acts:
+            start = line.start + number * self.frames.length
+            self.taken(Character(data[number], False, False, start, start + self.frames.length))
+
+    def _take_until(self, line: Characters, ps: int) -> None:
         """Take the characters of a line that are complete at an instant (ps)."""
-        frames = self.frames
-        while self.line is line and self._complete_at(line, self.at) <= now:
-            start, byte = line.start + self.at * frames.length, line.data[self.at] & frames.byte_mask
-            self.at += 1
-            if self.at == len(line.data):
-                self.line = None
-            self.taken(Character(byte, False, False, start, start + frames.length))
+        number = self._complete_by(line, ps)
+        while self.line is line and self.at <= number:
+            acts = self._acts_next(line)
+            self._take(line, min(acts, number), acts)
 
     def catch_up(self) -> None:
         """Take what is complete: somebody asks for it."""
         if self.line is not None:
-            self._take(self.line, self.kernel.seen)
+            self._take_until(self.line, self.kernel.seen)
 
     def one_by_one(self) -> None:
         """Take each character at its instant from now on, as far as the owner or an observer of the net asks for it."""
         line, task = self.line, self.task
         if line is not None and task is not None:
-            self._take(line, self.kernel.now)
+            self._take_until(line, self.kernel.now)
             if self.line is line:
                 self.kernel.wake_at(self._complete_at(line, self.at), task)
 
@@ -348,7 +389,7 @@ class Receiver:
         if line is None or task is None:
             return
         now = kernel.now
-        self._take(line, now)
+        self._take_until(line, now)
         if self.line is not line:
             return
         self.line = None

@@ -24,4 +24,5 @@ class Event:
     def set(self) -> None:
         """Wake the tasks that wait for a change."""
         self.count += 1
-        self._driver.drive(self.count)
+        if (net := self._driver.net).waiters or net.observers:
+            self._driver.drive(self.count)

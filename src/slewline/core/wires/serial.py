@@ -176,7 +176,7 @@ class Straps:
         backwards: the pins of the address count the other way round.
     """
 
-    __slots__ = ("fixed", "kept", "order", "pins", "port", "taken")
+    __slots__ = ("_address", "_checksum", "fixed", "kept", "order", "pins", "port", "taken")
 
     def __init__(
         self,
@@ -189,6 +189,8 @@ class Straps:
     ) -> None:
         self.port, self.pins, self.kept, self.fixed = port, pins, kept, address
         self.order = port.address_pins[:: -1 if backwards else 1]
+        self._address = [pins[name].net for name in self.order]
+        self._checksum = pins[port.checksum_pin].net if port.checksum_pin else None
         self.taken: int | None = None  # the rate at which the part listens; None: it has not looked
 
     @property
@@ -221,11 +223,12 @@ class Straps:
     @property
     def checked(self) -> bool:
         """Do they ask for checksums?"""
-        return bool(self.port.checksum_pin) and strapped(self.pins, [self.port.checksum_pin]) == (1,)
+        return self._checksum is not None and self._checksum.level != 0
 
     @property
     def address(self) -> int:
         """The address that stands in front of the lines of the part; 0: none does."""
         if self.fixed is not None:
             return self.fixed
-        return self.port.addresses[strapped(self.pins, self.order)] if self.order else 0
+        address = self._address
+        return self.port.addresses[tuple([0 if net.level == 0 else 1 for net in address])] if address else 0

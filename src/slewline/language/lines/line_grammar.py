@@ -58,6 +58,7 @@ def spell(row: LineRow, values: Sequence[int]) -> str:
     return text + (row.tail[0] if row.tail else "")
 
 
+@lru_cache(maxsize=1024)  # hosts say the same things over and over
 def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
     """A line, without address and checksum, as a command of this part."""
     patterns = _patterns(sheet)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.time.inputs import from_outside
-from ...core.wires.characters import Character, CharacterHook, Receiver, transmit
+from ...core.wires.characters import Character, CharacterHook, Receiver, frames_of, transmit
 from ...core.wires.pin import Condition, GotCondition
 from ...core.wires.serial import CharacterFormat, LineSetting, bit_clock
 from ...core.wires.waits import until
@@ -60,6 +60,7 @@ class HostUart:
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
         """Take another rate or format, from the next character on."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
+        self.frames = frames_of(self.clock.hz, word, self.mark)
         self.far.compared = False
         if self.receiver is not None:
             self.receiver.set_line(self.clock, self.word)
@@ -136,7 +137,7 @@ class HostUart:
                 self.far.compare()
             if self.far.addressed:
                 self.far.look_at_addresses(data)
-            await transmit(self.driver, self.clock, self.word, data, self.mark, fault)
+            await transmit(self.driver, self.frames, data, fault)
             self.after_burst(data)
             self.outgoing.popleft()
 
@@ -161,9 +162,9 @@ class HostUart:
         self.kernel.spawn(self._receive, name=f"{self.name} receives")
 
     async def _receive(self) -> None:
-        receiver = Receiver(self.rxd.net, self.clock, self.word, self.mark, self._acts)
+        receiver = Receiver(self.rxd.net, self.clock, self.word, self.mark)
         self.receiver = self.on_character.receiver = receiver
-        await receiver.receive(self.take)
+        await receiver.receive(self.take, self.passed, self._acts)
 
     @property
     def received(self) -> bytearray:
@@ -179,6 +180,10 @@ class HostUart:
     def acts(self, data: bytes, at: int) -> int:
         """Return the number of the next character, of those from `at` on, at which this end acts; -1: of none."""
         return -1
+
+    def passed(self, data: bytes) -> None:
+        """Receive good characters, at which this end does not act."""
+        self._received += data
 
     def take(self, character: Character) -> None:
         """Receive a character."""

@@ -19,7 +19,7 @@ from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Clock, Time, picoseconds
-from ...core.wires.characters import Character, Receiver, transmit
+from ...core.wires.characters import Character, Receiver, frames_of, transmit
 from ...core.wires.serial import BAUD, OVERSAMPLING, TTL, CharacterFormat, LineSetting, bit_clock, word_options
 from ...core.wires.waits import until
 from ..base.part import Part
@@ -56,8 +56,8 @@ class SerialSender(Part):
     ) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name)
-        self._word = CharacterFormat(bits, parity, stop).checked(name)
-        self._clock = bit_clock(baud, name)
+        word = CharacterFormat(bits, parity, stop).checked(name)
+        self._frames = frames_of(bit_clock(baud, name).hz, word, TTL)
         self._gap_ps = picoseconds(gap)
         self.add_pin("txd", "out", "serial data, TTL level", initial=1, role="computer_out", active=0)
 
@@ -81,7 +81,7 @@ class SerialSender(Part):
         self.queue.post("pauses", wait)
 
     async def _character(self, byte: int) -> None:
-        await transmit(self.drivers["txd"], self._clock, self._word, bytes([byte]), TTL)
+        await transmit(self.drivers["txd"], self._frames, bytes([byte]))
         await until(self.kernel, self.kernel.now + self._gap_ps)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from ....core.datasheet.channel import AdaptiveLine
 from ....core.time.timebase import PS_PER_S, Clock
-from ....core.wires.characters import Character, Receiver, transmit
+from ....core.wires.characters import Character, Receiver, frames_of, transmit
 from ....core.wires.event import Event
 from ....core.wires.serial import OVERSAMPLING, TTL, CharacterFormat, bit_clock
 from ....core.wires.waits import until
@@ -186,5 +186,5 @@ class SerialSide:
         chip = self.chip
         chip.waits("sending on TXD")
         await until(self.kernel, self.over_ps)
-        await transmit(self.txd, self.clock, self.word, message, TTL)
+        await transmit(self.txd, frames_of(self.clock.hz, self.word, TTL), message)
         chip.sync_forward()

@@ -154,6 +154,10 @@ class StrappedUart(HostUart):
     def acts(self, data: bytes, at: int) -> int:
         return data.find(b"\r", at)
 
+    def passed(self, data: bytes) -> None:
+        super().passed(data)
+        self.line += data
+
     def take(self, character: Character) -> None:
         """Receive a character; a carriage return ends an answer."""
         super().take(character)
