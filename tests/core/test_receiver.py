@@ -5,11 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slewline.core.time.kernel import Kernel
-<<<<<<< HEAD
-from slewline.core.wires.characters import Character, Receiver, transmit
-=======
 from slewline.core.wires.characters import Character, Receiver, frames_of, transmit
->>>>>>> main
 from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 
