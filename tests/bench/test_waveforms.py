@@ -132,6 +132,20 @@ def test_a_file_says_which_parts_and_units(cy525, tmp_path):
     assert "$comment x.velocity in steps/s $end\n" in (tmp_path / "a.vcd").read_text()
 
 
+def test_a_name_in_a_file_has_no_blanks(tmp_path):
+    bench = slewline.Bench()
+    bench.part("stepper", "m", load="friction 5 mNm", step="100 us")
+    bench.record("m.pulse")
+    bench.run("1 ms")
+    bench.save_vcd(tmp_path / "a.vcd", values=True)
+    lines = (tmp_path / "a.vcd").read_text().splitlines()
+    declared = [line.split() for line in lines if line.startswith("$var")]
+    assert {len(words) for words in declared} == {6}
+    assert [words[4] for words in declared if words[1] == "real"][-2:] == ["current_1", "current_2"]
+    assert "$comment m.current_1 in A $end" in lines
+    assert "m.current_1" in slewline.read_vcd(tmp_path / "a.vcd")
+
+
 def test_axes_of_a_chip_have_scopes_of_their_own(tmp_path):
     bench = slewline.Bench()
     bench.add("mc1251a", name="m")

@@ -274,7 +274,7 @@ def values_of(
     Of every chip its findings and the command in progress; of every axis what moves it, and its quantities; of parts
     that have quantities, these and their findings.
     """
-    from ...record.waveforms.vcd_sources import CurveSource, TextSource
+    from ...record.waveforms.vcd_sources import CurveSource, TextSource, reference
 
     sources: list[VariableSource] = []
     for chip in chips:
@@ -283,23 +283,25 @@ def values_of(
             sources.append(TextSource(f"{chip.name}.command", commands[chip.name].between, all=False))
         for scope, axis in axes_of(chip):
             sources.append(TextSource(f"{scope}.motion", axis.motor.log.texts, all=False))
-            sources += [CurveSource(f"{scope}.{quantity.name}", quantity) for quantity in axis.quantities()]
+            sources += [CurveSource(reference(scope, quantity.name), quantity) for quantity in axis.quantities()]
     for part in parts:
         if quantities := part.quantities():
             sources.append(TextSource(f"{part.name}.finding", partial(_findings, part)))
-            sources += [CurveSource(f"{part.name}.{quantity.name}", quantity) for quantity in quantities]
+            sources += [CurveSource(reference(part.name, quantity.name), quantity) for quantity in quantities]
     return sources
 
 
 def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ()) -> Iterator[str]:
     """Yield the head of the file: the parts, and the units of the quantities."""
+    from ...record.waveforms.vcd_sources import reference
+
     for chip in chips:
         crystal = f", {chip.crystal_hz} Hz" if chip.sheet.crystal_high_hz else ""
         yield f"{chip.name}: {chip.sheet.part.upper()}{crystal}"
         for scope, axis in axes_of(chip) if values else ():
-            yield from (f"{scope}.{quantity.name} in {quantity.unit}" for quantity in axis.quantities())
+            yield from (f"{reference(scope, quantity.name)} in {quantity.unit}" for quantity in axis.quantities())
     for part in parts:
-        yield from (f"{part.name}.{quantity.name} in {quantity.unit}" for quantity in part.quantities())
+        yield from (f"{reference(part.name, quantity.name)} in {quantity.unit}" for quantity in part.quantities())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSetup:

@@ -169,6 +169,8 @@ class Terminal:
         self.bit: int | None = None  # of a bus
         self._driver: Driver | None = None
         self._level: int | None = None  # what is driven from outside
+        self._pulses: list[tuple[object, int]] = []  # in progress: each with its level, the last begun last
+        self._between: int | None = None  # what was driven when the first of them began
 
     @property
     def level(self) -> int | None:
@@ -216,6 +218,8 @@ class Terminal:
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
         """Drive the pin to a level for a time, then as it was driven from outside before, or not at all.
 
+        Of pulses that overlap, the one begun last decides; after all of them the pin is driven as before the first.
+
         Args:
             level: 0 or 1.
             width: the length of the pulse, such as "25 us", or picoseconds.
@@ -232,9 +236,20 @@ class Terminal:
         start, ps = self._instant(at), picoseconds(width)
 
         def begin() -> None:
-            before = self._level
+            if not self._pulses:
+                self._between = self._level
             self._put(level, kernel.now)
-            self._put(before, kernel.now + ps)
+            self._pulses.append((begin, level))
+            if ps:
+                kernel.call_at(kernel.now + ps, kernel.outside.later(end))
+            else:
+                end()
+
+        def end() -> None:
+            last = self._pulses[-1][0] is begin
+            self._pulses = [pulse for pulse in self._pulses if pulse[0] is not begin]
+            if last:
+                self._put(self._pulses[-1][1] if self._pulses else self._between, kernel.now)
 
         if start > kernel.now:
             kernel.call_at(start, kernel.outside.later(begin))

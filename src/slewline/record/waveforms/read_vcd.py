@@ -35,6 +35,8 @@ FORMATS = {  # how files begin that are often taken for a VCD file
     b"VZ": "a VZT file of GTKWave; convert it with: vzt2vcd FILE.vzt > FILE.vcd",
     b"GHDLwave": "a GHW file of GHDL; write VCD there, with --vcd=FILE.vcd",
     b"\xff\xfe": "text in UTF-16; save it as plain ASCII",
+    b"time_ps,chip,": "a table of steps (--steps, save_steps), without levels; write VCD: --vcd, or save_vcd",
+    b"time_ps,net,": "a table of the edges of many pins (save_csv); write VCD: --vcd, or save_vcd",
 }
 
 _DEFINED = re.compile(rb"\$enddefinitions\s+\$end\s")

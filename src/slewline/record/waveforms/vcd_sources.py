@@ -4,7 +4,7 @@ A source is expanded once a chunk and may feed several variables: a bus feeds it
 
     net "x.slew"         x.slew                   wire      0, 1, z
     bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
-    quantity             x.velocity               real      exact; a staircase
+    quantity             x.velocity               real      exact; a staircase; blanks of a name as _
     texts                x.finding                string    from its instant to the next
     states               x.command, x.motion      string    empty while there is none
 """
@@ -109,6 +109,11 @@ class NetSource:
         driven, high = values >> 8, values & 0xFF
         whole = [np.where(floating, FLOATING, high | ~driven & 0xFF)] if self.whole else []
         return whole + [np.where(floating | (driven >> bit & 1 == 0), FLOATING, high >> bit & 1) for bit in self.bits]
+
+
+def reference(owner: str, quantity: str) -> str:
+    """Return the name of a quantity in a file, where a name has no blanks: "m", "current 1" as "m.current_1"."""
+    return f"{owner}.{'_'.join(quantity.split())}"
 
 
 class CurveSource:
