@@ -15,7 +15,7 @@ from slewline.bench.file import BenchFile
 from slewline.bench.scripts.script import run_script
 from slewline.core.chip import Chip
 from slewline.core.datasheet.channel import BusHandshake, HostPort, SerialLine
-from slewline.core.datasheet.rows import LineRow, PacketRow, TextRow, row_object
+from slewline.core.datasheet.command_rows import LineRow, PacketRow, TextRow, row_object
 from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.step_views import StrobeView
@@ -31,8 +31,8 @@ from slewline.language.lines import Lines
 from slewline.language.lint import lint
 from slewline.language.text import Letters
 from slewline.links.lines.framing import FramedLine
-from slewline.links.lines.line import ConnectorLine as ServedLine
 from slewline.links.lines.pace import Lockstep
+from slewline.links.lines.served_line import ConnectorLine as ServedLine
 from slewline.links.server import Server
 
 US = 1_000_000

@@ -9,7 +9,6 @@ from slewline.core.datasheet.table import Limit
 from slewline.core.wires.characters import frames_of, transmit
 from slewline.core.wires.serial import RS232, TTL, CharacterFormat, bit_clock
 from slewline.errors import UsageError
-from slewline.record.measuring.characters import characters, shown
 from slewline.record.measuring.intervals import (
     Bound,
     Checked,
@@ -20,6 +19,7 @@ from slewline.record.measuring.intervals import (
     intervals,
     pairs,
 )
+from slewline.record.measuring.sampled_characters import characters, shown
 from tests.rows import rows
 
 NS, US = 1000, 1_000_000

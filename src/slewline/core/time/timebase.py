@@ -16,7 +16,7 @@ from operator import index
 from typing import TYPE_CHECKING, Self, TypeAlias
 
 from ...errors import TimeError
-from ..messages.numbers import without_comma
+from ..messages.decimal_comma import without_comma
 
 if TYPE_CHECKING:
     import numpy as np

@@ -13,7 +13,7 @@ from ...core.wires.characters import Character
 from ...errors import UsageError
 from ...links.lines.connectors import connector
 from ...links.lines.framing import FramedLine
-from ...links.lines.log import TranscriptFile
+from ...links.lines.line_transcript import TranscriptFile
 from ...links.lines.pace import Lockstep
 from ...parts.hosts.adaptive_host import AdaptiveHost
 from ..adapter import FramedSpeech

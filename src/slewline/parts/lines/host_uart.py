@@ -12,7 +12,7 @@ from ...core.wires.pin import Condition, GotCondition
 from ...core.wires.serial import CharacterFormat, LineSetting, bit_clock
 from ...core.wires.waits import until
 from ...errors import UsageError
-from ..base.data import Data, as_bytes
+from ..base.written_data import Data, as_bytes
 from .far_end import FarEnd
 
 if TYPE_CHECKING:

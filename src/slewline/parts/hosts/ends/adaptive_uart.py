@@ -16,7 +16,7 @@ from ....core.datasheet.channel import AdaptiveLine
 from ....core.wires.characters import Character
 from ....core.wires.serial import TTL, CharacterFormat, LineSetting
 from ....core.wires.waits import edge, first_of, until
-from ...base.data import as_bytes
+from ...base.written_data import as_bytes
 from ...lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
 from .shadow import FlowControl, Shadow
 
