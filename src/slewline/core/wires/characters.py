@@ -18,7 +18,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from ..time.events import When
 from ..time.hook import Hook
@@ -165,10 +165,9 @@ class CharacterHook(Hook[[Character]]):
 
     def add(self, listener: Callable[[Character], object]) -> Callable[[Character], object]:
         """Call a function with every character from now on; return it, for `remove`."""
-        super().add(listener)
         if self.receiver is not None:
-            self.receiver.one_by_one()
-        return listener
+            self.receiver.one_by_one()  # what has come before is not for this listener
+        return super().add(listener)
 
 
 class Receiver:
@@ -182,7 +181,7 @@ class Receiver:
         word: the format.
     """
 
-    whole_lines = True  # False: the twin, which takes every character by itself
+    whole_lines: ClassVar[bool] = True  # False: the twin, which takes every character by itself
 
     def __init__(self, net: Net, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.net, self.kernel, self.mark = net, net.kernel, mark
@@ -286,7 +285,7 @@ class Receiver:
             if self.seen[0] != 1 - mark:
                 self.looks = []
                 return None
-        if kernel.now < looks[-1]:
+        if len(self.seen) < len(looks):
             await until(kernel, looks[-1])
             self._look()
         byte, wrong, self.broken = frames.read(tuple(self.seen))
