@@ -6,6 +6,30 @@ from types import TracebackType
 from typing import Self
 
 
+class Completed:
+    """What a `with` block completes at its end, and discards when an error leaves the block."""
+
+    def close(self) -> None:
+        """Complete it."""
+        raise NotImplementedError
+
+    def discard(self) -> None:
+        """Drop it, unless it is complete."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if kind is None:
+                self.close()
+        finally:
+            self.discard()
+
+
 class Closing:
     """What has an end; a class says in `_shut` what that is."""
 

@@ -118,7 +118,7 @@ def test_file_appears_when_it_is_whole(tmp_path):
         assert len(list(tmp_path.iterdir())) == 2
     assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
-    file.commit()
+    file.close()
     file.discard()
     assert path.read_text() == "new"
 
@@ -184,7 +184,7 @@ def test_a_file_that_is_replaced_passes_its_mode_on_and_nobody_reads_it_meanwhil
     file = WholeFile(tmp_path / "a")
     assert stat.S_IMODE(os.stat(file.part).st_mode) == mode
     file.write(b"new")
-    file.commit()
+    file.close()
     assert (tmp_path / "a").read_bytes() == b"new"
     assert stat.S_IMODE(os.stat(tmp_path / "a").st_mode) == mode
 
@@ -220,7 +220,7 @@ def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_said(tmp_path, monke
     with monkeypatch.context() as patch:
         patch.setattr(Path, "stat", told)
         file._kept_owner = file._take_over(file.part)
-    file.commit()
+    file.close()
     assert stat.S_IMODE(os.stat(path).st_mode) == (0o6640 if permitted else 0o640)
     says = [str(each.message) for each in recwarn]
     assert says == ([] if permitted else [f"{path}: its owner and group are yours now, not those it had"])
@@ -247,7 +247,7 @@ def test_what_a_killed_process_has_left_is_removed_and_what_is_being_written_is_
     one, other = WholeFile(tmp_path / "a"), WholeFile(tmp_path / "b")
     for file in (one, other):
         file.write(b"whole")
-        file.commit()
+        file.close()
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         ".slewline-1-1.part",
         ".slewline-4000000-7.parts",

@@ -257,7 +257,7 @@ class Outputs:
     def keep(self) -> None:
         """Put the growing file in place."""
         if self._growing is not None:
-            self._growing.commit()
+            self._growing.close()
             self.written.append(str(self._growing.path))
             self._growing = None
 

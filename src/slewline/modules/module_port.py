@@ -11,9 +11,9 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from ..closing import Closing
 from ..errors import UsageError
 from ..links.ports.urls import SERVED, TAIL, dismissed, unopened
 from .echo import EchoFilter
@@ -36,7 +36,7 @@ class Chunk(NamedTuple):
     ns: int
 
 
-class ModulePort:
+class ModulePort(Closing):
     """A serial port that is open, for nobody else where the system can see to it.
 
     Args:
@@ -185,15 +185,7 @@ class ModulePort:
             raise PortLost(f"{self.where}: the port is gone ({why}); {remedy}, and call again") from None
 
     # ----------------------------------------------------------------------------------------------------------- close
-    def close(self) -> None:
+    def _shut(self) -> None:
         """Let go of the port."""
         with suppress(OSError):
             self.line.close()
-
-    def __enter__(self) -> ModulePort:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -23,8 +23,8 @@ from contextlib import contextmanager, suppress
 from io import BufferedWriter
 from itertools import count
 from pathlib import Path
-from types import TracebackType
 
+from ..closing import Completed
 from ..core.messages.calls import level_of_caller
 from ..errors import UsageError
 from ..locks import lock
@@ -58,7 +58,7 @@ def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False
     raise UsageError(f"{path}: give a name that ends in {endings}{convert}")
 
 
-class WholeFile:
+class WholeFile(Completed):
     """A binary file to write: `commit` puts it in place, `discard` leaves everything as it was.
 
     As a context manager it commits, or discards when the block raises.
@@ -122,7 +122,7 @@ class WholeFile:
         with self.refusals():
             self.handle.write(data)
 
-    def commit(self) -> None:
+    def close(self) -> None:
         """Put the file in place of what had its name; a second call does nothing."""
         if not self._end.alive:
             return
@@ -158,18 +158,6 @@ class WholeFile:
             yield
         except OSError as error:
             raise UsageError(f"{self.path}: cannot be written: {error.strerror or error}") from error
-
-    def __enter__(self) -> WholeFile:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            if kind is None:
-                self.commit()
-        finally:
-            self.discard()
 
 
 def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:

@@ -27,19 +27,16 @@ from serialx import (
     register_uri_handler,
 )
 
-from ..bench import Bench
 from ..bench.runner import Wait
-from ..core.chip import Chip
 from ..errors import UsageError
 from .aio import time_of
 from .endpoint import SILENCE_PS, SerialEndpoint, word_of
-from .rig import SCHEME, Rig, from_url
+from .rig import SCHEME, HasRig, Rig, from_url
 
 
-class Serial(BaseSerial):
+class Serial(HasRig, BaseSerial):
     """A serial port of serialx with a module of slewline at its other end."""
 
-    rig: Rig
     end: SerialEndpoint | None = None
     _found_at: str | None = None  # whose module the rig is
 
@@ -82,16 +79,6 @@ class Serial(BaseSerial):
     def is_open(self) -> bool:
         """Whether the port is open."""
         return self.end is not None
-
-    @property
-    def bench(self) -> Bench:
-        """The bench of the module, for tests that need its inside."""
-        return self.rig.bench
-
-    @property
-    def chip(self) -> Chip:
-        """The module."""
-        return self.rig.chip
 
     def _word(self) -> Any:
         return word_of(

@@ -25,7 +25,7 @@ from weakref import WeakSet
 from ..core.messages.near import hint
 from ..core.time.timebase import Time
 from ..errors import UnknownName, UsageError
-from .rig import SCHEME, seconds
+from .rig import SCHEME, HasRig, seconds
 
 if TYPE_CHECKING:
     from .controller import Controller
@@ -133,7 +133,7 @@ def _pyserial(stack: ExitStack, serial: Any, known: Mapping[str, Controller], us
         return name in known and (not port.is_open or vars(port).get("_url") == port.port)
 
     check_class("serial", serial.Serial, serial.SerialBase)
-    _lend(stack, serial.Serial, vars(Serial), mine, lambda port: known[plain(port.port)].rig)
+    _lend(stack, serial.Serial, {**vars(HasRig), **vars(Serial)}, mine, lambda port: known[plain(port.port)].rig)
     from serial.tools import list_ports
     from serial.tools.list_ports_common import ListPortInfo
 
@@ -194,7 +194,7 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
     for module in (serialx, common):
         _put(stack, module, "list_serial_ports", list_serial_ports)
         _put(stack, module, "async_list_serial_ports", async_list_serial_ports)
-    _lend(stack, serialx.Serial, vars(Serial), lambda port: plain(port.path) in known, found)
+    _lend(stack, serialx.Serial, {**vars(HasRig), **vars(Serial)}, lambda port: plain(port.path) in known, found)
     for module in (common, async_serial):
         _put(stack, module, "get_uri_handler", get_uri_handler)
 

@@ -32,12 +32,10 @@ from typing import Any
 
 from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
-from ..bench import Bench
-from ..core.chip import Chip
 from ..core.time.timebase import PS_PER_S
 from ..core.wires.serial import CharacterFormat
 from .endpoint import SerialEndpoint, word_of
-from .rig import Rig, from_url, seconds
+from .rig import HasRig, Rig, from_url, seconds
 
 NO_FILE = (
     "is a module of slewline, not a file; a program that waits for one, such as pyserial-asyncio or select, gets a "
@@ -57,12 +55,11 @@ def waits_for_a_file() -> bool:
     return frame is not None
 
 
-class Serial(SerialBase):
+class Serial(HasRig, SerialBase):
     """A serial port with a module of slewline at its other end."""
 
     _allow_code = False
     _url: str | None = None  # whose module the rig is
-    rig: Rig
     _end: SerialEndpoint
 
     def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
@@ -114,16 +111,6 @@ class Serial(SerialBase):
     def _word(self) -> CharacterFormat:
         """The format of the settings, if a line can have it."""
         return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
-
-    @property
-    def bench(self) -> Bench:
-        """The bench of the module, for tests that need its inside."""
-        return self.rig.bench
-
-    @property
-    def chip(self) -> Chip:
-        """The module."""
-        return self.rig.chip
 
     # -------------------------------------------------------------------------------------------------------- reading
     @property

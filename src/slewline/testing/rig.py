@@ -341,3 +341,19 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
         # which refuses it here: it may be the name of an argument
         checked(part, sheet.options, unknown, elsewhere=sheet.elsewhere)
     return {"straps": straps, **read(rows, rest.items())}
+
+
+class HasRig:
+    """What a port shows of the module at its other end."""
+
+    rig: Rig
+
+    @property
+    def bench(self) -> Bench:
+        """The bench of the module, for tests that need its inside."""
+        return self.rig.bench
+
+    @property
+    def chip(self) -> Chip:
+        """The module."""
+        return self.rig.chip

@@ -19,8 +19,26 @@ from .forms import END, TextDialect
 from .written_values import BETWEEN, hint, number
 
 
+class ReadAlike:
+    """What reads a line, and describes a command, in both dialects."""
+
+    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
+        """Return a reader of one line that begins at a column of the source."""
+        from .text_reader import TextReader
+
+        return TextReader(source, number, column, text)
+
+    def table(self, sheet: Sheet) -> str:
+        """Return the table of commands, in Markdown."""
+        return text_reference.command_table(sheet)
+
+    def in_full(self, sheet: Sheet, row: TextRow) -> str:
+        """Return all that is known of a command, in Markdown."""
+        return text_reference.in_full(sheet, row)
+
+
 @dataclass(frozen=True, eq=False)
-class Letters(TextDialect):
+class Letters(ReadAlike, TextDialect):
     """The dialect in which a command is a letter with numbers after it.
 
     Attributes:
@@ -81,12 +99,6 @@ class Letters(TextDialect):
         """Return a decoder of the characters that a part receives."""
         return Decoder(sheet, self)
 
-    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
-        """Return a reader of one line that begins at a column of the source."""
-        from .text_reader import TextReader
-
-        return TextReader(source, number, column, text)
-
     @property
     def rules(self) -> Sequence[Check]:
         """Return the linter's rules."""
@@ -94,17 +106,9 @@ class Letters(TextDialect):
 
         return FOR_TOKENS
 
-    def table(self, sheet: Sheet) -> str:
-        """Return the table of commands, in Markdown."""
-        return text_reference.command_table(sheet)
-
-    def in_full(self, sheet: Sheet, row: TextRow) -> str:
-        """Return all that is known of a command, in Markdown."""
-        return text_reference.in_full(sheet, row)
-
 
 @dataclass(frozen=True, eq=False)
-class Verbatim(TextDialect):
+class Verbatim(ReadAlike, TextDialect):
     """The dialect in which a command is a letter with numbers after it, stored as it was written.
 
     Attributes:
@@ -219,23 +223,9 @@ class Verbatim(TextDialect):
         """Return a decoder of the characters that a part receives."""
         return Decoder(sheet, self)
 
-    def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
-        """Return a reader of one line that begins at a column of the source."""
-        from .text_reader import TextReader
-
-        return TextReader(source, number, column, text)
-
     @property
     def rules(self) -> Sequence[Check]:
         """Return the linter's rules."""
         from .rules import FOR_TEXT  # a chip that is only run does not load the linter
 
         return FOR_TEXT
-
-    def table(self, sheet: Sheet) -> str:
-        """Return the table of commands, in Markdown."""
-        return text_reference.command_table(sheet)
-
-    def in_full(self, sheet: Sheet, row: TextRow) -> str:
-        """Return all that is known of a command, in Markdown."""
-        return text_reference.in_full(sheet, row)

@@ -17,8 +17,26 @@ from ..spoken import CR, Speech
 LF = b"\n"
 
 
+class TimedAnswer:
+    """What follows from the times of an answer: first among the bases."""
+
+    over_us: float
+    first_us: float | None
+    last_us: float | None
+
+    @property
+    def delay_us(self) -> float | None:
+        """From the end of the last character that was sent to the first one that came."""
+        return None if self.first_us is None else self.first_us - self.over_us
+
+    @property
+    def duration_us(self) -> float:
+        """From the first character of the answer to the last one."""
+        return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
+
+
 @dataclass
-class RecordedExchange:
+class RecordedExchange(TimedAnswer):
     """What was sent, and what came until the next line was sent.
 
     `at_us` is when the first character was handed over, `over_us` when the last one was on the line; `first_us` and
@@ -37,16 +55,6 @@ class RecordedExchange:
     def sent(self) -> bytes:
         """The characters that were sent."""
         return bytes(code for _, code in self.characters)
-
-    @property
-    def delay_us(self) -> float | None:
-        """From the end of the last character that was sent to the first one that came."""
-        return None if self.first_us is None else self.first_us - self.over_us
-
-    @property
-    def duration_us(self) -> int:
-        """From the first character of the answer to the last one."""
-        return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
 
 
 def commands(speech: Speech, data: bytes) -> list[str]:

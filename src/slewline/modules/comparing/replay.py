@@ -13,7 +13,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from ..spoken import CR
-from .exchanges import RecordedExchange
+from .exchanges import RecordedExchange, TimedAnswer
 from .model import PAUSE_PS, ModelLine
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ LATE_US = 10_000_000  # how much later than the module's an answer of the model 
 
 
 @dataclass(eq=False)
-class ModelAnswer:
+class ModelAnswer(TimedAnswer):
     """What the model has answered in an exchange; times in µs of the replay, as those of a `RecordedExchange`."""
 
     over_us: float = 0.0
@@ -32,16 +32,6 @@ class ModelAnswer:
     first_us: float | None = None
     last_us: float | None = None
     findings: list[Finding] = field(default_factory=list)
-
-    @property
-    def delay_us(self) -> float | None:
-        """From the end of the last character that was sent to the first one that came."""
-        return None if self.first_us is None else self.first_us - self.over_us
-
-    @property
-    def duration_us(self) -> float:
-        """From the first character of the answer to the last one."""
-        return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
 
 
 class ModelReplay(ModelLine):

@@ -50,26 +50,6 @@ class AdaptiveHost(UartHost, Host):
         self.on_character = self.uart.on_character
 
     @from_outside
-    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Change rate and format.
-
-        Args:
-            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
-            bits: the number of data bits, 5 to 8.
-            parity: "none", "odd" or "even".
-            stop: the number of stop bits: 1, "1.5" or 2.
-
-        Raises:
-            UsageError: another rate or format.
-        """
-        self.uart.change_line(baud, bits, parity, stop)
-
-    @from_outside
-    def opened_at(self, baud: int) -> None:
-        """Take notice of a rate that changes nothing: the chip would have found it."""
-        self.uart.opened_at(baud)
-
-    @from_outside
     def heed(self, on: bool | None) -> None:
         """Obey CTS from now on (True), ignore it (False), or decide by the mode commands that the host has sent (None).
 
@@ -79,19 +59,6 @@ class AdaptiveHost(UartHost, Host):
         self.uart.control.heed(on, self)
 
     # -------------------------------------------------------------------------------------------------- out and back
-    @from_outside
-    def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters to be sent unchanged.
-
-        Args:
-            data: the characters.
-            fault: "parity", "framing" or "late": send every one of them with this fault.
-
-        Raises:
-            UsageError: text that is not ASCII, neither text nor bytes, or another fault.
-        """
-        self.uart.write(data, fault)
-
     def send(self, data: str | bytes) -> None:
         """Queue characters, after two carriage returns if the chip does not know the rate.
 

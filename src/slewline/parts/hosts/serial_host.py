@@ -7,7 +7,6 @@ from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from ...core.messages.calls import answering
-from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.serial import Straps
 from ...errors import ChecksumError, Timeout
@@ -52,26 +51,6 @@ class SerialHost(UartHost, Host):
         """The straps of the selected module."""
         return self.uart.straps
 
-    @from_outside
-    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Change rate and format, whatever the module is strapped for.
-
-        Args:
-            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
-            bits: the number of data bits, 5 to 8.
-            parity: "none", "odd" or "even".
-            stop: the number of stop bits: 1, "1.5" or 2.
-
-        Raises:
-            UsageError: another rate or format.
-        """
-        self.uart.change_line(baud, bits, parity, stop)
-
-    @from_outside
-    def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
-        self.uart.opened_at(baud)
-
     # -------------------------------------------------------------------------------------------------- out and back
     def send(self, data: str | bytes) -> None:
         """Queue characters to be sent unchanged: no address or checksum is added.
@@ -80,19 +59,6 @@ class SerialHost(UartHost, Host):
             UsageError: text that is not ASCII, or neither text nor bytes.
         """
         self.write(data)
-
-    @from_outside
-    def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters to be sent unchanged, at the rate of the line.
-
-        Args:
-            data: the characters.
-            fault: "parity", "framing" or "late": send every one of them with this fault.
-
-        Raises:
-            UsageError: text that is not ASCII, neither text nor bytes, or another fault.
-        """
-        self.uart.write(data, fault)
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s") -> str:

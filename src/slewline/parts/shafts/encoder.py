@@ -25,7 +25,7 @@ from ...errors import UsageError
 from ..base.part import Part
 from .motor import Translator
 from .sensors import Sensor
-from .shaft import GearedShaft, Shaft
+from .shaft import Blockable, GearedShaft, Shaft
 from .shaft_counter import CountScale
 from .shown import EncoderChannel, LevelPattern
 
@@ -140,7 +140,7 @@ class ShowsCounts:
         return super().waiting  # type: ignore[misc,no-any-return]
 
 
-class Encoder(ShowsCounts, Part):
+class Encoder(ShowsCounts, Blockable, Part):
     """An encoder on the shaft of a step motor that makes every step, at the fall of PULSE; DIR high is forward.
 
     Args:
@@ -210,20 +210,6 @@ class Encoder(ShowsCounts, Part):
                 self.finding("open-pin", "pulse is open, so only push turns the shaft; give to=x, or on=motor")
             self._motor.rewired()
         self.rule.start()
-
-    @from_outside
-    def block(self) -> None:
-        """Block the shaft: it stops, steps are lost."""
-        self.input("block")
-        self.shaft.block()
-        self.kernel.settle()
-
-    @from_outside
-    def free(self) -> None:
-        """Free the shaft: it follows again, from where it is."""
-        self.input("free")
-        self.shaft.free()
-        self.kernel.settle()
 
     @from_outside
     def slip(self, counts: int) -> None:

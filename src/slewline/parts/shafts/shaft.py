@@ -23,10 +23,13 @@ from typing import TYPE_CHECKING, Protocol, cast
 from ...core.motion.history import Staircase
 from ...core.time.events import Events, Listed
 from ...core.time.hook import Hook
+from ...core.time.inputs import from_outside
 from .shaft_counter import counter_of
 from .shaft_motion import BLOCKED, Once, ShaftMotion, common
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -258,6 +261,28 @@ def shaft_quantities(self: HasShaft) -> tuple[Quantity, ...]:
 def forget_shaft(self: HasShaft, before: int) -> None:
     """Drop the positions of the shaft before an instant (ps): `forget` of a part."""
     self.shaft.forget(before)
+
+
+class Blockable:
+    """A part whose shaft a user may block and free: before `Part` among the bases."""
+
+    shaft: Shaft
+    kernel: Kernel
+    input: Callable[..., None]
+
+    @from_outside
+    def block(self) -> None:
+        """Block the shaft: it stops, and steps are lost."""
+        self.input("block")
+        self.shaft.block()
+        self.kernel.settle()
+
+    @from_outside
+    def free(self) -> None:
+        """Free the shaft: it turns again, from where it is."""
+        self.input("free")
+        self.shaft.free()
+        self.kernel.settle()
 
 
 class DrivenShaft(Shaft):

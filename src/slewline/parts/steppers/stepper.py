@@ -23,6 +23,7 @@ from ..motors.laws import read_system
 from ..motors.loads import load_complaint
 from ..motors.motors import motor_complaint
 from ..shafts.motor import EDGE, EDGES
+from ..shafts.shaft import Blockable
 from ..shafts.shaft_counter import CountScale
 from ..shafts.shown import SwitchZone
 from .feed import Feed, Pins, Reading, phases_asked, steps_asked
@@ -44,7 +45,7 @@ MOST_PUSHED = 1e6  # steps
 STALLS = (True, False, True)  # by how many of the bounds at -2 and 2 steps from the command lie below
 
 
-class Stepper(Part):
+class Stepper(Blockable, Part):
     """A stepper motor with driver and load: what the pulses ask for, and what comes of it.
 
     Its shaft turns as the equations have it (`motors/law.py`), and what sits on a shaft sits on this one: an encoder,
@@ -116,6 +117,7 @@ class Stepper(Part):
             none=True,
         ),
     )
+    shaft: MotorShaft
     rewired = start_rule
 
     def __init__(
@@ -270,20 +272,6 @@ class Stepper(Part):
         newton_metres = quantity(torque, "N m", f"{self.name}: torque")
         self.input("load", torque)
         self._alter(torque=newton_metres)
-        self.kernel.settle()
-
-    @from_outside
-    def block(self) -> None:
-        """Hold its shaft: it stands, and steps are lost."""
-        self.input("block")
-        self.shaft.block()
-        self.kernel.settle()
-
-    @from_outside
-    def free(self) -> None:
-        """Let its shaft turn again, from where it is."""
-        self.input("free")
-        self.shaft.free()
         self.kernel.settle()
 
     @from_outside

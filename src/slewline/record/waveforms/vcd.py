@@ -20,9 +20,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
 from struct import pack, unpack
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from ...closing import Completed
 from ...core.messages.plain import ascii_of
 from ...core.time.timebase import UNITS, readable
 from ...errors import UsageError
@@ -44,7 +44,7 @@ MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
 ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
 
 
-class VcdStream:
+class VcdStream(Completed):
     """A VCD file that grows with virtual time: `write_until` appends what has happened since the last call.
 
     The file begins with the values at `start` and is put in place by `close`.  As a context manager it closes, or
@@ -119,7 +119,7 @@ class VcdStream:
         if end > self._said:
             self._file.write(b"#%d\n" % end)
             self._said = end
-        self._file.commit()
+        self._file.close()
 
     def discard(self) -> None:
         """Discard the file, unless it is closed."""
@@ -204,18 +204,6 @@ class VcdStream:
         merged >>= table.bits
         merged += base
         return table, merged, codes
-
-    def __enter__(self) -> VcdStream:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            if kind is None:
-                self.close()
-        finally:
-            self.discard()
 
 
 def write_vcd(

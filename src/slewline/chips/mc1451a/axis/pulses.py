@@ -110,6 +110,10 @@ class Pulses:
         self.law, self.curve, self.surplus = None, None, 0
         self.x0, self.turn = self.state.target, 0
         self.remember(n)
+        self._withdraw()
+
+    def _withdraw(self) -> None:
+        """End with this instant what is promised."""
         if self.playing is not None:
             self.playing.until = self.kernel.now + 1
             self.pulse.renew()
@@ -132,10 +136,7 @@ class Pulses:
         """Reset: end with this instant whatever is promised; a position declared in it counts first."""
         self.law = None
         self._do()
-        if self.playing is not None:
-            self.playing.until = self.kernel.now + 1
-            self.pulse.renew()
-            self.playing = None
+        self._withdraw()
 
     def schedule(self, n: int, law: Law, run: CycleRun, curve: Phases | None = None) -> None:
         """Begin a run with cycle n; its pulses follow when whatever belongs to this instant is over.
