@@ -14,6 +14,7 @@ Scripts and hosts may write a rate with its unit, `spoken`: 12345 steps/s, 0.5 s
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from decimal import ROUND_DOWN, Context, Decimal
 from fractions import Fraction
 from math import floor
@@ -75,6 +76,29 @@ def steps_per_s(text: str) -> Fraction | None:
     if match is None:
         _refuse_turns(text)
     return Fraction(match[1]) if match and (match[2], match[3]) == ("s", None) else None
+
+
+def nearest_rate(
+    where: str, text: str, rates: Callable[[int], Fraction], low: int, high: int, source: str = ""
+) -> int | None:
+    """Return the parameter whose rate is nearest to one such as "500 steps/s"; None: the text is no rate.
+
+    Args:
+        where: part and parameter, for messages.
+        rates: the rate of a parameter from `low` to `high`, steps/s, rising.
+        source: where the manual has them, for messages.
+
+    Raises:
+        UsageError: less than half of the lowest rate, or more than twice the highest one.
+    """
+    rate = steps_per_s(text)
+    if rate is None:
+        return None
+    slowest, fastest = rates(low), rates(high)
+    if not slowest / 2 <= rate <= fastest * 2:
+        allowed = f"{float(slowest):.0f}..{float(fastest):.0f} steps/s{source}"
+        raise UsageError(f"{where} {text.strip()}; allowed {allowed}")
+    return min(range(low, high + 1), key=lambda each: abs(rates(each) - rate))
 
 
 def _refuse_turns(text: str) -> None:

@@ -16,9 +16,8 @@ from math import log
 
 from ...core.datasheet.table import Sheet
 from ...core.time.timebase import PS_PER_S
-from ...errors import UsageError
 from ...language.ramp_answers import Calculator, Candidate, RampParameter, Search, Values
-from ...language.rates import steps_per_s
+from ...language.rates import nearest_rate
 from ..cy5xx.ramps import UnitRamp
 from ..cy5xx.sheet import COMMANDS
 from . import profile
@@ -77,14 +76,10 @@ class Cy525Ramps(Calculator):
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the parameter of a rate such as "500 steps/s"; None: the text is no rate."""
-        rate = steps_per_s(text)
-        if rate is None:
-            return None
-        slowest, fastest = (Fraction(crystal_hz, STEP_TICKS[end]) for end in (0, -1))
-        if not slowest / 2 <= rate <= fastest * 2:
-            found = f"cy525: {quantity.name} {text.strip()}"
-            raise UsageError(f"{found}; allowed {float(slowest):.0f}..{float(fastest):.0f} steps/s (T.VII)")
-        return min(range(len(STEP_TICKS)), key=lambda each: abs(Fraction(crystal_hz, STEP_TICKS[each]) - rate))
+        top = len(STEP_TICKS) - 1
+        return nearest_rate(
+            f"cy525: {quantity.name}", text, lambda each: Fraction(crystal_hz, STEP_TICKS[each]), 0, top, " (T.VII)"
+        )
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
         """Yield a pair of S and Z for every time that a rate unit can take, of those with the same the least Z."""

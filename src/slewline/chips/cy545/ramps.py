@@ -7,9 +7,8 @@ from fractions import Fraction
 from math import log
 
 from ...core.datasheet.table import Sheet
-from ...errors import UsageError
 from ...language.ramp_answers import Calculator, Candidate, RampParameter, Search, Values
-from ...language.rates import steps_per_s
+from ...language.rates import nearest_rate
 from ..cy5xx.ramps import UnitRamp
 from . import profile
 
@@ -63,15 +62,8 @@ class Cy545Ramps(Calculator):
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the rate parameter that comes nearest to a rate in steps/s; None: the text is none."""
-        rate = steps_per_s(text)
-        if rate is None:
-            return None
-        slowest, fastest = (Fraction(crystal_hz, self.periods[end]) for end in (0, -1))
-        if not slowest / 2 <= rate <= fastest * 2:
-            found = f"{self.sheet.part}: {quantity.name} {text.strip()}"
-            raise UsageError(f"{found}; allowed {float(slowest):.0f}..{float(fastest):.0f} steps/s")
-        every = range(len(self.periods))
-        return min(every, key=lambda each: abs(Fraction(crystal_hz, self.periods[each]) - rate))
+        where, top = f"{self.sheet.part}: {quantity.name}", len(self.periods) - 1
+        return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.periods[each]), 0, top)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
         """Yield every S: there are few, and none is costly."""

@@ -11,7 +11,6 @@ from ...core.datasheet.table import Arg, Sheet
 from ...core.motion.plan import Plan, Runs, steps
 from ...core.motion.train import StepTrain
 from ...core.time.timebase import PS_PER_S, Clock
-from ...errors import UsageError
 from ...language.ramp_answers import (
     Accelerations,
     Calculator,
@@ -24,7 +23,7 @@ from ...language.ramp_answers import (
     Values,
     least,
 )
-from ...language.rates import steps_per_s
+from ...language.rates import nearest_rate
 from .stepping.slope import Law
 
 PlanMove = Callable[[int, int, int, int, Law], Plan]  # number, rate, slope (0: none), factor, law
@@ -122,16 +121,8 @@ class SlopeRamps(Calculator):
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
         """Return the parameter of a rate such as "500 steps/s"; None: the text is no rate."""
-        rate = steps_per_s(text)
-        if rate is None:
-            return None
-        arg = self.arg(quantity.name)
-        slowest, fastest = (Fraction(crystal_hz, self.law.period(end)) for end in (arg.low, arg.high))
-        if not slowest / 2 <= rate <= fastest * 2:
-            found = f"{self.sheet.part}: {quantity.name} {text.strip()}"
-            raise UsageError(f"{found}; allowed {float(slowest):.0f}..{float(fastest):.0f} steps/s")
-        every = range(arg.low, arg.high + 1)
-        return min(every, key=lambda each: abs(Fraction(crystal_hz, self.law.period(each)) - rate))
+        arg, where = self.arg(quantity.name), f"{self.sheet.part}: {quantity.name}"
+        return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.law.period(each)), arg.low, arg.high)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
         """Yield every S: there are few, and none is costly."""

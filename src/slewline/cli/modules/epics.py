@@ -18,7 +18,6 @@ from ...errors import UsageError
 from ...links.sockets.address import is_loopback
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
-from ...modules.finding import find
 from .. import FOUND
 from ..live.serve import remark, show_ports
 from .module_options import SettingOptions
@@ -79,16 +78,7 @@ class EpicsCommand(SettingOptions):
         if not sheet.acting("goto"):
             raise UsageError(f"{self.part}: no serial line over which a record moves it; allowed a part that has one")
         values = self.values()
-        found = find(
-            self.port,
-            sheet,
-            baud=self.baud,
-            checked=self.checksum,
-            address=self.address,
-            may_move=True,
-            echo=self.echo,
-            say=remark,
-        )
+        found = self.found(self.port, sheet, may_move=True)
         try:
             speech = found.speech
             if self.dialogue is not None and self.file is None:

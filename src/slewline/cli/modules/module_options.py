@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -12,6 +12,11 @@ from ...core.time.timebase import hertz
 from ..options.command_kinds import ChipOption
 from ..options.shared import path
 from ..options.values import FREQUENCY, PartName, WholeNumber
+
+if TYPE_CHECKING:
+    from ...core.datasheet.table import Sheet
+    from ...modules.module import Module
+    from ...modules.raw import RawRecord
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -53,6 +58,23 @@ class SettingOptions:
     def crystal_hz(self) -> int | None:
         """Its clock, where that is known."""
         return None if self.crystal is None else int(hertz(self.crystal))
+
+    def found(self, port: str, sheet: Sheet, raw: RawRecord | None = None, *, may_move: bool) -> Module:
+        """Return the module at a port, which has answered; raises as `find`."""
+        from ...modules.finding import find
+        from ..live.serve import remark
+
+        return find(
+            port,
+            sheet,
+            baud=self.baud,
+            checked=self.checksum,
+            address=self.address,
+            may_move=may_move,
+            echo=self.echo,
+            raw=raw,
+            say=remark,
+        )
 
 
 def setting_options(function: Function) -> Function:

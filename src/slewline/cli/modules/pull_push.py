@@ -12,7 +12,6 @@ from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
 from ...modules.dialogue import DialogueFile, DialogueHeader
 from ...modules.failures import ModuleFailure
-from ...modules.finding import find
 from ...modules.programs.backup import check_new, check_push, check_recall, check_store, pull, push
 from ...modules.programs.restore import STORED_BYTE_S, ProgramText
 from ...modules.raw import RawRecord
@@ -45,7 +44,7 @@ class PortOptions(SettingOptions):
         path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=None)
         with raw_record(beside) as raw:
-            found = self.found(sheet, raw, may_move)
+            found = self.found(self.port, sheet, raw, may_move=may_move)
             speech = found.speech
             markings = self.markings or ""
             header = DialogueHeader(sheet.part, markings, self.crystal_hz, speech.baud, speech.checked, speech.address)
@@ -54,20 +53,6 @@ class PortOptions(SettingOptions):
                 goes = f"what is said goes to {path}, raw characters to {raw.path}"
                 remark(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}")
                 yield found
-
-    def found(self, sheet: Sheet, raw: RawRecord, may_move: bool) -> Module:
-        """Return the module, which has answered."""
-        return find(
-            self.port,
-            sheet,
-            baud=self.baud,
-            checked=self.checksum,
-            address=self.address,
-            may_move=may_move,
-            echo=self.echo,
-            raw=raw,
-            say=remark,
-        )
 
 
 def free(beside: str, ending: str) -> Path:

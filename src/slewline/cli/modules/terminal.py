@@ -47,7 +47,7 @@ class TerminalCommand(PortOptions):
     def _converse(self, part: str, options: dict[str, Any]) -> None:
         with ExitStack() as stack:
             raw = stack.enter_context(raw_record(self.dialogue or f"terminal.{part}"))
-            module = self.found(sheet_of(part), raw, may_move=True)
+            module = self.found(self.port, sheet_of(part), raw, may_move=True)
             stack.enter_context(module.port)
             speech = module.speech
             header = DialogueHeader(

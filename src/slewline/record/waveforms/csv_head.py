@@ -20,6 +20,7 @@ import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
+from typing import NamedTuple
 
 from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError, WaveformError
@@ -67,6 +68,15 @@ class CsvHead:
     rate: Fraction | None = None
 
 
+class Preamble(NamedTuple):
+    """What comes before the numbers, cell by cell; the channels that a comment names, and the first row of numbers."""
+
+    texts: list[list[str]]
+    channels: list[str]
+    first: list[str]
+    sigrok: bool
+
+
 def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
     """Read the head of a table.
 
@@ -78,32 +88,8 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
         WaveformError: no row of numbers.
         UsageError: nothing says how far apart the rows are, or in which unit times are.
     """
-    head, sigrok = CsvHead(), False
-    texts: list[list[str]] = []
-    channels: list[str] = []
-    first: list[str] = []
-    for head.lines, line in enumerate(lines[:PREAMBLE]):
-        bare = line.strip()
-        if bare.startswith((";", "#", "META ")) or not bare:
-            head.rate = head.rate or rate_in(bare)
-            sigrok = sigrok or "libsigrok" in bare
-            named = _CHANNELS.search(bare)
-            channels = [each[:LONG].strip() for each in named[1].split(",")] if named else channels
-            continue
-        head.delimiter = next((mark for mark in ("\t", ";", ",") if mark in bare), head.delimiter)
-        cells = _cells(line, head.delimiter)
-        if _numbers(cells):
-            first = cells
-            break
-        texts.append(cells)
-        head.rate = head.rate or _rate_of(cells)
-    if not first:
-        shown = next((line for line in lines if DATE.search(line)), "")
-        remedy = "export times as seconds, not as dates" if shown else "expected columns of numbers under their names"
-        raise WaveformError(f"{path}: no row of numbers in its first {min(len(lines), PREAMBLE)} lines; {remedy}")
-    if len(first) > MOST_COLUMNS:
-        raise WaveformError(f"{path}: {len(first)} columns; allowed {MOST_COLUMNS}")
-    head.marks = len(first) - 1
+    head = CsvHead()
+    texts, channels, first, sigrok = _preamble(path, head, lines)
     known = [n for n, cell in enumerate(first) if cell]
     beside = _beside(head, lines, known[0])
     own = [cells[1 : known[0] if beside else None] for cells in texts if cells[0].lower() in SOURCES]
@@ -128,17 +114,51 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
             Fraction(timescale) if timescale is not None else PS_PER_S / (head.rate or Fraction(1))
         )
     signals = [n for n in known if n != head.time and not (counted and n == 0)]
+    head.columns = _columns(signals, names, channels, own)
+    return head
+
+
+def _preamble(path: str, head: CsvHead, lines: list[str]) -> Preamble:
+    """Read what comes before the numbers; `head` gets the delimiter, a rate, and in which line the numbers begin."""
+    sigrok = False
+    texts: list[list[str]] = []
+    channels: list[str] = []
+    for head.lines, line in enumerate(lines[:PREAMBLE]):
+        bare = line.strip()
+        if bare.startswith((";", "#", "META ")) or not bare:
+            head.rate = head.rate or rate_in(bare)
+            sigrok = sigrok or "libsigrok" in bare
+            named = _CHANNELS.search(bare)
+            channels = [each[:LONG].strip() for each in named[1].split(",")] if named else channels
+            continue
+        head.delimiter = next((mark for mark in ("\t", ";", ",") if mark in bare), head.delimiter)
+        cells = _cells(line, head.delimiter)
+        if _numbers(cells):
+            if len(cells) > MOST_COLUMNS:
+                raise WaveformError(f"{path}: {len(cells)} columns; allowed {MOST_COLUMNS}")
+            head.marks = len(cells) - 1
+            return Preamble(texts, channels, cells, sigrok)
+        texts.append(cells)
+        head.rate = head.rate or _rate_of(cells)
+    shown = next((line for line in lines if DATE.search(line)), "")
+    remedy = "export times as seconds, not as dates" if shown else "expected columns of numbers under their names"
+    raise WaveformError(f"{path}: no row of numbers in its first {min(len(lines), PREAMBLE)} lines; {remedy}")
+
+
+def _columns(signals: list[int], names: list[str], channels: list[str], own: list[list[str]]) -> dict[str, int]:
+    """The columns of the signals by name: of channels, of the preamble where heads do not differ, or D0, D1 ..."""
     alike = len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals)
     if own and alike and not channels:
         channels = [name for name in own[-1] if name]
+    columns: dict[str, int] = {}
     for place, n in enumerate(signals):
         name = channels[place] if len(channels) == len(signals) else names[n] if not _said(names[n]) else ""
         name = _split(name)[0] or f"D{place}"
         number = 2
-        while name in head.columns:
+        while name in columns:
             name, number = f"{name.partition('#')[0]}#{number}", number + 1
-        head.columns[name] = n
-    return head
+        columns[name] = n
+    return columns
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
