@@ -23,6 +23,7 @@ from pathlib import Path
 from time import monotonic_ns
 from typing import Any, Literal
 
+from ..closing import Closing
 from ..errors import BenchFileError, UsageError
 from ..gate import BOM, LATEST_PS, from_json, lines_of, opened
 
@@ -113,7 +114,7 @@ class Gathered:
         return [] if found is None else [(*found[:3], bytes(found[3]))]
 
 
-class DialogueFile:
+class DialogueFile(Closing):
     """A dialogue that is being written, line by line; close it at the end.
 
     Args:
@@ -198,16 +199,10 @@ class DialogueFile:
         with suppress(OSError):  # every line has been written, or refused, already
             self._file.close()
 
-    def close(self) -> None:
+    def _shut(self) -> None:
         """Write what is left, and close the file."""
         self.end()
         self._let_go()
-
-    def __enter__(self) -> DialogueFile:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import IO, TYPE_CHECKING, cast
 
+from ...closing import Closing
 from ...errors import UsageError
 from ...extras import lacking, needs
 from ...lifeline import follow, how, start
@@ -26,7 +26,7 @@ CONTROL = "127.0.0.1:0"  # of the control port that only the panel knows
 END_S = 3.0
 
 
-class PanelProcess:
+class PanelProcess(Closing):
     """A panel that starts at once, while the bench is being built, and opens when it knows the control port.
 
     Args:
@@ -143,7 +143,7 @@ class PanelProcess:
             with suppress(OSError):
                 self.process.stdin.close()
 
-    def close(self) -> None:
+    def _shut(self) -> None:
         """End the panel, and wait until it has ended."""
         self.stop()
         try:
@@ -153,14 +153,6 @@ class PanelProcess:
             self.process.wait()
         if self.process.stdout is not None:
             self.process.stdout.close()
-
-    def __enter__(self) -> PanelProcess:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 @contextmanager

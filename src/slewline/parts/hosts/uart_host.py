@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ...core.time.inputs import from_outside
 from ..base.request_queue import RequestQueue
 from ..lines.host_uart import HostUart, OverUart
 
@@ -12,39 +11,6 @@ class UartHost(OverUart):
 
     queue: RequestQueue
     uart: HostUart
-
-    @from_outside
-    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Change rate and format, whatever those of the other end are.
-
-        Args:
-            baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
-            bits: the number of data bits, 5 to 8.
-            parity: "none", "odd" or "even".
-            stop: the number of stop bits: 1, "1.5" or 2.
-
-        Raises:
-            UsageError: another rate or format.
-        """
-        self.uart.change_line(baud, bits, parity, stop)
-
-    @from_outside
-    def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
-        self.uart.opened_at(baud)
-
-    @from_outside
-    def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters to be sent unchanged, at the rate of the line.
-
-        Args:
-            data: the characters.
-            fault: "parity", "framing" or "late": send every one of them with this fault.
-
-        Raises:
-            UsageError: text that is not ASCII, neither text nor bytes, or another fault.
-        """
-        self.uart.write(data, fault)
 
     def drop(self) -> None:
         """Forget what is queued; characters that are on the line already, and the command asked last, go on."""

@@ -46,25 +46,6 @@ class SerialPort(OverUart, Part):
         return super().waiting if self.idle else self.uart.waiting
 
     @from_outside
-    def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Change rate and format from the next character on; a journal keeps it."""
-        self.uart.change_line(baud, bits, parity, stop)
-
-    @from_outside
-    def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
-        self.uart.opened_at(baud)
-
-    @from_outside
-    def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters; they go out one after the other.
-
-        Args:
-            fault: "parity", "framing" or "late": every one of them goes out with this fault.
-        """
-        self.uart.write(data, fault)
-
-    @from_outside
     def drop(self) -> None:
         """Forget what is to be sent, except what is on the line already."""
         self.uart.drop("drop")
