@@ -246,10 +246,8 @@ class Terminal:
                 end()
 
         def end() -> None:
-            last = self._pulses[-1][0] is begin
             self._pulses = [pulse for pulse in self._pulses if pulse[0] is not begin]
-            if last:
-                self._put(self._pulses[-1][1] if self._pulses else self._between, kernel.now)
+            self._put(self._pulses[-1][1] if self._pulses else self._between, kernel.now)
 
         if start > kernel.now:
             kernel.call_at(start, kernel.outside.later(begin))
