@@ -197,6 +197,7 @@ class Receiver:
         self.acts: Callable[[bytes, int], int] | None = None
         self.line: Characters | None = None  # what comes in as a value
         self.at = 0  # the number of its next character that has not been taken
+        self.acting = False  # the owner acts, in the task
         net.sample(self.before_change)
         net.readers = (*net.readers, self)
 
@@ -346,10 +347,12 @@ class Receiver:
             complete = self._complete_at(line, number)
             await until(kernel, complete)
             if self.line is line:
+                self.acting = True
                 if kernel.now == complete:
                     self._take(line, number, acts)
                 else:
                     self._take_until(line, kernel.now)
+                self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
         """Take the characters of a line up to one; `acts` is the next at which the owner acts, no earlier one."""
@@ -398,9 +401,9 @@ class Receiver:
             self._begin(start)
             levels = self.frames.levels(line.data[self.at])
             self.seen = [*levels[: bisect_right(self.looks, now)]]
-            if kernel.task is not task:
+            if not self.acting:
                 kernel.wake_at(self.looks[-1 if self.seen else 0], task)
-        elif kernel.task is not task:
+        elif not self.acting:
             task.token += 1
             task.value = None
             kernel.woken.append(task)
