@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from functools import partial
 from os import PathLike
@@ -235,11 +235,8 @@ class Instant:
         more = sorted(inputs, key=lambda entry: int(entry["t"]))
         if not (more or without):
             raise UsageError("going back: no input; give at least one")
-        marks = [self.ps, *(int(entry["t"]) for entry in more), *map(self._instant, without)]
-        for at in marks:
-            if not 0 < at <= to_ps:
-                raise UsageError(f"going back: an input at {readable(at)}; allowed: after 0, up to {readable(to_ps)}")
-        past, first, other = self.past, min(marks), Path(f"{self.past.path}.other" if copy is None else copy)
+        past, first = self.past, self._first(more, without, to_ps)
+        other = Path(f"{past.path}.other" if copy is None else copy)
         fitting = [each for each in past.shadows if each.now_ps < first]
         shadow = max(fitting, key=lambda each: each.now_ps, default=None) or ShadowBench(past.path, past.listen)
         with open(past.path, "rb") as file:
@@ -269,6 +266,14 @@ class Instant:
         object.__setattr__(bench, "journal", journal)  # users may not
         bench.kernel.outside.write = journal.write
         return bench
+
+    def _first(self, inputs: Iterable[Entry], without: Iterable[int], to_ps: int) -> int:
+        """The instant from which on the other bench differs: of the earliest input (ps), given or left out."""
+        marks = [self.ps, *(int(entry["t"]) for entry in inputs), *map(self._instant, without)]
+        for at in marks:
+            if not 0 < at <= to_ps:
+                raise UsageError(f"going back: an input at {readable(at)}; allowed: after 0, up to {readable(to_ps)}")
+        return min(marks)
 
     def _instant(self, offset: int) -> int:
         """The instant of an entry of the journal (ps)."""

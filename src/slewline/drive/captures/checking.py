@@ -9,7 +9,7 @@ Times are those of a data sheet, a row each, as `bench.check_timing` has them fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -109,20 +109,30 @@ def check_capture(
     doubt = waves.sampling_ps
     if driver is not None:
         sheet = _driver(driver) if isinstance(driver, str) else driver
-        for axis in found:
-            for limit in limits_of(sheet, edge):
-                if "direction" in axis.signals or "direction" not in limit.edges:
-                    rows.append(_checked(axis.name, limit, axis.signals, 1, doubt))
-        shortest = min(filter(None, (sheet.high_ps, sheet.low_ps)), default=0)
-        if shortest and doubt * COARSE > shortest:
-            notes.append(
-                f"Sampled every {readable(doubt)}: too coarse for {sheet.name}, whose pulses may be "
-                f"{readable(shortest)} short; record at {COARSE * 10**6 / shortest:g} MHz or more."
-            )
+        rows += _of_driver(sheet, edge, found, doubt)
+        notes += _too_coarse(sheet, doubt)
     if part is not None and pins is not None:
         rows += _of_part(waves, part, pins, crystal, doubt)
     skews = {(a.name, b.name): skew(a.steps.times_ps, b.steps.times_ps) for a, b in combinations(found, 2)}
     return CaptureReport(found, TimingTable(rows), skews, doubt, tuple(notes))
+
+
+def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt: int) -> Iterator[Checked]:
+    """The times of a driver, of every axis."""
+    for axis in axes:
+        for limit in limits_of(sheet, edge):
+            if "direction" in axis.signals or "direction" not in limit.edges:
+                yield _checked(axis.name, limit, axis.signals, 1, doubt)
+
+
+def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
+    """What to do where a recording cannot show the pulses of a driver."""
+    shortest = min(filter(None, (sheet.high_ps, sheet.low_ps)), default=0)
+    if shortest and doubt * COARSE > shortest:
+        yield (
+            f"Sampled every {readable(doubt)}: too coarse for {sheet.name}, whose pulses may be "
+            f"{readable(shortest)} short; record at {COARSE * 10**6 / shortest:g} MHz or more."
+        )
 
 
 def _driver(text: str) -> StepDriver:
