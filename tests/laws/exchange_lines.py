@@ -43,9 +43,8 @@ class Told(World):
 
     # ------------------------------------------------------------------------------------------------------------ acts
     def look(self) -> None:
-        """At what has come so far."""
-        chips = [(chip.unfinished, chip.idle, chip.answering) for chip in self.chips if hasattr(chip, "answering")]
-        self.note("look", bytes(self.host.received), self.host.idle, self.host.faulty, chips)
+        """At what has come so far; whether somebody is at work, a task of the same round may change."""
+        self.note("look", bytes(self.host.received), self.host.faulty, [chip.unfinished for chip in self.chips])
 
     def send(self, text: str) -> None:
         self.host.send(text)
