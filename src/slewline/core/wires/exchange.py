@@ -112,7 +112,7 @@ class Kept:
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
-        """Yield the edges of each exchange at start < t <= stop (ps); each lasts until the next one begins."""
+        """Yield the edges of each exchange at start < t <= stop (ps), and the level that ends the one before."""
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
             if stop is not None and starts[number] > stop:
@@ -123,6 +123,8 @@ class Kept:
             waves = [shown(state) for shown in self.shown]
             since = max(start, starts[number] - 1)
             until = end if end is not None else max((wave.times[-1] for wave in waves if wave.times), default=since)
+            if start < starts[number]:
+                yield [starts[number]], [self._together(waves, starts[number])]
             if len(waves) == 1:
                 yield waves[0].edges(since, until)
                 continue
