@@ -9,7 +9,7 @@ A bus cycle or a strobe has many edges, and all of them follow from a few number
 While both ends are known, and nothing else watches, samples or drives their wires, no edge is an instant: one end calls
 the other with what comes over, and each driver shows a `DrawnLine`, which works out its edges when asked for a level.
 All of them follow from the state of the exchange, a few values.  Where a wire is recorded the states are kept, and the
-edges are worked out when somebody wants them (`Kept`).
+edges are worked out when somebody wants them (`PastExchanges`).
 
 As soon as anything begins to look, or any other driver is given something, the exchange is withdrawn: the lines become
 the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is also how
@@ -71,7 +71,7 @@ class DrawnLine:
         return self.wave.edges(start, stop)
 
 
-class Kept:
+class PastExchanges:
     """What a net showed of exchanges, one after the other: an entry of its log.
 
     Args:
@@ -185,7 +185,7 @@ class Exchange:
         for net in self.nets:
             if net.log is not None:
                 shown = [line.shown for line in [*self.led, *self.answering] if line.driver.net is net.root]
-                net.log_from(now, Kept(net, shown, self.starts, self.states))
+                net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
 
     def _enter(self) -> bool:
         """Go by value from now on, if nothing else takes part in any wire, or looks at one."""
