@@ -6,7 +6,7 @@ from types import TracebackType
 from typing import Self
 
 
-class Completed:
+class WholeOrNothing:
     """What a `with` block completes at its end, and discards when an error leaves the block."""
 
     def close(self) -> None:

@@ -24,7 +24,7 @@ from io import BufferedWriter
 from itertools import count
 from pathlib import Path
 
-from ..closing import Completed
+from ..closing import WholeOrNothing
 from ..core.messages.calls import level_of_caller
 from ..errors import UsageError
 from ..locks import lock
@@ -58,7 +58,7 @@ def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False
     raise UsageError(f"{path}: give a name that ends in {endings}{convert}")
 
 
-class WholeFile(Completed):
+class WholeFile(WholeOrNothing):
     """A binary file to write: `commit` puts it in place, `discard` leaves everything as it was.
 
     As a context manager it commits, or discards when the block raises.

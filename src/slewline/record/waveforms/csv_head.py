@@ -68,7 +68,7 @@ class CsvHead:
     rate: Fraction | None = None
 
 
-class Preamble(NamedTuple):
+class HeadLines(NamedTuple):
     """What comes before the numbers, cell by cell; the channels that a comment names, and the first row of numbers."""
 
     texts: list[list[str]]
@@ -118,7 +118,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
     return head
 
 
-def _preamble(path: str, head: CsvHead, lines: list[str]) -> Preamble:
+def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
     """Read what comes before the numbers; `head` gets the delimiter, a rate, and in which line the numbers begin."""
     sigrok = False
     texts: list[list[str]] = []
@@ -137,7 +137,7 @@ def _preamble(path: str, head: CsvHead, lines: list[str]) -> Preamble:
             if len(cells) > MOST_COLUMNS:
                 raise WaveformError(f"{path}: {len(cells)} columns; allowed {MOST_COLUMNS}")
             head.marks = len(cells) - 1
-            return Preamble(texts, channels, cells, sigrok)
+            return HeadLines(texts, channels, cells, sigrok)
         texts.append(cells)
         head.rate = head.rate or _rate_of(cells)
     shown = next((line for line in lines if DATE.search(line)), "")

@@ -22,7 +22,7 @@ from pathlib import Path
 from struct import pack, unpack
 from typing import TYPE_CHECKING, Any
 
-from ...closing import Completed
+from ...closing import WholeOrNothing
 from ...core.messages.plain import ascii_of
 from ...core.time.timebase import UNITS, readable
 from ...errors import UsageError
@@ -44,7 +44,7 @@ MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
 ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
 
 
-class VcdStream(Completed):
+class VcdStream(WholeOrNothing):
     """A VCD file that grows with virtual time: `write_until` appends what has happened since the last call.
 
     The file begins with the values at `start` and is put in place by `close`.  As a context manager it closes, or
