@@ -15,6 +15,7 @@ from slewline.core.memory.store import Memory
 from slewline.core.wires.net import Driver
 from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock
 from slewline.core.wires.wave import Wave
+from slewline.language.lines import framed
 from slewline.record.recording.recorder import Recorder
 
 from . import library
