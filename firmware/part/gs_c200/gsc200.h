@@ -122,7 +122,8 @@ struct gsc {
         struct gsc_line queue[3]; /* two strings, and an answer to M */
         uint8_t answer[GSC_LONGEST + 2];
         uint8_t length, sent; /* of it */
-        uint8_t list_at;      /* where Q is in the program memory */
+        bool is_listing;      /* Q: more lines follow */
+        uint8_t list_at;      /* the next one, in the program memory */
     } serial;
 
     struct { /* program.c */

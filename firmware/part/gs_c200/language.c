@@ -72,7 +72,7 @@ static bool take_argument(const struct arg *arg, struct rest *rest, int64_t *val
 
 static bool take_tail(const struct row *row, struct rest *rest)
 {
-    if (!row->tail[0])
+    if (!*row->tail)
         return true;
     if (is_over(rest) || (*rest->at != (uint8_t)row->tail[0] && *rest->at != (uint8_t)row->tail[1]))
         return false;
@@ -81,7 +81,7 @@ static bool take_tail(const struct row *row, struct rest *rest)
 }
 
 /* Between two arguments is a comma, unless the first is a sign alone. */
-static bool take_arguments(const struct row *row, struct rest *rest, int64_t values[2])
+static bool take_arguments(const struct row *row, struct rest *rest, int64_t *values)
 {
     for (uint8_t i = 0; i < row->args; i++) {
         if (i && row->arg[i - 1].sign != SIGN_ALONE && (is_over(rest) || *rest->at++ != ','))
@@ -97,7 +97,7 @@ static bool is_allowed(const struct arg *arg, int64_t value)
     return value >= arg->low && value <= arg->high && (value != 0 || arg->is_zero);
 }
 
-static bool are_allowed(const struct row *row, const int64_t values[2])
+static bool are_allowed(const struct row *row, const int64_t *values)
 {
     for (uint8_t i = 0; i < row->args; i++)
         if (!is_allowed(&row->arg[i], values[i]))
@@ -129,7 +129,7 @@ enum reading read_command(const struct gsc *g, const uint8_t *text, uint8_t leng
 /* ------------------------------------------------------------------------------------------------------------ write */
 uint8_t spell_number(int32_t number, bool has_plus, uint8_t *text)
 {
-    uint8_t digits[8], count = 0, length = 0;
+    uint8_t digits[7], count = 0, length = 0;
     uint32_t rest = (uint32_t)(number < 0 ? -number : number);
 
     if (number < 0 || has_plus)

@@ -18,10 +18,9 @@ enum phase {
 };
 
 /* --------------------------------------------------------------------------------------------------- program memory */
-/* The instruction at a location; false: none begins there. */
-static bool instruction_at(const struct gsc *g, uint8_t at, struct command_line *found)
+bool instruction_at(const struct gsc *g, uint8_t at, struct command_line *found)
 {
-    return at < g->program.size && unpack_instruction(g, g->program.memory + at, (uint8_t)(g->program.size - at), found);
+    return unpack_instruction(g, g->program.memory + at, (uint8_t)(g->program.size - at), found);
 }
 
 void begin_program_entry(struct gsc *g)
@@ -341,10 +340,7 @@ static void act(struct gsc *g)
     int32_t first, second;
     bool is_moving = false;
 
-    if (!instruction_at(g, g->program.at, &found)) { /* nothing changes the program while it runs */
-        end_run(g);
-        return;
-    }
+    instruction_at(g, g->program.at, &found); /* nothing changes the program while it runs */
     first = found.values[0], second = found.values[1];
     g->program.next = (uint8_t)(g->program.at + found.row->size);
     switch ((enum command)found.row->command) {

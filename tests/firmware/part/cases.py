@@ -113,6 +113,7 @@ def every_command_and_its_ranges(d: Case) -> None:
     d.says("jc0,0", "jc7,118", "jc8,0", "jc0,119", "jc,1", "jc1", "jc1,", "jc11", "j,1", "Q", "Po", "P")
     d.says("+0", "-0", "+1", "-1", "+999999", "+1000000", "-999999", "-1000000", "1", "+", "-", "Q", "Po", "P")
     d.says("f+8388607", "f+8388608", "f-8388608", "f-8388609", "f5", "L0", "Lo", "L", "L00", "Q", "Po", "P")
+    d.says("f", "G", "g", "Po1", "Px1", "P01", "jcx", "jc1,1,", "E1", "L0", "Lo", "Lo1", "Q", "Po", "P")
     d.says("F", "V1", "V2", "M", "X", "H", "K", "Z", "I1", "I2", "A1", "Px", "A1", "E")
 
 
@@ -129,7 +130,30 @@ def four_more_than_fit(d: Case) -> None:
 
 @case(looks=2)
 def an_eeprom_that_takes_longer(d: Case) -> None:
-    d.says("Po" if d.is_200s else "P", "A1", "M", "F", "X", "Q")
+    d.says("Po" if d.is_200s else "P", "A1", "M", "F", "X", "Q", "Px", "M", "F")
+    d.module.fail(True)
+    d.says("M", "F", "X", "Q", "M")
+    d.module.fail(False)
+    d.says("X", "M", "X", "Q")
+
+
+@case(checks=True)
+def an_eeprom_that_fails_and_checksums(d: Case) -> None:
+    d.says("Po" if d.is_200s else "P", "A1", "M", "F", "X", "Q", "Px", "M", "F")
+    d.module.fail(True)
+    d.says("M", "F", "X", "Q", "M")
+    d.module.drive("chs", 0)
+    d.checks = False
+    d.says("X", "M", "X", "Q")
+
+
+@case()
+def an_overflow_that_the_next_run_forgets(d: Case) -> None:
+    d.runs("S50", "T90", "R3", "-5", "A1")
+    d.runs("S50", "T90", "R3", "G+", "A1", during=MS)
+    d.says("K", "F")
+    d.runs("S50", "T90", "R3", "+20", "G10", "-15")
+    d.says("F", "F", "E", "F", "F", "V1")
 
 
 @case(kept=b"A\1\0\0")

@@ -9,12 +9,14 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import tomllib
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -92,7 +94,7 @@ def mutants_of(file: str, text: str) -> Iterator[Mutant]:
             yield at(match.start(), token, token[0] + ("q" if token[1] != "q" else "r") + token[2:])
         elif kind == "operator" and token in OTHER and not is_declarator(blank, match):
             yield from (at(match.start(), token, new) for new in OTHER[token])
-    for match in re.finditer(r"^ +(?!return|case|default|static|const|extern|enum|struct|break|\{|\})[^\n;{}]*[)\w];$", blank, re.MULTILINE):
+    for match in re.finditer(r"^ +(?! |return|case|default|static|const|extern|enum|struct|break|\{|\})[^\n;{}]*[)\w];$", blank, re.MULTILINE):
         if not re.match(r" +(?:u?int\w+_t|bool|double|gsc_time|char|const|uint8_t|int64_t)\b", match[0]):
             statement = match[0].strip()
             yield at(match.start() + len(match[0]) - len(match[0].lstrip()), statement, ";")
@@ -153,48 +155,59 @@ def noticed(path: Path, heard: Sequence[Talk]) -> bool:
 
 
 class Workshop:
-    """Builds mutants: only the file that is changed is compiled again."""
+    """Builds mutants, with the quickest compiler that there is."""
+
+    compiler = shutil.which("tcc") or library.COMPILER
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.texts = {name: (library.CORE / name).read_text("ascii") for name in FILES}
-        for path in (*library.CORE.glob("*.h"),):
+        for path in library.CORE.iterdir():
             (folder / path.name).write_text(path.read_text("ascii"))
-        self.units = [*sorted(path.name for path in library.CORE.glob("*.c")), "replay.c"]
-        for name in self.units:
-            source = library.HERE / name if name == "replay.c" else library.CORE / name
-            (folder / name).write_text(source.read_text("ascii"))
-            self.compile(name)
+        self.units = sorted(path.name for path in library.CORE.glob("*.c"))
         self.number = 0
 
-    def compile(self, name: str) -> bool:
-        """Compile a file; return whether the compiler takes it."""
-        command = [library.COMPILER, "-std=c11", "-w", "-O1", "-ffp-contract=off", "-fPIC", "-c", name, "-o", f"{name}.o"]
-        return subprocess.run(command, cwd=self.folder, capture_output=True, check=False).returncode == 0
-
-    def link(self) -> Path:
-        """Return the library of all that is compiled, under a new name."""
+    def library(self) -> Path | None:
+        """Return the library, under a new name; None: the compiler refuses it."""
         self.number += 1
         made = self.folder / f"part{self.number}.so"
-        objects = [f"{name}.o" for name in self.units]
-        command = [library.COMPILER, "-shared", "-Wl,-Bsymbolic", *objects, "-lm", "-o", str(made)]
-        subprocess.run(command, cwd=self.folder, check=True, capture_output=True)
-        return made
+        quick = [] if self.compiler.endswith("tcc") else ["-Wl,-Bsymbolic"]
+        replay = str(library.HERE / "replay.c")
+        return made if self.compiled(self.compiler, "-shared", "-fPIC", *quick, *self.units, replay, "-lm", "-o", str(made)) else None
 
-    def build(self, mutant: Mutant) -> Path | None:
-        """Return the library of a mutant; None: it does not compile."""
+    def compiled(self, *command: str) -> bool:
+        """Run a compiler; return whether it takes everything."""
+        ran = subprocess.run([*command, "-w", "-I."], cwd=self.folder, capture_output=True, check=False)
+        return ran.returncode == 0
+
+    @contextmanager
+    def broken(self, mutant: Mutant) -> Iterator[None]:
+        """Have the mutant among the files, within the block."""
         text = self.texts[mutant.file]
         assert text[mutant.at :].startswith(mutant.old)
         (self.folder / mutant.file).write_text(text[: mutant.at] + mutant.new + text[mutant.at + len(mutant.old) :])
-        units = self.units if mutant.file.endswith(".h") else [mutant.file]
-        made = self.link() if all([self.compile(name) for name in units]) else None
+        yield
         (self.folder / mutant.file).write_text(text)
-        return made
 
-    def restore(self, mutant: Mutant) -> None:
-        """Compile again what the mutant has changed."""
-        for name in self.units if mutant.file.endswith(".h") else [mutant.file]:
-            self.compile(name)
+    def is_noticed(self, heard: Sequence[Talk]) -> str:
+        """Return what notices the mutant that is among the files: "dialogues", "sanitizers", "compiler"; empty: nothing."""
+        made = self.library()
+        if made is None:
+            return "compiler"
+        by_dialogues = noticed(made, heard)
+        made.unlink()
+        return "dialogues" if by_dialogues else "sanitizers" * self.is_unclean()
+
+    def is_unclean(self) -> bool:
+        """Do random bytes under sanitizers end in an error?"""
+        flags = ("-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+        if not self.compiled("gcc", *flags, *self.units, str(library.HERE / "fuzz.c"), "-lm", "-o", "fuzz"):
+            return True
+        try:
+            ran = subprocess.run([self.folder / "fuzz", "1", "100000"], capture_output=True, check=False, timeout=SECONDS)
+        except subprocess.TimeoutExpired:
+            return True
+        return ran.returncode != 0
 
 
 def main() -> int:
@@ -205,28 +218,22 @@ def main() -> int:
     given = parser.parse_args()
     argued = tomllib.loads(EQUIVALENT.read_text("utf-8"))["mutants"] if EQUIVALENT.exists() else {}
     heard = talks(given.dialogues)
-    counts = {"noticed": 0, "refused by the compiler": 0, "equivalent": 0, "not noticed": 0}
+    counts = dict.fromkeys(("dialogues", "sanitizers", "compiler", "equivalent", "not noticed"), 0)
     with tempfile.TemporaryDirectory() as name:
         shop = Workshop(Path(name))
-        whole = shop.link()
-        assert not noticed(whole, heard), notices(whole, heard)
+        whole = shop.library()
+        assert whole is not None and not noticed(whole, heard), whole and notices(whole, heard)
         every = [mutant for file, text in shop.texts.items() for mutant in mutants_of(file, text)]
         for mutant in [mutant for mutant in every if given.only in mutant.name]:
-            made = shop.build(mutant)
-            if made is None:
-                counts["refused by the compiler"] += 1
-            elif noticed(made, heard):
-                counts["noticed"] += 1
-            else:
-                line = shop.texts[mutant.file].splitlines()[mutant.line - 1].strip()
-                key = f"{mutant.file}: {line}"
-                known = key in argued and f"{mutant.old} -> {mutant.new}" in argued[key]["changes"]
-                counts["equivalent" if known else "not noticed"] += 1
-                if not known:
-                    print(f"{mutant.name}    {line}", flush=True)
-            if made is not None:
-                made.unlink()
-            shop.restore(mutant)
+            with shop.broken(mutant):
+                by = shop.is_noticed(heard)
+            line = shop.texts[mutant.file].splitlines()[mutant.line - 1].strip()
+            change = f"{mutant.old} -> {mutant.new}"
+            if not by:
+                by = "equivalent" if change in argued.get(f"{mutant.file}: {line}", {}).get("changes", ()) else "not noticed"
+            counts[by] += 1
+            if by == "not noticed":
+                print(f"{mutant.name}    {line}", flush=True)
     print(counts)
     return int(counts["not noticed"] > 0)
 
