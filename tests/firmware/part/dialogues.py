@@ -373,9 +373,9 @@ class Dialogue:
         for text in (f"S{speed}", f"T{speed + rng.randint(-1, 60)}", f"R{rng.randint(1, 40)}", f"+{number}", f"{velocity}-{rng.choice(('', '1'))}"):
             self.ask(text)
         self.ask("E")
-        self.kernel.run_while(lambda: self.modules[self.to].x.position < number, self.kernel.now + 5 * S)
+        self.kernel.run_while(lambda: self.modules[self.to].x.position >= number, self.kernel.now + 5 * S)
         wanted = number - rng.randint(1, number)
-        self.kernel.run_while(lambda: self.modules[self.to].x.position != wanted, self.kernel.now + 5 * S)
+        self.kernel.run_while(lambda: self.modules[self.to].x.position == wanted, self.kernel.now + 5 * S)
         if rng.random() < 0.5:
             self.modules[self.to].drive("ui1", 0)
         self.aimed(rng.choice(("Z", "Z", "F")))
