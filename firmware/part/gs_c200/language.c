@@ -158,8 +158,8 @@ uint8_t spell_instruction(const struct command_line *instruction, uint8_t *text)
             length = (uint8_t)(length +
                                spell_number(instruction->values[i], row->arg[i].sign != UNSIGNED, text + length));
     }
-    if (row->tail[0])
-        text[length++] = (uint8_t)row->tail[0];
+    if (*row->tail)
+        text[length++] = (uint8_t)*row->tail;
     return length;
 }
 
@@ -185,10 +185,9 @@ void pack_instruction(const struct command_line *instruction, uint8_t *bytes)
 static const struct row *row_of(const struct gsc *g, uint8_t code)
 {
     for (const struct row *row = rows(g); row < rows_end(g); row++) {
-        bool is_within = row->args && !row->arg[0].size; /* the argument is added to the opcode */
-        uint8_t above = (uint8_t)(code - row->code);
+        bool is_added = row->args && !row->arg[0].size; /* the first argument, to the opcode */
 
-        if (row->size && above <= (is_within ? (uint8_t)row->arg[0].high : 0))
+        if (row->size && (is_added ? code >= row->code : code == row->code))
             return row;
     }
     return 0;

@@ -63,7 +63,7 @@ class Case(Dialogue):
     def ask(self, text: str, wait: bool = True) -> None:
         self.send(self.line(text))
         if wait:
-            self.kernel.run_while(lambda: not self.module.x.line.answering, self.kernel.now + 200 * S)
+            self.kernel.run_while(lambda: not self.module.x.answering, self.kernel.now + 200 * S)
 
     def says(self, *lines: str) -> None:
         """Send lines, each after the answer to the one before."""

@@ -38,6 +38,7 @@ class Event(NamedTuple):
     kind: int
     value: int = 0
     end: int = 0
+    kept: bytes = b""
 
 
 class Out(ctypes.Structure):
@@ -59,6 +60,7 @@ class Outcome:
         characters: instants of their start bits (ps), and the codes.
         edges: by the name of the output: instants (ps) and levels, -1 without supply.
         end: of what is known, ps.
+        kept: what the EEPROM holds.
         wrong: deadlines of which it was foreseen wrongly whether they are steps.
     """
 
@@ -68,6 +70,7 @@ class Outcome:
     characters: list[tuple[int, int]]
     edges: dict[str, list[tuple[int, int]]]
     end: int = 0
+    kept: bytes = b""
     wrong: int = 0
 
 
@@ -101,10 +104,11 @@ class Library:
     """A built core."""
 
     def __init__(self, path: Path) -> None:
-        self.replay = ctypes.CDLL(str(path)).replay
+        made = ctypes.CDLL(str(path))
+        self.replay, self.keep, self.kept_now = made.replay, made.keep, made.kept
         self.replay.argtypes = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int32, ctypes.c_uint64, ctypes.c_void_p]
-        self.keep = ctypes.CDLL(str(path)).keep
         self.keep.argtypes = [ctypes.c_char_p, ctypes.c_int32, ctypes.c_int32]
+        self.kept_now.argtypes = [ctypes.c_char_p]
         wide = {name: np.zeros(MOST, np.int64) for name in ("step_times", "pin_times", "character_times")}
         narrow = {name: np.zeros(MOST, np.int32) for name in ("positions", "pins", "characters")}
         self.kept = wide | narrow | {"directions": np.zeros(MOST, np.int8)}
@@ -125,6 +129,8 @@ class Library:
         self.replay(given.ctypes.data, len(given), part == "gs-c200s", since, ctypes.addressof(self.out))
         out, kept = self.out, self.kept
         assert max(out.steps, out.pin_count, out.character_count) <= MOST
+        content = ctypes.create_string_buffer(256)
+        length = self.kept_now(content)
         edges: dict[str, list[tuple[int, int]]] = {name: [] for name in PINS}
         changes = zip(kept["pin_times"][: out.pin_count].tolist(), kept["pins"][: out.pin_count].tolist(), strict=True)
         for at, change in changes:
@@ -137,6 +143,7 @@ class Library:
             list(zip(times, kept["characters"][: out.character_count].tolist(), strict=True)),
             {name: settled(each) for name, each in edges.items()},
             events[-1].at,
+            content.raw[:length],
             out.wrong,
         )
 

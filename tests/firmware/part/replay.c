@@ -212,6 +212,13 @@ void keep(const char *content, int32_t length, int32_t looks)
     memcpy(store.content, content, (size_t)(length > GSC_LOCATIONS ? GSC_LOCATIONS : length));
 }
 
+/* What the EEPROM holds; return how many bytes. */
+int32_t kept(uint8_t *content)
+{
+    memcpy(content, store.content, (size_t)store.length);
+    return store.length;
+}
+
 void replay(const struct event *events, int64_t count, int32_t part, uint64_t from, struct out *into)
 {
     out = into, offset = from, is_on = 0, leaps = (from & 1) && !store.looks;

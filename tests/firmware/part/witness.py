@@ -163,7 +163,7 @@ class Module:
         for name in RECORDED:
             times, levels = recorder.edges(self.x.pins[name], 0, now)
             edges[name] = list(zip(times.tolist(), levels.tolist(), strict=True))
-        return Outcome(steps.times_ps, steps.directions, steps.positions, [], edges)
+        return Outcome(steps.times_ps, steps.directions, steps.positions, [], edges, kept=self.x.store.read())
 
 
 ORDER = {
@@ -212,6 +212,8 @@ def difference(model: Outcome, core: Outcome, baud_at: Mapping[int, int], rests:
     """
     if core.wrong:
         return f"{core.wrong} deadlines were foreseen wrongly"
+    if model.kept != core.kept:
+        return f"the EEPROM holds {model.kept!r} in the model, {core.kept!r} in the core"
     if len(model.times) != len(core.times):
         return f"steps: model {len(model.times)}, core {len(core.times)}{first_of(model.times, core.times)}"
     for name in ("times", "directions", "positions"):
