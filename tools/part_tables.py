@@ -147,11 +147,9 @@ def tables() -> Iterator[str]:
 
 def rows(of: Sheet) -> list[str]:
     """Return the rows of a part as initializers: those with the longest letters first, as a line is read."""
-    found = sorted(
-        [*of.rows(LineRow), *of.foreign],
-        key=lambda row: (lambda head: (-len(head), head))(row if isinstance(row, str) else row.head),
-    )
-    return [foreign(row) if isinstance(row, str) else initializer(row) for row in found]
+    found = [(row.head, initializer(row)) for row in of.rows(LineRow)]
+    found += [(head, foreign(head)) for head in of.foreign]
+    return [text for _, text in sorted(found, key=lambda pair: (-len(pair[0]), pair[0]))]
 
 
 def foreign(head: str) -> str:

@@ -155,7 +155,7 @@ struct gsc {
         uint16_t start_stop, top_speed, ramp; /* as it began */
         bool is_flat;                         /* no ramps */
         uint16_t up, down;                    /* intervals of the ramps */
-        uint32_t down_from, steps, step;      /* where the way down begins; all; the next one */
+        uint32_t down_from, steps, step;      /* where the ramp down begins; all; the next one */
         uint64_t slew_ps;                     /* the interval between the ramps */
         gsc_time pulse_end, end;              /* of the last step */
     } motion;
@@ -211,8 +211,7 @@ void gsc_on_step(struct gsc *g, int direction, gsc_time now);
 /* The start bit of a character begins on TXD now.  The next one follows no sooner than it is over. */
 void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now);
 
-/* M: begin to keep a program in the EEPROM, and call gsc_stored() when that is over.  The bytes stay as they are until
-   then. */
+/* M: begin to keep a program in the EEPROM, and call gsc_stored() when that is over.  The bytes do not change before. */
 void gsc_on_store(struct gsc *g, const uint8_t *program, uint8_t size, gsc_time now);
 
 /* Return how many bytes the program in the EEPROM has, 0 to 119, written to `program`; -1: there is no valid one.  A new

@@ -76,7 +76,7 @@ void plan_homing(struct gsc *g, uint16_t speed)
     g->motion.is_flat = true;
 }
 
-/* As many ramp steps as it took to get so fast, or the rest of the way down. */
+/* As many ramp steps as it took to get so fast, or the rest of the ramp down. */
 bool plan_stop(struct gsc *g)
 {
     uint32_t room = g->motion.steps == OPEN ? OPEN : g->motion.steps - g->motion.step;

@@ -5,7 +5,9 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterator
 
-from . import library, witness
+from slewline.language.lines import framed
+
+from . import witness
 from .dialogues import MS, PARTS, US, Dialogue, S
 from .witness import BAUDS
 
@@ -53,7 +55,7 @@ class Case(Dialogue):
 
     def line(self, text: str) -> bytes:
         text = f"{self.address or ''}{text}"
-        return witness.framed(text.encode("ascii"), self.checks)
+        return framed(text.encode("ascii"), self.checks)
 
     def send(self, data: bytes, damage: dict[int, int] | None = None) -> None:
         baud = BAUDS[self.rate]
@@ -95,7 +97,7 @@ class Case(Dialogue):
         return self.kernel.now
 
     def moves(self, *lines: str) -> list[int]:
-        """Enter a program and start it; return the instants of the steps of its first motion as it is planned, 200 at most."""
+        """Enter a program and start it; return the instants of the steps of its first motion, 200 at most."""
         self.runs(*lines, during=0)
         motion = self.module.x._interpreter.motion
         self.kernel.run_while(lambda: motion.moving and not motion.fresh, self.kernel.now + 3 * S)
@@ -128,13 +130,36 @@ def all_cases() -> Iterator[tuple[str, Case]]:
 # ------------------------------------------------------------------------------------------------------------ language
 @case()
 def every_command_and_its_ranges(d: Case) -> None:
-    d.says("F", "V1", "V2", "Q", "K", "Z", "H", "X", "E", "Px", "I1", "I2", "I3", "I0", "I4", "f+1", "f-1", "f0", "V0", "V3")
+    d.says(
+        "F",
+        "V1",
+        "V2",
+        "Q",
+        "K",
+        "Z",
+        "H",
+        "X",
+        "E",
+        "Px",
+        "I1",
+        "I2",
+        "I3",
+        "I0",
+        "I4",
+        "f+1",
+        "f-1",
+        "f0",
+        "V0",
+        "V3",
+    )
     d.says("Po", "P", "P0")
     for text in ("A", "C", "U", "W"):
         d.says(*(f"{text}{n}" for n in ("", 0, 1, 3, 4)), "Po", "P")
     for text, top in (("D", 255), ("L", 255), ("S", 1000), ("T", 1000), ("R", 999), ("j", 118)):
         d.says(*(f"{text}{n}" for n in (0, 1, top, top + 1, "01", "+1")), "Po", "P")
-    d.says("G0", "G+0", "G-1", "G9999999", "G10000000", "G8388607", "G8388608", "G-8388608", "G-8388609", "Q", "Po", "P")
+    d.says(
+        "G0", "G+0", "G-1", "G9999999", "G10000000", "G8388607", "G8388608", "G-8388608", "G-8388609", "Q", "Po", "P"
+    )
     for letter in ("g", "G"):
         d.says(*(f"{letter}{rest}" for rest in ("+", "-", "+0", "+1", "-3", "+4", "", "1", "+1,")), "Q", "Po", "P")
     d.says("jc0,0", "jc7,118", "jc8,0", "jc0,119", "jc,1", "jc1", "jc1,", "jc11", "j,1", "Q", "Po", "P")
@@ -208,7 +233,23 @@ def moves_of_few_steps(d: Case) -> None:
 
 @case()
 def ramps_of_1_and_999_steps(d: Case) -> None:
-    d.runs("S100", "T1000", "R999", "+1997", "-1998", "+1999", "-2000", "+2001", "R1", "+1", "+2", "+3", "-4", "-5", during=9 * S)
+    d.runs(
+        "S100",
+        "T1000",
+        "R999",
+        "+1997",
+        "-1998",
+        "+1999",
+        "-2000",
+        "+2001",
+        "R1",
+        "+1",
+        "+2",
+        "+3",
+        "-4",
+        "-5",
+        during=9 * S,
+    )
 
 
 @case()
@@ -297,6 +338,23 @@ def inputs_that_end_a_run(d: Case) -> None:
             d.runs(*SLOW, f"{d.gone('g')}-{number}", "A2")
             d.module.drive(f"ui{number}", 1)
             d.says("V1", "F")
+
+
+@case()
+def a_run_without_ramps_that_an_input_ends(d: Case) -> None:
+    for speeds in (("S50", "T20"), ("S20", "T20"), ("S10", "T90")):
+        for number in (1, 2):
+            d.runs(*speeds, "R3", f"{d.gone('g')}+{number}", "D1", "A1", "D1", "C1", during=80 * MS)
+            d.module.drive(f"ui{number}", 0)
+            d.wait(S)
+            d.module.drive(f"ui{number}", 1)
+            d.module.drive("enable", 0)
+            d.runs(*speeds, "R3", f"{d.gone('g')}+{number}", "D1", "A1", "D1", "C1", during=80 * MS)
+            d.module.drive(f"ui{number}", 0)
+            d.wait(S)
+            d.module.drive("enable", 1)
+            d.module.drive(f"ui{number}", 1)
+            d.says("F", "V1", "V2")
 
 
 # -------------------------------------------------------------------------------------------------------------- homing
@@ -462,7 +520,14 @@ def the_end_of_the_reset_pulse_of_a_command(d: Case) -> None:
 # ----------------------------------------------------------------------------------------------------------- the line
 @case()
 def lines_that_come_too_soon(d: Case) -> None:
-    for lines in (("V1", "V2", "F"), ("V1", "", "F"), ("Q", "F", "V1", "F"), ("M", "F", "V2", "F"), ("", "F"), ("K", "Z", "F")):
+    for lines in (
+        ("V1", "V2", "F"),
+        ("V1", "", "F"),
+        ("Q", "F", "V1", "F"),
+        ("M", "F", "V2", "F"),
+        ("", "F"),
+        ("K", "Z", "F"),
+    ):
         d.send(b"".join(d.line(text) for text in lines))
         d.wait(S)
     for number in range(2, 9):
@@ -484,7 +549,19 @@ def answers_to_m_that_wait(d: Case) -> None:
 @case(address=3)
 def a_line_of_several_modules(d: Case) -> None:
     d.says("V2", "F", "Q")
-    for text in (b"3\r", b"\r", b"3V1\r", b"2V1\r", b"V1\r", b"33V1\r", b"4F\r", b"0F\r", b"3123456789A\r", b"31234567890\r", b"312345678901\r"):
+    for text in (
+        b"3\r",
+        b"\r",
+        b"3V1\r",
+        b"2V1\r",
+        b"V1\r",
+        b"33V1\r",
+        b"4F\r",
+        b"0F\r",
+        b"3123456789A\r",
+        b"31234567890\r",
+        b"312345678901\r",
+    ):
         d.send(text)
         d.wait(20 * MS)
     for number in range(4):
@@ -496,7 +573,19 @@ def a_line_of_several_modules(d: Case) -> None:
 @case(checks=True)
 def checksums(d: Case) -> None:
     d.says("V1", "F", "Q", "V2")
-    for text in (b"\r", b"\x10\r", b"\x11\r", b"F\r", b"FV\r", b"V\r", b"FF\r", b"1234567890\x10\r", b"12345678901\r", b"A2s\r", b"f-8388608\x7f\r"):
+    for text in (
+        b"\r",
+        b"\x10\r",
+        b"\x11\r",
+        b"F\r",
+        b"FV\r",
+        b"V\r",
+        b"FF\r",
+        b"1234567890\x10\r",
+        b"12345678901\r",
+        b"A2s\r",
+        b"f-8388608\x7f\r",
+    ):
         d.send(text)
         d.wait(20 * MS)
     for number in range(3):
@@ -572,7 +661,16 @@ def the_ends_of_the_counter(d: Case) -> None:
                 d.runs("S1000", "T1000", "R1", move, during=100 * MS)
                 d.says("V1", "Z", "V1", "K", "V1")
     else:
-        for lines in (("-1",), ("+3", "-3", "-1"), ("+3", "-4"), ("+3", "G-"), ("+3", "G-1"), ("G9999999",), ("G3", "G0"), ("+999999",)):
+        for lines in (
+            ("-1",),
+            ("+3", "-3", "-1"),
+            ("+3", "-4"),
+            ("+3", "G-"),
+            ("+3", "G-1"),
+            ("G9999999",),
+            ("G3", "G0"),
+            ("+999999",),
+        ):
             d.says("I1")
             d.runs("S90", "T300", "R4", *lines, "A1", during=S)
             d.says("F", "F", "Z", "V1", "V2", "K", "I3", "V1")
@@ -613,6 +711,3 @@ def power_cuts(d: Case) -> None:
         d.wait(MS)
         d.start()
         d.says("X", "Q", "M", "X", "Q")
-
-
-__all__ = ["CASES", "Case", "all_cases", "library"]

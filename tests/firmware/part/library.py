@@ -1,6 +1,6 @@
 """The core as a shared library: built by the compiler of the system, given what came in at the pins of a module.
 
-    Events in ----> replay.c, firmware/part/gs_c200 ----> Outcome: steps, characters, edges of each output
+Events in ----> tests/firmware/part/replay.c, firmware/part/gs_c200 ----> Outcome: steps, characters, edges of each output
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contra
 COMPILER = os.environ.get("CC", "cc")
 MOST = 1 << 21  # steps, characters, edges that are kept
 PINS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3", "talk")  # as gsc200.h numbers them
-INPUTS = ("sel0 sel1 sel2 br0 br1 br2 chs rec rxd enable home eot ui1 ui2 ui3").split()
+INPUTS = (
+    *("sel0", "sel1", "sel2", "br0", "br1", "br2", "chs", "rec"),
+    *("rxd", "enable", "home", "eot", "ui1", "ui2", "ui3"),
+)
 ON, OFF, INPUTS_NOW, INPUTS_AFTER, CHARACTER, FAULT, END = range(7)
 PARITY, FRAMING = 1, 2
 EVENT = np.dtype([("at", np.int64), ("end", np.int64), ("kind", np.int32), ("value", np.int32)])
@@ -42,7 +45,7 @@ class Event(NamedTuple):
 
 
 class Out(ctypes.Structure):
-    """As in replay.c."""
+    """As in tests/firmware/part/replay.c."""
 
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("step_times", "pin_times", "character_times")),
@@ -96,7 +99,9 @@ def build(into: Path, core: Path = CORE, flags: Sequence[str] = ("-O2", *FLAGS))
     """
     made = into / "part.so"
     command = [COMPILER, *flags, "-shared", "-fPIC", "-Wl,-Bsymbolic", f"-I{core}", *map(str, sorted(core.glob("*.c")))]
-    subprocess.run([*command, str(HERE / "replay.c"), "-lm", "-o", str(made)], check=True, capture_output=True, text=True)
+    subprocess.run(
+        [*command, str(HERE / "replay.c"), "-lm", "-o", str(made)], check=True, capture_output=True, text=True
+    )
     return made
 
 

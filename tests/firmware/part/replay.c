@@ -158,6 +158,7 @@ static void advance(gsc_time now)
         finish_write(told(due));
         gsc_advance(&module, due);
         out->wrong += is_step != (out->steps > before);
+        out->wrong += gsc_step_ahead(&module, &when) && !module.timer[GSC_RUN_TIMER].is_on;
     }
     gsc_advance(&module, now);
 }

@@ -20,7 +20,17 @@ pytestmark = pytest.mark.system
 CROSS = "arm-none-eabi-gcc"
 PROCESSORS = {"Cortex-M0+": ("-mcpu=cortex-m0plus",), "Cortex-M33": ("-mcpu=cortex-m33", "-mfloat-abi=soft")}
 CALLED = {"memcpy", "memmove", "memset", "sqrt"}  # of the library of C
-STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes", "-Wundef")
+STRICT = (
+    "-std=c11",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Werror",
+    "-Wpedantic",
+    "-Wshadow",
+    "-Wstrict-prototypes",
+    "-Wundef",
+)
 MS, S = 10**9, 10**12
 OPEN = 0x7EBF & ~0x38  # levels: 9600 baud, point to point, without checksums, REC high
 SANITIZERS = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
@@ -59,7 +69,16 @@ def test_it_is_small(tmp_path, processor):
         if os.environ.get("CI"):
             pytest.fail(f"{CROSS}: not installed; this test must not be skipped in CI")
         pytest.skip(f"{CROSS}: not installed")
-    made = objects(tmp_path, CROSS, "-Os", "-mthumb", *PROCESSORS[processor], "-ffunction-sections", "-fstack-usage")
+    made = objects(
+        tmp_path,
+        CROSS,
+        "--specs=picolibc.specs",
+        "-Os",
+        "-mthumb",
+        *PROCESSORS[processor],
+        "-ffunction-sections",
+        "-fstack-usage",
+    )
     sizes = [list(map(int, line.split()[:3])) for line in run("arm-none-eabi-size", *made).splitlines()[1:]]
     code, data, bss = map(sum, zip(*sizes, strict=True))
     assert 4000 < code < 12_000 and data == bss == 0  # all that it knows is in the struct of its user
@@ -70,7 +89,9 @@ def test_it_is_small(tmp_path, processor):
 def test_what_a_part_knows_is_less_than_a_kilobyte(tmp_path):
     library.need()
     source = tmp_path / "size.c"
-    source.write_text('#include "gsc200.h"\n#include <stdio.h>\nint main(void) { printf("%zu", sizeof(struct gsc)); }\n')
+    source.write_text(
+        '#include "gsc200.h"\n#include <stdio.h>\nint main(void) { printf("%zu", sizeof(struct gsc)); }\n'
+    )
     run(library.COMPILER, f"-I{CORE}", source, "-o", tmp_path / "size")
     assert 400 < int(run(tmp_path / "size")) < 1000
 
@@ -95,7 +116,7 @@ def test_a_hundred_million_random_bytes(tmp_path):
     assert sum(counts[0] for counts in fuzz(tmp_path, range(101, 111), LONG_BYTES)) >= 10 * LONG_BYTES
 
 
-# --------------------------------------------------------------------------------------------- what no dialogue can show
+# ------------------------------------------------------------------------------------------ what no dialogue can show
 def typed(text, since):
     """Return the characters of a text, a millisecond each from an instant on (ps)."""
     return [Event(since + n * MS, library.CHARACTER, ord(c), since + n * MS + MS // 4) for n, c in enumerate(text)]

@@ -1,4 +1,4 @@
-"""The model as the witness: modules on a bench, whose inputs and outputs are kept as the core has to get and give them."""
+"""The model as the witness: modules on a bench, whose inputs and outputs are kept as the core has to have them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from slewline.core.memory.store import Memory
 from slewline.core.wires.net import Driver
 from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock
 from slewline.core.wires.wave import Wave
-from slewline.language.lines import framed
 from slewline.record.recording.recorder import Recorder
 
 from . import library
@@ -183,7 +182,7 @@ def tapped(modules: Mapping[str, Module]) -> Iterator[None]:
 
 
 def characters_of(data: bytes, baud: int, start: int, damage: Mapping[int, int] | None = None) -> Wave:
-    """Return characters on RXD; `damage` has bits that are inverted, by the number of the character: bit 0 its start."""
+    """Return characters on RXD; `damage`: bits that are inverted, by the number of the character; bit 0 its start."""
     clock, times, levels = bit_clock(baud, "host"), [], []
     for number, byte in enumerate(data):
         bits = [RS232 if bit else 1 - RS232 for bit in (*WORD.levels(byte), 1)]
@@ -242,7 +241,11 @@ def first_of(wanted: Any, found: Any) -> str:
 
 def lifted(edges: list[tuple[int, int]], name: str) -> list[tuple[int, int]]:
     """Return edges of an output as a net shows them: RDY is pulled up without supply."""
-    return library.settled([(0, 1), *((at, 1 if level < 0 else level) for at, level in edges)])[1:] if name == "rdy" else edges
+    return (
+        library.settled([(0, 1), *((at, 1 if level < 0 else level) for at, level in edges)])[1:]
+        if name == "rdy"
+        else edges
+    )
 
 
 def clock_of(core: Outcome) -> list[tuple[int, int]]:
