@@ -1,6 +1,6 @@
 """The core as a shared library: built by the compiler of the system, given what came in at the pins of a module.
 
-Events in ----> tests/firmware/part/replay.c, firmware/part/gs_c200 ----> Outcome: steps, characters, edges of each output
+events ----> tests/firmware/part/replay.c and firmware/part/gs_c200 ----> Outcome
 """
 
 from __future__ import annotations

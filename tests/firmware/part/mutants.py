@@ -9,8 +9,8 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import resource
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -24,7 +24,7 @@ from typing import NamedTuple
 from . import cases, dialogues, library, witness
 
 EQUIVALENT = Path(__file__).with_name("equivalent.toml")
-SECONDS = 20  # after which a mutant is stuck, which is noticed
+SECONDS = 4  # of computing, after which a mutant is stuck, which is noticed
 FILES = (*sorted(path.name for path in library.CORE.glob("*.c")), "sheet.h")
 TOKENS = re.compile(
     r"""(?P<string>"[^"]*"|'[^']*')|(?P<number>\b(?:0x[0-9a-f]+|[0-9]+)(?:\.[0-9]+|e[0-9]+)?U?L?L?\b)|(?P<word>\b[A-Za-z_]\w*\b)"""
@@ -156,7 +156,7 @@ def noticed(path: Path, heard: Sequence[Talk]) -> bool:
     """Does a dialogue differ, or the core crash or get stuck?  In a process of its own."""
     child = os.fork()
     if not child:
-        signal.alarm(SECONDS)
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
         os.close(2)
         os._exit(1 if notices(path, heard) else 0)
     _, status = os.waitpid(child, 0)
@@ -229,7 +229,7 @@ def main() -> int:
     """Make the mutants; return 1 if some are not noticed, nor argued to be equivalent."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dialogues", type=int, default=60)
-    parser.add_argument("--only", default="", help="mutants whose name has this text")
+    parser.add_argument("--only", nargs="*", default=[""], help="mutants whose name has one of these texts")
     given = parser.parse_args()
     argued = tomllib.loads(EQUIVALENT.read_text("utf-8"))["mutants"] if EQUIVALENT.exists() else {}
     heard = talks(given.dialogues)
@@ -239,7 +239,7 @@ def main() -> int:
         whole = shop.library()
         assert whole is not None and not noticed(whole, heard), whole and notices(whole, heard)
         every = [mutant for file, text in shop.texts.items() for mutant in mutants_of(file, text)]
-        for mutant in [mutant for mutant in every if given.only in mutant.name]:
+        for mutant in [mutant for mutant in every if any(text in mutant.name for text in given.only)]:
             with shop.broken(mutant):
                 by = shop.is_noticed(heard)
             line = shop.texts[mutant.file].splitlines()[mutant.line - 1].strip()
