@@ -253,6 +253,13 @@ def ramps_of_1_and_999_steps(d: Case) -> None:
 
 
 @case()
+def intervals_half_way_between_two_picoseconds(d: Case) -> None:
+    d.runs("S1", "T9", "R777", "+1600", during=90 * S)
+    d.runs("S31", "T279", "R777", "+1600", during=9 * S)
+    d.ask("F")
+
+
+@case()
 def k_around_a_step(d: Case) -> None:
     for step in (1, 3, 8, 9):
         for after in AFTER:

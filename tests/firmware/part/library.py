@@ -133,7 +133,7 @@ class Library:
         given = np.array([(event.at, event.end, event.kind, event.value) for event in events], EVENT)
         self.replay(given.ctypes.data, len(given), part == "gs-c200s", since, ctypes.addressof(self.out))
         out, kept = self.out, self.kept
-        assert max(out.steps, out.pin_count, out.character_count) <= MOST
+        assert max(out.pin_count, out.character_count) <= MOST
         content = ctypes.create_string_buffer(256)
         length = self.kept_now(content)
         edges: dict[str, list[tuple[int, int]]] = {name: [] for name in PINS}
@@ -142,9 +142,9 @@ class Library:
             edges[PINS[change // 4]].append((at, change % 4 - 1))
         times = kept["character_times"][: out.character_count].tolist()
         return Outcome(
-            kept["step_times"][: out.steps].copy(),
-            kept["directions"][: out.steps].copy(),
-            kept["positions"][: out.steps].copy(),
+            kept["step_times"][: min(out.steps, MOST)].copy(),
+            kept["directions"][: min(out.steps, MOST)].copy(),
+            kept["positions"][: min(out.steps, MOST)].copy(),
             list(zip(times, kept["characters"][: out.character_count].tolist(), strict=True)),
             {name: settled(each) for name, each in edges.items()},
             events[-1].at,

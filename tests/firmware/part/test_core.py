@@ -130,7 +130,8 @@ def test_characters_before_the_end_of_the_reset_pulse_do_not_count(core):
 
 @pytest.mark.parametrize("part", ["gs-c200", "gs-c200s"])
 @pytest.mark.parametrize(
-    ("start", "top", "ramp"), [(1, 2, 999), (1, 1000, 999), (999, 1000, 999), (1, 1000, 1), (500, 500, 9), (7, 3, 2)]
+    ("start", "top", "ramp"),
+    [(1, 2, 999), (1, 9, 777), (31, 279, 777), (999, 1000, 999), (1, 1000, 1), (500, 500, 9), (7, 3, 2)],
 )
 def test_the_longest_ramps_are_those_of_the_model(core, part, start, top, ramp):
     begin = "P" if part == "gs-c200" else "Po"
@@ -138,6 +139,14 @@ def test_the_longest_ramps_are_those_of_the_model(core, part, start, top, ramp):
     found = core.play(part, [Event(0, library.ON, OPEN), *typed_slowly(lines), Event(900 * S, library.END)])
     intervals = [interval for interval, count in profile.move(2500, start, top, ramp).runs for _ in range(count)]
     assert np.diff(found.times).tolist() == intervals[:-1]
+
+
+def test_the_upper_end_of_the_counter_of_a_gs_c200(core):
+    lines = "".join(f"{text}\r" for text in ("P", "S1000", "T1000", "R1", "G9999999", "A1", "+1", "C1", "E"))
+    program = [Event(0, library.ON, OPEN), *typed_slowly(lines)]
+    asked = [event for number, text in enumerate(("F\r", "V1\r", "V2\r")) for event in typed(text, (1002 + number) * S)]
+    found = core.play("gs-c200", [*program, *asked, Event(1010 * S, library.END)])
+    assert bytes(code for _, code in found.characters).endswith(b"Y\rE5\rV9999999\rV71\r")
 
 
 def typed_slowly(text):
