@@ -4,6 +4,7 @@
 #include "language.h"
 #include "pins.h"
 #include "program.h"
+#include "storage.h"
 
 static uint8_t say(uint8_t *answer, const char *text)
 {

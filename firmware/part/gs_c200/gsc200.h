@@ -126,7 +126,7 @@ struct gsc {
         uint8_t list_at;      /* the next one, in the program memory */
     } serial;
 
-    struct { /* program.c */
+    struct { /* storage.c, program.c */
         uint8_t phase;
         uint8_t memory[GSC_LOCATIONS];
         uint8_t size;

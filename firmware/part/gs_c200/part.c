@@ -16,6 +16,7 @@
 #include "program.h"
 #include "serial.h"
 #include "sheet.h"
+#include "storage.h"
 
 /* --------------------------------------------------------------------------------------------------------- the supply */
 void gsc_power_up(struct gsc *g, enum gsc_part part, uint16_t inputs, gsc_time now)
