@@ -64,7 +64,7 @@ class Outcome:
         edges: by the name of the output: instants (ps) and levels, -1 without supply.
         end: of what is known, ps.
         kept: what the EEPROM holds.
-        wrong: deadlines of which it was foreseen wrongly whether they are steps.
+        wrong: how often a step was foreseen wrongly, or a level reported that an output had already.
     """
 
     times: NDArray[np.int64]

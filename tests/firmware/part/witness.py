@@ -210,7 +210,7 @@ def difference(model: Outcome, core: Outcome, baud_at: Mapping[int, int], rests:
         rests: the level of TXD when it is released.
     """
     if core.wrong:
-        return f"{core.wrong} deadlines were foreseen wrongly"
+        return f"{core.wrong} steps were foreseen wrongly, or levels reported twice"
     if model.kept != core.kept:
         return f"the EEPROM holds {model.kept!r} in the model, {core.kept!r} in the core"
     if len(model.times) != len(core.times):
