@@ -15,7 +15,7 @@ sys.path.insert(0, str(ROOT / "src"))
 
 from slewline.chips.gs_c200 import sheet  # noqa: E402  # of this checkout
 from slewline.chips.gs_c200.eeprom import INVALID, LOOK_PS  # noqa: E402
-from slewline.core.datasheet.rows import LineRow  # noqa: E402
+from slewline.core.datasheet.command_rows import LineRow  # noqa: E402
 from slewline.core.datasheet.table import Arg, Sheet  # noqa: E402
 from slewline.core.wires.serial import CharacterFormat, bit_clock  # noqa: E402
 from slewline.language.lines import KEPT  # noqa: E402

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import slewline
 from slewline.chips.gs_c200.sheet import GS_C200, GS_C200S
-from slewline.core.datasheet.rows import LineRow
+from slewline.core.datasheet.command_rows import LineRow
 from slewline.core.datasheet.table import Arg
 from slewline.language.lines import framed
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 from unittest.mock import patch
@@ -12,8 +12,9 @@ import numpy as np
 import slewline
 from slewline.chips import line
 from slewline.core.memory.store import Memory
+from slewline.core.wires.characters import Character, Receiver
 from slewline.core.wires.net import Driver
-from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock
+from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 from slewline.core.wires.wave import Wave
 from slewline.record.recording.recorder import Recorder
 
@@ -28,16 +29,20 @@ CLOCK_PS = 1_700_000
 
 
 class Tapped(Receiver):
-    """A receiver whose characters are kept."""
+    """A receiver whose characters are kept, each as it comes."""
 
     modules: Mapping[str, Module] = {}
+    whole_lines = False
 
-    async def character(self) -> Character:
-        character = await super().character()
-        faults = library.PARITY * character.parity_wrong + library.FRAMING * character.framing_wrong
+    async def receive(self, taken: Callable[[Character], object], *_: Any) -> None:
         module = self.modules[self.net.name.partition(".")[0]]
-        module.note(library.CHARACTER, character.byte | faults << 8, character.end_ps)
-        return character
+
+        def note(character: Character) -> None:
+            faults = library.PARITY * character.parity_wrong + library.FRAMING * character.framing_wrong
+            module.note(library.CHARACTER, character.byte | faults << 8, character.end_ps)
+            taken(character)
+
+        await super().receive(note)
 
 
 class SlowMemory(Memory):
