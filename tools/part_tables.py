@@ -22,7 +22,14 @@ from slewline.language.lines import KEPT  # noqa: E402
 
 FOLDER = ROOT / "firmware" / "part" / "gs_c200"
 SAYS = "Written by tools/part_tables.py from src/slewline/chips/gs_c200/sheet.py: change it there."
-SIGNS = {"no": "UNSIGNED", "may": "SIGNED", "must": "WITH_SIGN", "alone": "SIGN_ALONE"}
+SIGNS = {  # how it is written, is 0 within the range, may it be left out
+    ("no", True, False): "UNSIGNED",
+    ("may", True, False): "SIGNED",
+    ("must", True, False): "WITH_SIGN",
+    ("must", False, False): "WITH_SIGN_BUT_0",
+    ("alone", True, False): "SIGN_ALONE",
+    ("alone", True, True): "SIGN_IF_ANY",
+}
 STATES = {"i": "IDLE", "p": "ENTERING", "r": "RUNNING"}
 OUTPUTS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3")  # as gsc200.h numbers them
 PARTS = (("C200", sheet.GS_C200), ("C200S", sheet.GS_C200S))
@@ -72,8 +79,8 @@ def header() -> Iterator[str]:
     yield "enum command {"
     yield from (f"    {name}," for name in names())
     yield from ("    FOREIGN /* of the other part */", "};", "")
-    yield "/* How an argument is written: a number, one that may have or has a sign, a sign alone. */"
-    yield "enum sign { UNSIGNED, SIGNED, WITH_SIGN, SIGN_ALONE };"
+    yield "/* How an argument is written: a number, one that may have or has a sign, a sign alone, which may be left out. */"
+    yield f"enum sign {{ {', '.join(SIGNS.values())} }};"
     yield ""
     yield "/* When a command is executed directly. */"
     yield "enum state { " + ", ".join(f"{name} = {1 << bit}" for bit, name in enumerate(STATES.values())) + " };"
@@ -92,9 +99,7 @@ STRUCTS = (
     "struct arg {",
     "    int32_t low, high;",
     "    uint8_t sign;",
-    "    uint8_t size;     /* bytes in the program memory; 0: it is added to the opcode */",
-    "    bool is_zero;     /* 0 is within the range */",
-    "    bool is_optional; /* without it, it is `high` */",
+    "    uint8_t size; /* bytes in the program memory; 0: it is added to the opcode */",
     "};",
     "",
     "/* One form of a command.  Forms with the same letters follow each other; the first that fits is meant. */",
@@ -172,8 +177,7 @@ def initializer(row: LineRow) -> str:
 
 def argument(arg: Arg) -> str:
     """Return an argument as an initializer."""
-    flags = f"{str(arg.zero).lower()}, {str(arg.optional).lower()}"
-    return f"{{{arg.low}, {arg.high}, {SIGNS[arg.sign]}, {arg.size}, {flags}}}"
+    return f"{{{arg.low}, {arg.high}, {SIGNS[arg.sign, arg.zero, arg.optional]}, {arg.size}}}"
 
 
 def ascii_of(text: str) -> str:

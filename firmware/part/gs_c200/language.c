@@ -57,11 +57,11 @@ static bool take_argument(const struct arg *arg, struct rest *rest, int64_t *val
 
     if (has_sign)
         rest->at++;
-    if (arg->sign == SIGN_ALONE) {
-        *value = !has_sign ? arg->high : is_negative ? -1 : 1;
-        return has_sign || arg->is_optional;
+    if (arg->sign == SIGN_ALONE || arg->sign == SIGN_IF_ANY) { /* without it, + is meant */
+        *value = is_negative ? -1 : 1;
+        return has_sign || arg->sign == SIGN_IF_ANY;
     }
-    if (arg->sign == WITH_SIGN && !has_sign)
+    if ((arg->sign == WITH_SIGN || arg->sign == WITH_SIGN_BUT_0) && !has_sign)
         return false;
     for (*value = 0, digits = rest->at; !is_over(rest) && is_digit(*rest->at); rest->at++)
         *value = *value * 10 + (*rest->at - '0');
@@ -94,7 +94,7 @@ static bool take_arguments(const struct row *row, struct rest *rest, int64_t *va
 
 static bool is_allowed(const struct arg *arg, int64_t value)
 {
-    return value >= arg->low && value <= arg->high && (value != 0 || arg->is_zero);
+    return value >= arg->low && value <= arg->high && (value != 0 || arg->sign != WITH_SIGN_BUT_0);
 }
 
 static bool are_allowed(const struct row *row, const int64_t *values)

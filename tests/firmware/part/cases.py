@@ -169,6 +169,44 @@ def every_command_and_its_ranges(d: Case) -> None:
     d.says("F", "V1", "V2", "M", "X", "H", "K", "Z", "I1", "I2", "A1", "Px", "A1", "E")
 
 
+FORMS = (
+    *(
+        "A1",
+        "C1",
+        "D1",
+        "L0",
+        "L2",
+        "R5",
+        "S5",
+        "T5",
+        "U1",
+        "W1",
+        "+1",
+        "-1",
+        "G1",
+        "G+",
+        "G+1",
+        "g+",
+        "g+1",
+        "j0",
+        "jc7,0",
+    ),
+    *("f+1", "I1", "I2", "V1", "V2", "F", "Q", "X", "M", "H", "Px", "P", "Po", "Q", "E", "K", "Z"),
+)
+
+
+@case()
+def every_command_in_every_state(d: Case) -> None:
+    d.says(*FORMS)
+    d.wait(S)
+    d.says("P", "Po", *FORMS, "F")
+    d.wait(S)
+    d.runs("S50", "T60", "R3", f"{d.gone('g')}+")
+    for text in FORMS:
+        d.ask(text)
+        d.runs("S50", "T60", "R3", f"{d.gone('g')}+", during=20 * MS)
+
+
 # -------------------------------------------------------------------------------------------------------------- memory
 @case()
 def a_full_memory(d: Case) -> None:
