@@ -79,7 +79,7 @@ def header() -> Iterator[str]:
     yield "enum command {"
     yield from (f"    {name}," for name in names())
     yield from ("    FOREIGN /* of the other part */", "};", "")
-    yield "/* How an argument is written: a number, one that may have or has a sign, a sign alone, which may be left out. */"
+    yield "/* How an argument is written: a number, with or without a sign; a sign alone, at times left out. */"
     yield f"enum sign {{ {', '.join(SIGNS.values())} }};"
     yield ""
     yield "/* When a command is executed directly. */"

@@ -57,7 +57,7 @@ enum command {
     FOREIGN /* of the other part */
 };
 
-/* How an argument is written: a number, one that may have or has a sign, a sign alone, which may be left out. */
+/* How an argument is written: a number, with or without a sign; a sign alone, at times left out. */
 enum sign { UNSIGNED, SIGNED, WITH_SIGN, WITH_SIGN_BUT_0, SIGN_ALONE, SIGN_IF_ANY };
 
 /* When a command is executed directly. */
