@@ -54,7 +54,6 @@ void plan_move(struct gsc *g, uint32_t steps)
     if (g->motion.is_flat)
         return;
     if (steps == 1) { /* GSC-UND-SINGLE */
-        g->motion.is_flat = true;
         g->motion.slew_ps = period(g->motion.start_stop);
         return;
     }

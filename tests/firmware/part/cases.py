@@ -246,6 +246,12 @@ def an_overflow_that_the_next_run_forgets(d: Case) -> None:
     d.says("F", "F", "E", "F", "F", "V1")
 
 
+@case()
+def every_instruction_in_the_eeprom(d: Case) -> None:
+    d.says("Po" if d.is_200s else "P", *FORMS[:21])
+    d.says("M", "Po" if d.is_200s else "P", "X", "Q")
+
+
 @case(kept=b"A\1\0\0")
 def no_whole_program(d: Case) -> None:
     d.says("X", "Q")
@@ -294,7 +300,14 @@ def ramps_of_1_and_999_steps(d: Case) -> None:
 def intervals_half_way_between_two_picoseconds(d: Case) -> None:
     d.runs("S1", "T9", "R777", "+1600", during=90 * S)
     d.runs("S31", "T279", "R777", "+1600", during=9 * S)
+    d.runs("S32", "T135", "R999", "+2100", during=9 * S)
     d.ask("F")
+
+
+@case()
+def a_run_of_a_million_steps(d: Case) -> None:
+    d.runs("S900", "T1000", "R7", d.gone("G") + "+", during=101 * S)
+    d.says("Z", "F", "V1")
 
 
 @case()
