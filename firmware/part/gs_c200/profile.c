@@ -72,13 +72,12 @@ void plan_endless(struct gsc *g, uint32_t limit)
 void plan_homing(struct gsc *g, uint16_t speed)
 {
     plan(g, OPEN, speed);
-    g->motion.is_flat = true;
 }
 
 /* As many ramp steps as it took to get so fast, or the rest of the ramp down. */
 bool plan_stop(struct gsc *g)
 {
-    uint32_t room = g->motion.steps == OPEN ? OPEN : g->motion.steps - g->motion.step;
+    uint32_t room = g->motion.steps - g->motion.step; /* of a motion without end, more than is ever left */
     uint32_t left = least(g->motion.step, g->motion.up + 1U);
     bool is_down = g->motion.step >= g->motion.down_from;
 

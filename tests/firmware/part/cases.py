@@ -308,6 +308,10 @@ def intervals_half_way_between_two_picoseconds(d: Case) -> None:
 def a_run_of_a_million_steps(d: Case) -> None:
     d.runs("S900", "T1000", "R7", d.gone("G") + "+", during=101 * S)
     d.says("Z", "F", "V1")
+    d.runs("S1000", "A1")
+    d.ask("H")
+    d.wait(101 * S)
+    d.says("F", "K", "V1")
 
 
 @case()
