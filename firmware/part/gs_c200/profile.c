@@ -79,11 +79,10 @@ bool plan_stop(struct gsc *g)
 {
     uint32_t room = g->motion.steps - g->motion.step; /* of a motion without end, more than is ever left */
     uint32_t left = least(g->motion.step, g->motion.up + 1U);
-    bool is_down = g->motion.step >= g->motion.down_from;
 
     if (g->motion.is_flat)
         left = 0;
-    else if (is_down)
+    else if (!g->motion.is_endless) /* a move goes no further than it was to go */
         left = least(left, room);
     g->motion.up = 0;
     g->motion.down = (uint16_t)(left ? left - 1 : 0);
