@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -24,7 +25,6 @@ from typing import NamedTuple
 from . import cases, dialogues, library, witness
 
 EQUIVALENT = Path(__file__).with_name("equivalent.toml")
-SECONDS = 2  # of computing, after which a mutant is stuck, which is noticed
 FILES = (*sorted(path.name for path in library.CORE.glob("*.c")), "sheet.h")
 TOKENS = re.compile(
     r"""(?P<string>"[^"]*"|'[^']*')|(?P<number>\b(?:0x[0-9a-f]+|[0-9]+)(?:\.[0-9]+|e[0-9]+)?U?L?L?\b)|(?P<word>\b[A-Za-z_]\w*\b)"""
@@ -152,11 +152,11 @@ def notices(path: Path, heard: Sequence[Talk]) -> str:
     return ""
 
 
-def noticed(path: Path, heard: Sequence[Talk]) -> bool:
-    """Does a dialogue differ, or the core crash or get stuck?  In a process of its own."""
+def noticed(path: Path, heard: Sequence[Talk], most: int) -> bool:
+    """Does a dialogue differ, or the core crash, or compute for more than some seconds?  In a process of its own."""
     child = os.fork()
     if not child:
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+        resource.setrlimit(resource.RLIMIT_CPU, (most, most))
         os.close(2)
         os._exit(1 if notices(path, heard) else 0)
     _, status = os.waitpid(child, 0)
@@ -175,6 +175,7 @@ class Workshop:
             (folder / path.name).write_text(path.read_text("ascii"))
         self.units = sorted(path.name for path in library.CORE.glob("*.c"))
         self.number = 0
+        self.most = 0  # seconds of computing, after which a mutant is stuck
 
     def library(self) -> Path | None:
         """Return the library, under a new name; None: the compiler refuses it."""
@@ -209,7 +210,7 @@ class Workshop:
             return "compiler"
         if not made.exists():
             return "compiler"
-        by_dialogues = noticed(made, heard)
+        by_dialogues = noticed(made, heard, self.most)
         made.unlink()
         return "dialogues" if by_dialogues else "sanitizers" * self.is_unclean()
 
@@ -257,7 +258,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         shop = Workshop(Path(name))
         whole = shop.library()
-        assert whole is not None and not noticed(whole, heard), whole and notices(whole, heard)
+        begun = time.process_time()
+        assert whole is not None and not notices(whole, heard), whole and notices(whole, heard)
+        shop.most = 2 + int(2 * (time.process_time() - begun))
         every = [mutant for file, text in shop.texts.items() for mutant in mutants_of(file, text)]
         for mutant in [mutant for mutant in every if any(text in mutant.name for text in given.only)]:
             with shop.broken(mutant):
