@@ -167,15 +167,19 @@ def test_a_line_knows_its_edges_and_that_it_lets_go(toy: Toy) -> None:
 
 
 @pytest.mark.parametrize("disturbed", [False, True])
-def test_recorded_exchanges_are_kept_by_their_states_and_expand_to_the_edges_of_the_twin(disturbed: bool) -> None:
-    """More of them than one entry of a log stands for."""
+@pytest.mark.parametrize("apart", [10_000, STOP])
+def test_recorded_exchanges_are_kept_by_their_states_and_expand_to_the_edges_of_the_twin(
+    apart: int, disturbed: bool
+) -> None:
+    """More of them than one entry of a log stands for; or each begins in the instant in which the one before ends."""
     recorder, logs, found = Recorder(), [], []
     for by_value in (True, False):
         toy = Toy()
-        for net in (toy.strobe, toy.bus):
+        nets = (toy.strobe, toy.bus) if apart > STOP else (toy.strobe,)  # the answer outlasts the strobe
+        for net in nets:
             recorder.record(net)
         for number in range(SEGMENT + 100):
-            toy.kernel.run(10_000 * number)
+            toy.kernel.run(apart * number)
             toy.start = toy.kernel.now + START
             if by_value:
                 assert toy.exchange.begin(toy.start)
@@ -186,10 +190,10 @@ def test_recorded_exchanges_are_kept_by_their_states_and_expand_to_the_edges_of_
             Driver(toy.bus, "another").drive((0xFF, 0x5B))
         toy.kernel.run(toy.kernel.now + 20_000)
         end = toy.kernel.now
-        arrays = [recorder.edges(net, start, end) for net in (toy.strobe, toy.bus) for start in (0, end // 2)]
+        arrays = [recorder.edges(net, start, end) for net in nets for start in (0, end // 2)]
         found.append([[part.tolist() for part in array] for array in arrays])
-        found[-1].append([[*recorder.each_edge(net, 0, end)] for net in (toy.strobe, toy.bus)])
-        found[-1].append([recorder.level(toy.bus, ps) for ps in range(0, end, 77_777)])
+        found[-1].append([[*recorder.each_edge(net, 0, end)] for net in nets])
+        found[-1].append([recorder.level(nets[-1], ps) for ps in range(0, end, 77_777)])
         logs.append(len(toy.strobe.log or ()))
     assert found[0] == found[1] and len(found[0][0][0]) == 2 * (SEGMENT + 100)
     assert logs[0] < 10 < logs[1]

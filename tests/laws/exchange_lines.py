@@ -41,11 +41,24 @@ class Told(World):
         self.heard: list[Any] = []
         self.send(self.dialogue.sent)
 
+    def hear_of(self, what: str) -> None:
+        """Note what a listener is told, and what it sees on the line: RDY may fall in that very instant, or rise."""
+        self.noted.append((self.bench.now_ps, what))
+        if what != "conflict":
+            self.glances.append((self.bench.now_ps, what, self.levels()[:2]))
+
+    def left(self) -> dict[str, Any]:
+        """What is left; that two disagree is heard when somebody looks, and a listener looks at every instant."""
+        found = super().left()
+        if any(act.what == "listen" for act in self.dialogue.acts):
+            for key in ("noted", "findings"):
+                found[key] = [note for note in found[key] if note[1] != "conflict"]
+        return found
+
     # ------------------------------------------------------------------------------------------------------------ acts
     def look(self) -> None:
-        """At what has come so far."""
-        chips = [(chip.unfinished, chip.idle, chip.answering) for chip in self.chips if hasattr(chip, "answering")]
-        self.note("look", bytes(self.host.received), self.host.idle, self.host.faulty, chips)
+        """At what has come so far; whether somebody is at work, a task of the same round may change."""
+        self.note("look", bytes(self.host.received), self.host.faulty, [chip.unfinished for chip in self.chips])
 
     def send(self, text: str) -> None:
         self.host.send(text)

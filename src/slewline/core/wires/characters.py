@@ -185,9 +185,10 @@ class Receiver:
 
     def __init__(self, net: Net, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.net, self.kernel, self.mark = net, net.kernel, mark
-        self.set_line(clock, word)
+        self.clock, self.word, self.frames = clock, word, frames_of(clock.hz, word, mark)
         self.broken = False  # the last character had no stop bit: the wire must come to rest first
         self.start = 0  # of the character that comes in
+        self.form = self.frames  # in which it is read: rate and format may change meanwhile
         self.looks: list[int] = []  # instants of the looks of this character; empty: none comes in
         self.seen: list[Level] = []  # what those in the past saw
         self.task: Task | None = None
@@ -196,6 +197,7 @@ class Receiver:
         self.acts: Callable[[bytes, int], int] | None = None
         self.line: Characters | None = None  # what comes in as a value
         self.at = 0  # the number of its next character that has not been taken
+        self.acting = False  # the owner acts, in the task
         net.sample(self.before_change)
         net.readers = (*net.readers, self)
 
@@ -207,8 +209,7 @@ class Receiver:
 
     def set_line(self, clock: Clock, word: CharacterFormat) -> None:
         """Receive at another rate, or in another format, from the next character on."""
-        if getattr(self, "line", None) is not None:
-            self.withdraw()
+        self.withdraw()
         self.clock, self.word, self.frames = clock, word, frames_of(clock.hz, word, self.mark)
 
     @property
@@ -269,6 +270,7 @@ class Receiver:
     def _begin(self, start: int) -> None:
         """A character begins at an instant (ps): when are the looks at its bits?"""
         clock, bits = self.clock, len(self.frames.times)
+        self.form = self.frames
         first = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
         self.start, self.seen = start, []
         ticks = range(first, first + OVERSAMPLING * bits, OVERSAMPLING)
@@ -277,7 +279,7 @@ class Receiver:
     async def _character(self) -> Character | None:
         """Wait for the character that has begun, and return it; None: it was a spike, no start bit."""
         looks, kernel, mark = self.looks, self.kernel, self.mark
-        frames = self.frames
+        frames = self.form
         if not self.seen:
             promised = self.net.resolve(looks[0] - 1) == 1 - mark
             await until(kernel, looks[-1 if promised else 0])
@@ -345,10 +347,12 @@ class Receiver:
             complete = self._complete_at(line, number)
             await until(kernel, complete)
             if self.line is line:
+                self.acting = True
                 if kernel.now == complete:
                     self._take(line, number, acts)
                 else:
                     self._take_until(line, kernel.now)
+                self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
         """Take the characters of a line up to one; `acts` is the next at which the owner acts, no earlier one."""
@@ -397,9 +401,9 @@ class Receiver:
             self._begin(start)
             levels = self.frames.levels(line.data[self.at])
             self.seen = [*levels[: bisect_right(self.looks, now)]]
-            if kernel.task is not task:
+            if not self.acting:
                 kernel.wake_at(self.looks[-1 if self.seen else 0], task)
-        elif kernel.task is not task:
+        elif not self.acting:
             task.token += 1
             task.value = None
             kernel.woken.append(task)

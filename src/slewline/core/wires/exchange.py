@@ -9,7 +9,7 @@ A bus cycle or a strobe has many edges, and all of them follow from a few number
 While both ends are known, and nothing else watches, samples or drives their wires, no edge is an instant: one end calls
 the other with what comes over, and each driver shows a `DrawnLine`, which works out its edges when asked for a level.
 All of them follow from the state of the exchange, a few values.  Where a wire is recorded the states are kept, and the
-edges are worked out when somebody wants them (`Kept`).
+edges are worked out when somebody wants them (`PastExchanges`).
 
 As soon as anything begins to look, or any other driver is given something, the exchange is withdrawn: the lines become
 the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is also how
@@ -71,7 +71,7 @@ class DrawnLine:
         return self.wave.edges(start, stop)
 
 
-class Kept:
+class PastExchanges:
     """What a net showed of exchanges, one after the other: an entry of its log.
 
     Args:
@@ -112,7 +112,7 @@ class Kept:
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
-        """Yield the edges of each exchange at start < t <= stop (ps); each lasts until the next one begins."""
+        """Yield the edges of each exchange at start < t <= stop (ps), and the level that ends the one before."""
         starts = self.starts
         for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
             if stop is not None and starts[number] > stop:
@@ -123,6 +123,8 @@ class Kept:
             waves = [shown(state) for shown in self.shown]
             since = max(start, starts[number] - 1)
             until = end if end is not None else max((wave.times[-1] for wave in waves if wave.times), default=since)
+            if start < starts[number]:
+                yield [starts[number]], [self._together(waves, starts[number])]
             if len(waves) == 1:
                 yield waves[0].edges(since, until)
                 continue
@@ -183,7 +185,7 @@ class Exchange:
         for net in self.nets:
             if net.log is not None:
                 shown = [line.shown for line in [*self.led, *self.answering] if line.driver.net is net.root]
-                net.log_from(now, Kept(net, shown, self.starts, self.states))
+                net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
 
     def _enter(self) -> bool:
         """Go by value from now on, if nothing else takes part in any wire, or looks at one."""

@@ -18,6 +18,7 @@ from .far_end import FarEnd
 if TYPE_CHECKING:
     from ...core.time.kernel import Task
     from ..base.part import Part
+    from ..base.recent import Recent
 
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # how much later than it could a late character begins
@@ -47,7 +48,7 @@ class HostUart:
         self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
         self.sender: Task | None = None
         self._received = bytearray()
-        self.recent = part.keep_recent(self._received)
+        self._recent = part.keep_recent(self._received)
         self.faulty = 0  # characters with a parity or framing fault
         self.on_character = CharacterHook()  # one has come in
 
@@ -166,12 +167,22 @@ class HostUart:
         self.receiver = self.on_character.receiver = receiver
         await receiver.receive(self.take, self.passed, self._acts)
 
+    def catch_up(self) -> None:
+        """Receive what has come, if it has not been received yet: part of a line that is taken as a whole."""
+        if self.receiver is not None:
+            self.receiver.catch_up()
+
     @property
     def received(self) -> bytearray:
         """The data bits of every character, good or not."""
-        if self.receiver is not None:
-            self.receiver.catch_up()
+        self.catch_up()
         return self._received
+
+    @property
+    def recent(self) -> Recent:
+        """How much has been received, and which of it is still there."""
+        self.catch_up()
+        return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
         """Return the number of the next character of a line that must be taken at its instant."""

@@ -89,8 +89,7 @@ class StrappedUart(HostUart):
 
     def begin(self) -> None:
         """Begin to collect answers."""
-        if self.receiver is not None:
-            self.receiver.catch_up()
+        self.catch_up()
         self.recent_answers.clear()
         self.line.clear()
 
