@@ -61,7 +61,7 @@ static bool take_argument(const struct arg *arg, struct rest *rest, int64_t *val
         *value = is_negative ? -1 : 1;
         return has_sign || arg->sign == SIGN_IF_ANY;
     }
-    if ((arg->sign == WITH_SIGN || arg->sign == WITH_SIGN_BUT_0) && !has_sign)
+    if (arg->sign == WITH_SIGN && !has_sign) /* a move has no letters: it has been read by its sign */
         return false;
     for (*value = 0, digits = rest->at; !is_over(rest) && is_digit(*rest->at); rest->at++)
         *value = *value * 10 + (*rest->at - '0');
