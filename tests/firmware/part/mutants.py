@@ -31,6 +31,7 @@ TOKENS = re.compile(
     r"""|(?P<operator>->|\+\+|--|<<=?|>>=?|<=|>=|==|!=|&&|\|\||[-+*/%&|^]=|[-+*/%<>=!&|^~?:,;(){}\[\].])""",
     re.VERBOSE,
 )
+LONGEST = 2  # talks that take as long as all others together
 COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 OTHER = {
     "<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<"), "==": ("!=",), "!=": ("==",),
@@ -210,7 +211,7 @@ class Workshop:
             return "compiler"
         if not made.exists():
             return "compiler"
-        by_dialogues = noticed(made, heard, self.most)
+        by_dialogues = noticed(made, heard[:-LONGEST], self.most) or noticed(made, heard[-LONGEST:], 20 * self.most)
         made.unlink()
         return "dialogues" if by_dialogues else "sanitizers" * self.is_unclean()
 
@@ -259,8 +260,8 @@ def main() -> int:
         shop = Workshop(Path(name))
         whole = shop.library()
         begun = time.process_time()
-        assert whole is not None and not notices(whole, heard), whole and notices(whole, heard)
-        shop.most = 2 + int(2 * (time.process_time() - begun))
+        assert whole is not None and not notices(whole, heard[:-LONGEST]), whole and notices(whole, heard)
+        shop.most = 1 + round(1.5 * (time.process_time() - begun))
         every = [mutant for file, text in shop.texts.items() for mutant in mutants_of(file, text)]
         for mutant in [mutant for mutant in every if any(text in mutant.name for text in given.only)]:
             with shop.broken(mutant):
