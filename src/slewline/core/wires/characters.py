@@ -338,15 +338,19 @@ class Receiver:
         number = self.acts(line.data, self.at)
         return len(line.data) if number < 0 else number
 
+    def _comes(self, line: Characters) -> bool:
+        """Return whether a line still comes in as planned; a type checker does not know that a wait may change it."""
+        return self.line is line
+
     async def _line(self, line: Characters) -> None:
         """Take a line; return when it is over, or withdrawn."""
         kernel, last = self.kernel, len(line.data) - 1
-        while self.line is line:
+        while self._comes(line):
             acts = self._acts_next(line)
             number = min(acts, last)
             complete = self._complete_at(line, number)
             await until(kernel, complete)
-            if self.line is line:
+            if self._comes(line):
                 self.acting = True
                 if kernel.now == complete:
                     self._take(line, number, acts)
@@ -369,7 +373,7 @@ class Receiver:
     def _take_until(self, line: Characters, ps: int) -> None:
         """Take the characters of a line that are complete at an instant (ps)."""
         number = self._complete_by(line, ps)
-        while self.line is line and self.at <= number:
+        while self._comes(line) and self.at <= number:
             acts = self._acts_next(line)
             self._take(line, min(acts, number), acts)
 
