@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from slewline.core.wires.characters import Receiver
+from slewline.core.wires.receiver import Receiver
 
 from .exchanges import MS, NS, US, Dialogue, Disturber, World, edges_of
 

@@ -21,9 +21,10 @@ from ..core.datasheet.table import Sheet
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel, Task
 from ..core.time.timebase import Clock
-from ..core.wires.characters import Character, Receiver, frames_of, transmit
+from ..core.wires.characters import frames_of, transmit
 from ..core.wires.net import Driver
 from ..core.wires.pin import Terminal
+from ..core.wires.receiver import Character, Receiver
 from ..core.wires.serial import RS232, CharacterFormat, Straps, bit_clock
 from ..core.wires.waits import next_round
 from ..errors import UsageError

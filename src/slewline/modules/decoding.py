@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ..core.datasheet.table import Sheet
 from ..core.time.timebase import Clock, readable
-from ..core.wires.characters import Character
+from ..core.wires.receiver import Character
 from ..core.wires.serial import OVERSAMPLING, CharacterFormat
 from ..errors import UsageError
 from ..record.measuring.intervals import SignalEdges

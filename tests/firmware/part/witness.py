@@ -12,8 +12,8 @@ import numpy as np
 import slewline
 from slewline.chips import line
 from slewline.core.memory.store import Memory
-from slewline.core.wires.characters import Character, Receiver
 from slewline.core.wires.net import Driver
+from slewline.core.wires.receiver import Character, Receiver
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 from slewline.core.wires.wave import Wave
 from slewline.record.recording.recorder import Recorder

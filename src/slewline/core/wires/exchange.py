@@ -9,7 +9,7 @@ A bus cycle or a strobe has many edges, and all of them follow from a few number
 While both ends are known, and nothing else watches, samples or drives their wires, no edge is an instant: one end calls
 the other with what comes over, and each driver shows a `DrawnLine`, which works out its edges when asked for a level.
 All of them follow from the state of the exchange, a few values.  Where a wire is recorded the states are kept, and the
-edges are worked out when somebody wants them (`PastExchanges`).
+edges are worked out when they are asked for (`PastExchanges`).
 
 As soon as anything begins to look, or any other driver is given something, the exchange is withdrawn: the lines become
 the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is also how

@@ -115,7 +115,7 @@ class Driver:
                 net.tell()
 
     def release(self) -> None:
-        """Let go of the wire: at once where its level stays and nothing keeps a log of it, else as `drive(None)`."""
+        """Let go of the wire: immediately where its level stays and no log is kept, else as `drive(None)`."""
         root, kernel = self.net, self.kernel
         nets = root.joined or (root,)
         rest = root.tie if root.tie is not None else root.pull
@@ -196,7 +196,7 @@ class Driver:
         return self.level if self.promise is None else self.promise.level(ps)
 
 
-class Reader(Protocol):
+class TakesWhole(Protocol):
     """What takes what comes over a net as a whole, and late, while nobody looks (characters.py)."""
 
     def one_by_one(self) -> None:
@@ -302,7 +302,7 @@ class Net:
         self.active: list[Driver] = []  # those drivers that drive at all; the only one counts as doing so
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
-        self.readers: tuple[Reader, ...] = ()
+        self.readers: tuple[TakesWhole, ...] = ()
         self.ends: tuple[Any, ...] = ()  # what watches it, and can be told of exchanges as values
         self.exchange: ByValue | None = None  # what goes over the wire as a value, at present
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net

@@ -16,7 +16,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from ...bench.runner import Wait
-from ...core.wires.characters import Character
+from ...core.wires.receiver import Character
 from ...core.wires.serial import LineSetting
 from ...language.dialect import dialect_of
 from ...parts.hosts.adaptive_host import AdaptiveHost

@@ -14,7 +14,7 @@ from ..lines.served_line import Act, ConnectorLine, HostLine
 
 if TYPE_CHECKING:
     from ...bench import Bench
-    from ...core.wires.characters import Character
+    from ...core.wires.receiver import Character
 
 KEPT_STRETCHES = 10_000  # of the past of each axis; a server runs for months
 KEEP = "1 h"  # of pins that are recorded

@@ -22,7 +22,7 @@ from ...parts.hosts.host import Host
 
 if TYPE_CHECKING:
     from ...bench import Bench
-    from ...core.wires.characters import Character
+    from ...core.wires.receiver import Character
 
 KEPT = 10_000  # entries
 LONGEST = 64  # characters of an entry that characters share

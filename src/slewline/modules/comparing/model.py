@@ -9,7 +9,7 @@ from ...chips import chip_class
 from ...core.datasheet.channel import AdaptiveLine, SerialLine
 from ...core.time.hook import Hook
 from ...core.time.timebase import PS_PER_S
-from ...core.wires.characters import Character
+from ...core.wires.receiver import Character
 from ...errors import UsageError
 from ...links.lines.connectors import connector
 from ...links.lines.framing import FramedLine

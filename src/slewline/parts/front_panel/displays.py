@@ -21,7 +21,7 @@ from typing import Any
 from ...core.datasheet.option import Option
 from ...core.time.hook import Hook
 from ...core.time.kernel import Kernel
-from ...core.wires.characters import Character, Receiver
+from ...core.wires.receiver import Character, Receiver
 from ...core.wires.serial import BAUD, TTL, CharacterFormat, bit_clock
 from ..base.part import Part
 from ..memories.external import WRITE_WIRING, BusInterface, start_bus

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...core.time.inputs import from_outside
-from ...core.wires.characters import Character, CharacterHook, Receiver, frames_of, transmit
+from ...core.wires.characters import frames_of, transmit
 from ...core.wires.pin import Condition, GotCondition
+from ...core.wires.receiver import Character, CharacterHook, Receiver
 from ...core.wires.serial import CharacterFormat, LineSetting, bit_clock
 from ...core.wires.waits import until
 from ...errors import UsageError

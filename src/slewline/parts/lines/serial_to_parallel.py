@@ -19,7 +19,8 @@ from ...core.datasheet.option import Option
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Clock, Time, picoseconds
-from ...core.wires.characters import Character, Receiver, frames_of, transmit
+from ...core.wires.characters import frames_of, transmit
+from ...core.wires.receiver import Character, Receiver
 from ...core.wires.serial import BAUD, OVERSAMPLING, TTL, CharacterFormat, LineSetting, bit_clock, word_options
 from ...core.wires.waits import until
 from ..base.part import Part

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...core.time.timebase import Clock
-from ...core.wires.characters import Character
+from ...core.wires.receiver import Character
 from ...core.wires.serial import OVERSAMPLING, CharacterFormat
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from ....core.datasheet.channel import AdaptiveLine
-from ....core.wires.characters import Character
+from ....core.wires.receiver import Character
 from ....core.wires.serial import TTL, CharacterFormat, LineSetting
 from ....core.wires.waits import edge, first_of, until
 from ...base.written_data import as_bytes

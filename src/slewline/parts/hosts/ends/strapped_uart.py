@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from ....core.wires.characters import Character
 from ....core.wires.event import Event
+from ....core.wires.receiver import Character
 from ....core.wires.serial import RS232, CharacterFormat, LineSetting, Straps
 from ....core.wires.waits import first_of, until
 from ....errors import ChecksumError, UsageError
