@@ -28,7 +28,6 @@ static void begin_run(struct gsc *g)
     g->program.is_ending = false;
     g->program.until = 0;
     g->program.has_loop = false;
-    g->program.watched = 0;
 }
 
 void end_run(struct gsc *g)

@@ -570,6 +570,14 @@ def loops_and_jumps(d: Case) -> None:
 
 
 @case()
+def a_loop_that_is_killed(d: Case) -> None:
+    d.runs("A1", "L0", "C1", "A1", "L200", during=30 * MS)
+    d.ask("K")
+    d.runs("A2", "L3", "C2", during=100 * MS)
+    d.says("V2", "F")
+
+
+@case()
 def the_end_of_the_reset_pulse_of_a_command(d: Case) -> None:
     for text in ("I1", "I3", "I2"):
         for gap in (0, 100 * US, 399 * US):

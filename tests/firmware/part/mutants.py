@@ -157,9 +157,12 @@ def noticed(path: Path, heard: Sequence[Talk], most: int) -> bool:
     """Does a dialogue differ, or the core crash, or compute for more than some seconds?  In a process of its own."""
     child = os.fork()
     if not child:
-        resource.setrlimit(resource.RLIMIT_CPU, (most, most))
-        os.close(2)
-        os._exit(1 if notices(path, heard) else 0)
+        try:
+            resource.setrlimit(resource.RLIMIT_CPU, (most, most))
+            os.close(2)
+            os._exit(1 if notices(path, heard) else 0)
+        finally:
+            os._exit(1)
     _, status = os.waitpid(child, 0)
     return status != 0
 
