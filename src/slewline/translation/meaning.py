@@ -112,6 +112,11 @@ class SetDirection(Action):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SetEndless(Action):
+    """Let the next motion run until something stops it; the motion is a `RunEndless` of its own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SetPosition(Action):
     """Set the position counter, without motion."""
 
@@ -180,10 +185,11 @@ class Stop(Action):
 # ---------------------------------------------------------------------------------------------- outputs, inputs, times
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetOutput(Action):
-    """Set an output to a level."""
+    """Set an output to a level; `implied`: the command sets all outputs of the part, whether they are used or not."""
 
     number: int
     level: int
+    implied: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
