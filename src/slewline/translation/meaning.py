@@ -70,12 +70,15 @@ class Action:
         text: the command as the source has it.
         block: the stored program that it belongs to, counted from 0; -1: a host sends it.
         axis: the axis that it is about, from 1 on.
+        command: the form of the command in the sheet of the source, with its `values`; for our own parts.
     """
 
     line: int = 0
     text: str = ""
     block: int = -1
     axis: int = 1
+    command: str = ""
+    values: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

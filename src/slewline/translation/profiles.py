@@ -76,7 +76,7 @@ class Profiles:
         return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
 
     def move_ps(self, profile: Profile, steps: int) -> int | None:
-        """Return the time of a move with a profile of this part, ps; None: the part cannot tell, or makes no such move."""
+        """Return the time of a move with a profile of this part, ps; None: it is not known."""
         return self._moves(frozenset(profile.values.items()), profile.top if not profile.ramped else 0.0, abs(steps))
 
     def _move(self, items: frozenset[tuple[str, Value]], constant: float, steps: int) -> int | None:
@@ -113,6 +113,18 @@ class Profiles:
         best = found[0]
         chosen = {name: int(value) for name, value in best.values.items() if self._written(name)}
         return Fitted(dict(chosen), self.profile_of(best, best.values))
+
+    def ends(self, role: str) -> tuple[float, float]:
+        """Return the lowest and the highest rate of a command, steps/s."""
+        row, ramp = self.rows[role], self.rows["ramp"]
+        found = []
+        for value in (row.args[0].low, row.args[0].high):
+            others = {
+                each.form: each.args[0].high for each in self.rows.values() if each.args[0].high and each is not row
+            }
+            profile = self.read({**others, ramp.form: ramp.args[0].high, self.rows["top_rate"].form: value})
+            found.append(0.0 if profile is None else profile.top)
+        return min(found), max(found)
 
     def _own(self, wanted: Profile) -> Fitted | None:
         """The values of the source, where the target has the same parameters and makes the same of them."""
@@ -182,7 +194,7 @@ class Profiles:
 
     def _written(self, name: str) -> bool:
         """Whether a parameter is a command of the part."""
-        return name in self.sheet.commands.by_form
+        return name in self.values_of and name in self.sheet.commands.by_form
 
 
 def is_number(value: Value) -> bool:

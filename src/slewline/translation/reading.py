@@ -144,6 +144,8 @@ class ProgramReader:
             "text": statement.text,
             "block": block,
             "axis": before.get((0, "axis"), 1),
+            "command": row.form,
+            "values": statement.values,
         }
         found: list[Action] = [Label(name=at, line=statement.line, block=block)] if at is not None else []
         if self.profiles is not None and takes_part(row, self.profiles.names):
@@ -319,7 +321,7 @@ class ProgramReader:
         """The start of a loop: a label, if a loop leads to it."""
         name = self.loops.get((statement.block, statement.end))
         if name is not None:
-            yield Label(name=name, line=statement.line, text=statement.text, block=statement.block)
+            yield Label(name=name, **common)  # type: ignore[arg-type]
 
     def on_branch_low(
         self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
@@ -441,7 +443,7 @@ class ProgramReader:
         leads = [
             statement
             for statement in self.source.statements
-            if statement.target is not None or statement.row.flow in ("0", "n0", "nl") and statement.block >= 0
+            if statement.target is not None or (statement.row.flow in ("0", "n0", "nl") and statement.block >= 0)
         ]
         for statement in leads:
             number, address = self._goal(statement)
