@@ -136,7 +136,7 @@ def _leads_to(item: Action, label: str) -> bool:
 
 def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
     """Return the loop that a jump back makes of what is between its label, which comes first, and itself."""
-    assert isinstance(back, Jump | Loop)
+    assert isinstance(back, Jump | Loop)  # noqa: S101
     wanted[back.to] -= 1
     head = inside[0].line
     # Other jumps back to the same label make loops inside.
@@ -149,7 +149,7 @@ def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
 def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node, int]:
     """Return the branch that a jump forward makes, and the place after it."""
     jump = items[place]
-    assert isinstance(jump, Jump)
+    assert isinstance(jump, Jump)  # noqa: S101
     target = next((at for at in range(place + 1, len(items)) if _is_label(items[at], jump.to)), None)
     if target is None or not jump.inputs:
         raise _NotNested

@@ -1,7 +1,7 @@
 """G-code for LinuxCNC: loops and branches are O-words, outputs M64 and M65, inputs M66.
 
 Each move is `G91 G1` or `G90 G1` with the feed of `F`, in exact stop mode (G61.1): a move ends before the next line
-begins, as at the source.  Loops nest; a jump that does not becomes a piece of a loop over `#<_state>`.  Ramps are those of the
+begins, as at the source.  Jumps that make no loop or branch become a loop over `#<_state>`.  Ramps are those of the
 machine: MAX_ACCELERATION of the INI file, from standstill.
 """
 
@@ -35,28 +35,25 @@ from ..writer import Target, Trace, WriterOptions, Written
 from .flow import AsLongAs, structured
 from .sheet import (
     FAR,
-    MS,
     PS,
-    axes,
     compare_times,
     digits_for,
     grouped,
-    lines_of,
+    heading,
     number,
     one_acceleration,
+    outputs,
     runs,
     stored,
     unspoken,
     variables,
     wired,
-    with_comments,
 )
 from .structured import Structured
 
 LETTERS = "XYZABCUVW"
 INPUTS = OUTPUTS = 4  # of each kind, unless motmod is loaded with another num_dio
-STANDS = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
-TICK_PS = MS  # of the servo thread, by which an output may be late
+FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
 
 
 class LinuxCNC(Target):
@@ -73,7 +70,7 @@ class LinuxCNC(Target):
 
     def write(self, program: Program, options: WriterOptions) -> Written:
         """Return the program with O-words."""
-        return _Writer(program, options).written()
+        return _Writer(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> Trace | None:
         """Return what the text does, by a small interpreter of O-words."""
@@ -91,23 +88,35 @@ class LinuxCNC(Target):
 class _Writer(Structured):
     """A writer at work on one program."""
 
-    def __init__(self, program: Program, options: WriterOptions) -> None:
-        super().__init__(program, options)
+    def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
+        super().__init__(target, program, options)
+        self.ran_with: dict[int, float | None] = {}  # F where the host runs a stored program
         self.digits = digits_for(options.steps_per_mm)
         self.feed: float | None = None  # as far as F is known here
         self.variable_distance, self.variable_sign = variables(program.actions)
         self.acceleration = one_acceleration(list(program.actions))
         self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
         self.runs = runs(program)
+        self.outputs = {output for output, _ in outputs(program)}
 
     def written(self) -> Written:
         """Return the result."""
         out: list[OutLine] = []
+        host = self._host()
         begins = "G21 G90 G94 G61.1"
+        out += heading(self.program)
         out.append(OutLine(begins, "mm, absolute, mm/min, exact stop: each move ends before the next begins"))
+        for output, level in outputs(self.program):
+            if output <= OUTPUTS:
+                says = f"output {output} at the start"
+                out.append(OutLine(f"M{64 if level else 65} P{output - 1}", says))
         for block in self.names:
             out += self._block(block)
-        out += self._host()
+        if self.variable_distance:
+            out.append(OutLine("#<_steps> = 0"))
+        if self.variable_sign:
+            out.append(OutLine("#<_direction> = 1"))
+        out += host
         out.append(OutLine("M2"))
         spm = number(self.options.steps_per_mm)
         top = max((each.profile.top for each in _moves(self.program) if each.profile), default=0.0)
@@ -121,7 +130,7 @@ class _Writer(Structured):
     def _block(self, block: int) -> list[OutLine]:
         """Return a stored program as a subroutine."""
         self.sheet.lines = []
-        self.feed = None
+        self.feed = self.ran_with.get(block)
         name = self.names[block]
         actions = [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
         first = next(
@@ -132,13 +141,13 @@ class _Writer(Structured):
         self.tree(structured(actions))
         self.sheet.depth -= 1
         self.sheet.add(f"o<{name}> endsub", actions[-1].line if actions else first)
-        return with_comments(lines_of(self.program, block), self.sheet.lines)
+        return self.commented(block)
 
     def _host(self) -> list[OutLine]:
         self.sheet.lines = []
         self.feed = None
-        self.tree([each for each in self.program.block(-1)])
-        return with_comments(lines_of(self.program, -1), self.sheet.lines)
+        self.tree(self.program.block(-1))
+        return self.commented(-1)
 
     def _wiring(self) -> tuple[tuple[str, str, str], ...]:
         names = [("step", "joint 0, step"), ("direction", "joint 0, direction"), ("abort", "motion.probe-input")]
@@ -188,7 +197,7 @@ class _Writer(Structured):
                 unspoken(sheet, action, "the result is a file, which is kept")
 
     def _run(self, action: LeaveProgram | RunProgram) -> None:
-        if action.line not in self.runs:
+        if isinstance(action, LeaveProgram) and not action.runs:
             return
         if isinstance(action, RunProgram) and action.at:
             limit = "a subroutine begins at its first line (O-codes, sub)"
@@ -196,9 +205,11 @@ class _Writer(Structured):
                 action.line, f"the program runs from {action.at} on", limit, "split the program there"
             )
             return
-        name = self.names.get(self.runs[action.line], "program")
+        block = self.runs[action.line]
+        name = self.names.get(block, "program")
         self.sheet.add(f"o<{name}> call", action.line)
         self.sheet.same(action.line)
+        self.ran_with[block] = self.feed if self.ran_with.get(block, self.feed) == self.feed else None
         self.feed = None
 
     def leave(self, action: EndProgram) -> None:
@@ -226,7 +237,7 @@ class _Writer(Structured):
         if action.sets == "top rate":
             self.sheet.same(action.line)
         elif action.sets == "start rate":
-            self.sheet.nearly(action.line, "no start rate: " + STANDS)
+            self.sheet.nearly(action.line, "no start rate: " + FROM_REST)
         else:
             mm = number(self.acceleration / self.options.steps_per_mm, 1)
             self.sheet.nearly(action.line, f"the ramp is that of the machine: MAX_ACCELERATION = {mm} mm/s^2")
@@ -251,12 +262,15 @@ class _Writer(Structured):
             if action.position is None:
                 self._unknown(action, "the position")
                 return
+            if self.variable_sign:  # a comparison is 1 or 0
+                ahead = f"[#5420 GT {number(action.position / self.options.steps_per_mm, self.digits)}]"
+                self.sheet.add(f"#<_direction> = [1 - 2 * {ahead}]", action.line)
             self.sheet.add(f"G90 G1 {self._word(action.axis, action.position)}{feed}", action.line)
         elif action.steps is not None:
             self.sheet.add(f"G91 G1 {self._word(action.axis, action.steps)}{feed}", action.line)
         else:
             self.sheet.add(f"G91 G1 {self._letter(action.axis)}[{self._product(action)}]{feed}", action.line)
-        compare_times(self.sheet, action, self.acceleration, STANDS)
+        compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
     def _product(self, action: MoveBy) -> str:
         """Return the number of millimetres of a move by the registers."""
@@ -281,6 +295,8 @@ class _Writer(Structured):
         self.sheet.nearly(action.line, says)
 
     def _output(self, action: SetOutput) -> None:
+        if action.implied and action.number not in self.outputs:
+            return
         if action.number > OUTPUTS:
             limit = f"{OUTPUTS} digital outputs (M62 to M65)"
             self.sheet.impossible(action.line, f"output {action.number}", limit, "load motmod with a greater num_dio")

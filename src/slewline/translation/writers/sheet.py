@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 
 from ..meaning import (
@@ -11,6 +11,7 @@ from ..meaning import (
     EnterProgram,
     EraseProgram,
     HostDirective,
+    Jump,
     LeaveProgram,
     Line,
     Motion,
@@ -19,15 +20,19 @@ from ..meaning import (
     Profile,
     Program,
     Query,
+    RunEndless,
     RunProgram,
     SaveProgram,
     SetDirection,
     SetDistance,
+    SetEndless,
+    SetOutput,
     SetPosition,
     SetProfile,
     SetTarget,
     Special,
     Stop,
+    WaitInput,
 )
 from ..report import Kind, OutLine, Verdict
 
@@ -39,15 +44,20 @@ FAR = 1_000_000  # steps of a motion that an input shall end, where the target h
 class Sheet:
     """The lines of a result in the making, and the verdicts on the lines of the source."""
 
-    def __init__(self, indent: str = "  ") -> None:
+    def __init__(self, comment: Callable[[str], str], indent: str = "  ") -> None:
         self.lines: list[OutLine] = []
+        self.comment = comment
         self.verdicts: list[Verdict] = []
         self.depth = 0
         self._indent = indent
 
     def add(self, text: str, source: int = 0, comment: str = "") -> None:
-        """Add a line; a line without text is a comment, or empty."""
-        self.lines.append(OutLine(self._indent * self.depth + text if text else "", comment, source))
+        """Add a line."""
+        self.lines.append(OutLine(self._indent * self.depth + text, comment, source))
+
+    def remark(self, text: str, source: int = 0) -> None:
+        """Add a comment as a line of its own."""
+        self.add(self.comment(text), source)
 
     def same(self, line: int, says: str = "") -> None:
         """Note that a line of the source is the same."""
@@ -64,30 +74,42 @@ class Sheet:
         verdict = Verdict(line, Kind.IMPOSSIBLE, says, limit, remedy)
         if verdict not in self.verdicts:
             self.verdicts.append(verdict)
-            self.add("", line, f"NOT POSSIBLE, line {line}: {says}.")
+            self.remark(f"NOT POSSIBLE, line {line}: {says}.", line)
 
 
-def with_comments(lines: Iterable[Line], out: Sequence[OutLine]) -> list[OutLine]:
+def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
     """Return a result with the comments of the source: beside what they were beside, or before what follows them."""
     found = list(out)
     for line in lines:
         if not line.comment:
             continue
         beside = next((at for at, each in enumerate(found) if line.code and each.source == line.number), None)
-        if beside is not None and found[beside].text and not found[beside].comment:
+        if beside is not None and not found[beside].comment:
             found[beside] = replace(found[beside], comment=line.comment)
             continue
         before = next((at for at, each in enumerate(found) if each.source > line.number), len(found))
-        found.insert(before, OutLine("", line.comment, line.number))
+        like = found[min(before, len(found) - 1)].text if found else ""
+        indent = like[: len(like) - len(like.lstrip())]
+        found.insert(before, OutLine(indent + comment(line.comment), "", line.number))
     return found
 
 
+def heading(program: Program) -> list[OutLine]:
+    """Return the comments with which a program begins."""
+    return [OutLine("", line.comment, line.number) for line in _heading(program) if line.comment]
+
+
+def _heading(program: Program) -> list[Line]:
+    first = next((at for at, line in enumerate(program.lines) if line.code), len(program.lines))
+    return list(program.lines[:first])
+
+
 def lines_of(program: Program, block: int) -> list[Line]:
-    """Return the lines of a block; a comment on a line of its own belongs to what follows it, or else precedes it."""
+    """Return the lines of a block but for the heading; a comment on a line of its own belongs to what follows it."""
     found: list[Line] = []
     waiting: list[Line] = []
     belongs = -1
-    for line in program.lines:
+    for line in program.lines[len(_heading(program)) :]:
         if not line.actions:
             waiting.append(line)
             continue
@@ -258,6 +280,25 @@ def axes(program: Program) -> list[int]:
     return sorted({each.axis for each in program.actions}) or [1]
 
 
+def outputs(program: Program) -> list[tuple[int, int]]:
+    """Return the outputs that the program sets, each with its level after a reset of the source; low if not known."""
+    used = sorted({each.number for each in program.actions if isinstance(each, SetOutput) and not each.implied})
+    return [(each, _reset_level(program, each)) for each in used]
+
+
+def _reset_level(program: Program, output: int) -> int:
+    about = f"output {output} ("
+    return int(any(each.about.startswith(about) and each.value.startswith("high") for each in program.assumed))
+
+
+def inputs(program: Program) -> list[int]:
+    """Return the inputs that the program waits for, or decides by."""
+    found = {each.input.number for each in program.actions if isinstance(each, WaitInput)}
+    found |= {each.number for action in program.actions if isinstance(action, Jump) for each in action.inputs}
+    found |= {each.until.number for each in program.actions if isinstance(each, RunEndless) and each.until}
+    return sorted(found)
+
+
 def unspoken(sheet: Sheet, action: Action, keeps: str) -> bool:
     """Handle what no target has to do: the host's own directives, queries, saving; return whether it was one.
 
@@ -281,8 +322,8 @@ def unspoken(sheet: Sheet, action: Action, keeps: str) -> bool:
                 "the target has no such command",
                 "see the manual of the source for what it does",
             )
-        case SetTarget():
-            sheet.same(action.line, "the position is in the motion")
+        case SetTarget() | SetEndless():
+            sheet.same(action.line, "it is in the motion")
         case _:
             return False
     return True

@@ -10,20 +10,26 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from ..meaning import Action, Input, Label, Program, SetProfile
-from ..writer import WriterOptions
+from ..report import OutLine
+from ..writer import Target, WriterOptions
 from .flow import AsLongAs, Branch, Forever, Node, Repeat, States, counters, nodes
-from .sheet import Registers, Sheet
+from .sheet import Registers, Sheet, lines_of, with_comments
 
 
 class Structured(ABC):
     """A writer at work on one program."""
 
-    def __init__(self, program: Program, options: WriterOptions, indent: str = "  ") -> None:
+    def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
+        self.target = target
         self.program = program
         self.options = options
-        self.sheet = Sheet(indent)
+        self.sheet = Sheet(target.comment, indent)
         self.registers = Registers()
         self.numbers = counters()
+
+    def commented(self, block: int) -> list[OutLine]:
+        """Return the lines written for a block, with the comments of the source."""
+        return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
 
     # ------------------------------------------------------------------------------------------------ the language
     @abstractmethod
@@ -127,11 +133,11 @@ class Structured(ABC):
         """Write pieces that follow each other as each of them says: a loop around a branch for each."""
         number = next(self.numbers)
         state = "state" if number == 1 else f"state{number}"
-        counted = [each.number for each in node.states if each.passes]
+        counted = [piece.number for piece in node.states if piece.passes]
         first = next((action.line for each in node.states for action in each.body), node.line)
         self.assign(state, 0, first)
-        for each in counted:
-            self.assign(f"passes{each}", 0, first)
+        for piece_number in counted:
+            self.assign(f"passes{piece_number}", 0, first)
         close = self.while_true(self.compare(state, ">=", 0), first)
         self.forget([node])
         self.sheet.depth += 1
