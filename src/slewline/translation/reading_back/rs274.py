@@ -22,6 +22,7 @@ from ..writer import Trace, WriterOptions
 from .surroundings import MOST_EVENTS, Refused, Surroundings
 
 AXES = "XYZABC"
+READ = re.compile(r"M66 P(\d+) L0")  # an input that decides: a wait ends with any level
 MOST_SECONDS = 5.0  # a program that waits in a loop has no end, and prints nothing
 CALL = re.compile(r"\s*\d+\s+N\S*\s+([A-Z_0-9]+)\((.*)\)")
 
@@ -43,7 +44,7 @@ def run(text: str, options: WriterOptions) -> Trace | None:
     """
     words = command()
     around = Surroundings(options)
-    levels = set(around.levels.values()) or {1}
+    levels = {around.level(int(each) + 1) for each in READ.findall(text)} or {1}
     if words is None or len(levels) > 1:
         return None
     with TemporaryDirectory(prefix="slewline-") as folder:

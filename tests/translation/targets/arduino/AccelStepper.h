@@ -49,8 +49,15 @@ class AccelStepper {
   void runToPosition() { while (run()) {} }
 
   void setSpeed(float speed) {
+    speed = constrain(speed, -maxSpeed_, maxSpeed_);
     speed_ = speed;
     interval_ = speed == 0 ? 0 : 1e6 / fabs(speed);
+  }
+  /** Make a step towards the target if one is due, at the speed that was set. */
+  bool runSpeedToPosition() {
+    if (distanceToGo() == 0) return false;
+    if ((distanceToGo() > 0) != (speed_ > 0)) speed_ = -speed_;
+    return runSpeed();
   }
   bool runSpeed() {
     if (speed_ == 0 || micros() - last_ < interval_) return false;
