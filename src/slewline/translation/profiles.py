@@ -168,6 +168,10 @@ class Profiles:
             if each.form not in chosen
         }
         found = self.read({**chosen, **gentle})
+        unset = {register.letter for register in self.sheet.registers if not register.default}
+        chosen |= {
+            form: value for form, value in gentle.items() if form in unset
+        }  # the part moves with none of them unset
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:

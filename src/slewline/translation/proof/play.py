@@ -88,7 +88,7 @@ def play(
         happened += [
             Happened("output", number, int(value), int(ps)) for ps, value in zip(times, values, strict=True) if ps > 0
         ]
-    order = {"input": 0, "output": 1, "move": 2, "delay": 3}
+    order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
     happened.sort(key=lambda each: (each.time_ps or 0, order[each.kind]))
     return Played(Trace(f"the model of the {part}", tuple(happened), stopped), bench, chip, levels)
 
@@ -144,5 +144,8 @@ def moves(chip: Chip) -> list[Happened]:
             gaps = times[1:] - times[:-1]
             net = int(steps.directions.sum())
             rate = float(PS_PER_S / gaps.min()) if len(gaps) else None
-            found.append(Happened("move", number, net, motion.time_ps, int(times[-1] - times[0]), rate))
+            if motion.end.why == "done":
+                found.append(Happened("move", number, net, motion.time_ps, int(times[-1] - times[0]), rate))
+            else:
+                found.append(Happened("run", number, 1 if net > 0 else -1, motion.time_ps, None, rate))
     return found

@@ -83,7 +83,12 @@ def bounds_of(program: Program, report: Report) -> Bounds:
     offs = [(line.number, verdict.off) for line in report.lines for verdict in line.verdicts]
     time = max((off for number, off in offs if number in moving), default=0.0)
     rate = max((off for number, off in offs if number in rates), default=0.0)
-    return Bounds(time, rate)
+    tops = [
+        each.profile.top
+        for each in program.actions
+        if isinstance(each, SetProfile | Motion) and each.profile is not None
+    ]
+    return Bounds(time, rate, max(tops, default=float("inf")) * (1 + rate))
 
 
 def not_possible(report: Report) -> bool:
