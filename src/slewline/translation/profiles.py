@@ -12,6 +12,7 @@ from functools import lru_cache
 
 from ..chips import ramps_of
 from ..core.datasheet.table import Row, Sheet
+from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
 from ..language.ramps import Calculator, Ramp, RampParameter, Search, Value, Wanted, nearest, read
 from .meaning import Profile
@@ -76,18 +77,22 @@ class Profiles:
         return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
 
     def move_ps(self, profile: Profile, steps: int) -> int | None:
-        """Return the time of a move with a profile of this part, ps; None: it is not known."""
-        return self._moves(frozenset(profile.values.items()), profile.top if not profile.ramped else 0.0, abs(steps))
+        """Return the time from the first step of a move to the last one, ps; None: it is not known.
+
+        When a part reports the end of a move differs: before or after the interval of the last step.
+        """
+        return self._moves(frozenset(profile.values.items()), 0.0 if profile.ramped else profile.top, abs(steps))
 
     def _move(self, items: frozenset[tuple[str, Value]], constant: float, steps: int) -> int | None:
-        if not steps:
+        if steps < 2:
             return 0
         if constant and "rate_divisor" in self.rows:
-            return round(steps * 1e12 / constant)
+            return round((steps - 1) * PS_PER_S / constant)
         try:
-            return self._ramp(dict(items)).move(steps).time_ps
+            times = self._ramp(dict(items)).move(steps).times()
         except UsageError:
             return None
+        return int(times[-1] - times[0])
 
     # ------------------------------------------------------------------------------------------------------- fitting
     def fit(self, wanted: Profile) -> Fitted:
@@ -163,6 +168,10 @@ class Profiles:
             if each.form not in chosen
         }
         found = self.read({**chosen, **gentle})
+        unset = {register.letter for register in self.sheet.registers if not register.default}
+        chosen |= {
+            form: value for form, value in gentle.items() if form in unset
+        }  # the part moves with none of them unset
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:

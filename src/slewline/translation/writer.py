@@ -61,7 +61,7 @@ class Happened:
     """Something that a run did, as a proof compares it.
 
     Attributes:
-        kind: a "move" (from rest to rest), an "output" that changed, an "input" that was waited for, or a "delay" that
+        kind: a "move" (from rest to rest), a "run" that something from outside ended (`value` is its sign), an "output" that changed, an "input" that was waited for, or a "delay" that
             was asked for.
         number: of the axis, of the output or of the input, from 1 on.
         value: steps with their sign, or a level; of a delay its ps.
@@ -70,7 +70,7 @@ class Happened:
         rate: of a move, the greatest rate, steps/s; None: not known.
     """
 
-    kind: Literal["move", "output", "input", "delay"]
+    kind: Literal["move", "run", "output", "input", "delay"]
     number: int
     value: int
     time_ps: int | None = None

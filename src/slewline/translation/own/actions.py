@@ -19,8 +19,10 @@ from ..meaning import (
     Label,
     LeaveProgram,
     Loop,
+    Motion,
     MoveBy,
     MoveTo,
+    Profile,
     Query,
     RunEndless,
     RunProgram,
@@ -71,14 +73,16 @@ class Actions:
         self.fixed: dict[str, int] = {}  # distance and sign, where all relative moves have the same
         self.held: dict[str, int] = {}
         self.program = 0
+        self.reset: Profile | None = None  # of the first motion, where nothing is set before it
 
     # ------------------------------------------------------------------------------------------------------ every kind
     def pieces(self, action: Action) -> list[Piece]:
         """Return the instructions for an action, and note what became of it."""
+        first = self.unset_before(action)
         copied = self.copied(action)
         if copied is not None:
             self.held_after(action)
-            return self.placed(action, [copied])
+            return self.placed(action, [*first, copied])
         method: Callable[[Action], list[Piece]] = getattr(self, f"on_{type(action).__name__.lower()}")
         try:
             found = method(action)
@@ -86,12 +90,29 @@ class Actions:
             found = self.impossible(action, "", cannot.limit, cannot.remedy)
         except Impossible as no:
             found = self.impossible(action, no.says, no.limit, no.remedy)
-        return self.placed(action, found)
+        return self.placed(action, self.in_order(action, first, found))
+
+    def unset_before(self, action: Action) -> list[Piece]:
+        """Return the rates of the first motion, where the source moves with those of a reset."""
+        if self.reset is None or not isinstance(action, EnterProgram | Motion):
+            return []
+        commands, self.reset = self.rates.first(self.reset), None
+        return [Piece(row, (value,)) for row, value in commands]
+
+    def in_order(self, action: Action, first: list[Piece], found: list[Piece]) -> list[Piece]:
+        """Return pieces with those that set rates in front, or where the part takes them in a program alone, within."""
+        if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
+            for piece in first:
+                piece.block = action.number
+            return [*found, *first]
+        return [*first, *found]
 
     def placed(self, action: Action, pieces: list[Piece]) -> list[Piece]:
         """Return pieces with their place."""
         for piece in pieces:
-            piece.source, piece.block = action.line, action.block
+            piece.source = action.line
+            if piece.block < 0:
+                piece.block = action.block
         return pieces
 
     def impossible(self, action: Action, says: str, limit: str, remedy: str) -> list[Piece]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from ...core.datasheet.table import Row
 from ...core.time.timebase import readable
-from ..meaning import Motion, MoveBy, MoveTo, Profile, SetProfile
+from ..meaning import Motion, MoveBy, MoveTo, Profile, RunEndless, SetProfile
 from ..profiles import Fitted, Profiles
 from ..report import Kind, Verdict
 from .limits import no_command, out_of
@@ -22,6 +22,8 @@ ROLES = {"start rate": "start_rate", "top rate": "top_rate", "ramp": "ramp"}
 FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly what it was
 EXACT = 1e-6
 CLOSE = 1e-3  # of the time of a move that is the same
+FAR_MOVE = 0.5  # of the time of a move that is not even nearly what it was
+SAMPLES = (2, 10, 50, 250, 1000, 5000)  # steps of moves of which nothing is known
 
 
 @dataclass(slots=True)
@@ -172,21 +174,59 @@ class Rates:
 
     # -------------------------------------------------------------------------------------------------------- motions
     def motion(self, action: Motion) -> Verdict:
-        """Return what became of a motion: its time, where both can be told."""
+        """Return what became of a motion: its time from the first step to the last one.
+
+        Of a motion whose profile or steps depend on the path, it is the worst of those that the program sets, and of
+        moves of any length.
+        """
         steps = action.steps if isinstance(action, MoveBy | MoveTo) else None
         if isinstance(action, MoveBy) and steps is None:
             steps = action.distance
-        if self.source is None or self.target is None or action.profile is None or not steps:
+        profiles = [action.profile] if action.profile is not None else self._profiles()
+        if self.source is None or self.target is None or not profiles or steps == 0 or isinstance(action, RunEndless):
             return Verdict(action.line, Kind.SAME)
-        before = self.source.move_ps(action.profile, steps)
-        after = self.target.move_ps(self.target.fit(action.profile).profile, steps)
-        if before is None or after is None:
-            return Verdict(action.line, Kind.SAME)
-        difference = after - before
-        off = abs(difference) / before if before else 0.0
-        says = f"{readable(round(after, -6))} for {readable(round(before, -6))}, {percent(off)}" if difference else ""
-        kind = Kind.SAME if off <= CLOSE else Kind.NEARLY
-        return Verdict(action.line, kind, says, off=off, off_ps=difference)
+        found = [self._off(profile, length) for profile in profiles for length in ([steps] if steps else SAMPLES)]
+        off, before, after = max(found, key=lambda each: each[0])
+        kind = Kind.SAME if off <= CLOSE else Kind.NEARLY if off <= FAR_MOVE else Kind.IMPOSSIBLE
+        upto = "" if len(found) == 1 else "up to "
+        says = (
+            f"{readable(round(after, -6))} for {readable(round(before, -6))}, {upto}{percent(off)}"
+            if after != before
+            else ""
+        )
+        if upto and says:
+            says = f"up to {percent(off)}, depending on its steps"
+        if kind is not Kind.IMPOSSIBLE:
+            return Verdict(action.line, kind, says, off=off, off_ps=after - before)
+        top = self.target.rows["top_rate"]
+        limit = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have another law"
+        remedy = "the steps are right: check what waits for the end of the move"
+        return Verdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
+
+    def _profiles(self) -> list[Profile]:
+        """The profiles that the program sets."""
+        found = {
+            (each.start, each.top, each.time_ps): each for group in self._all() if (each := group.profile) is not None
+        }
+        return list(found.values())
+
+    def _off(self, profile: Profile, steps: int) -> tuple[float, int, int]:
+        """By how much the time of a move differs, as a fraction; the time before and after, ps."""
+        assert self.source is not None and self.target is not None  # noqa: S101
+        before = self.source.move_ps(profile, steps)
+        after = self.target.move_ps(self.target.fit(profile).profile, steps)
+        if not before or after is None:
+            return 0.0, 0, 0
+        return abs(after - before) / before, before, after
+
+    def first(self, profile: Profile) -> list[tuple[Row, int]]:
+        """Return the commands for a motion before which the source sets nothing: its registers are those of a reset."""
+        if self.target is None:
+            return []
+        values = self.target.fit(profile).values
+        forms = [form for form in self.forms if form in values and self.held.get(form) != values[form]]
+        self.held |= {form: values[form] for form in forms}
+        return [(self.forms[form], values[form]) for form in forms]
 
 
 def groups(steps: Sequence[Step]) -> Iterator[Group]:

@@ -21,6 +21,7 @@ from ..meaning import (
     Line,
     Motion,
     Program,
+    RunEndless,
     RunProgram,
     SetDirection,
     SetDistance,
@@ -112,13 +113,10 @@ def wrapped(steps: list[Step], number: int) -> list[Step]:
     nowhere = Line(0)
     inside = [replace(each, action=within(each.action, number)) for each in steps]
     last = max((n for n, each in enumerate(steps) if each.action is not None), default=len(steps) - 1) + 1
-    return [
-        Step(EnterProgram(number=number), nowhere),
-        *inside[:last],
-        Step(LeaveProgram(runs=True), nowhere),
-        Step(HostDirective(text="@until ready"), nowhere),
-        *steps[last:],
-    ]
+    endless = any(isinstance(each.action, RunEndless) and each.action.until is None for each in steps)
+    over = [] if endless else [Step(HostDirective(text="@until ready"), nowhere)]
+    enter, leave = Step(EnterProgram(number=number), nowhere), Step(LeaveProgram(runs=True), nowhere)
+    return [enter, *inside[:last], leave, *over, *steps[last:]]
 
 
 def whole(steps: list[Step], at: int, before: list[Step]) -> tuple[list[Step], int]:

@@ -13,6 +13,7 @@ from ..meaning import (
     Label,
     LeaveProgram,
     Loop,
+    Motion,
     MoveBy,
     Program,
     SetOutput,
@@ -122,6 +123,12 @@ class OwnWriter:
             self.actions.starts[block] = starts | (set() if again and not starts else own)
             self.actions.last.add(id(inside[-1]))
             self.actions.loops |= {(block, action.to) for action in inside if isinstance(action, Loop)}
+        for action in actions:
+            if isinstance(action, SetProfile):
+                break
+            if isinstance(action, Motion) and action.profile is not None:
+                self.actions.reset = action.profile
+                break
         moves = [action for action in actions if isinstance(action, MoveBy)]
         for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
             if len(values) == 1 and None not in values:
