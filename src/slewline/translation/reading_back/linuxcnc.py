@@ -29,7 +29,7 @@ LOGIC: dict[str, Callable[[float, float], float]] = {
     "/": lambda a, b: a / b,
 }
 BINDS = {"*": 4, "/": 4, "+": 3, "-": 3, "EQ": 2, "NE": 2, "GT": 2, "GE": 2, "LT": 2, "LE": 2, "AND": 1, "OR": 1}
-PLAIN = {"G0", "G1", "G4", "G21", "G38.3", "G38.5", "G61.1", "G90", "G91", "G92", "G94", "M2", "M64", "M65", "M66"}
+PLAIN = {"G1", "G4", "G21", "G38.3", "G38.5", "G61.1", "G90", "G91", "G92", "G94", "M2", "M64", "M65", "M66"}
 
 
 class _Line(NamedTuple):
@@ -256,9 +256,7 @@ class _Machine:
             case "G1" | "G38.3" | "G38.5":
                 if not self.feed or not self.metric:
                     raise Refused(line.number, line.text, "no feed rate, or no unit, has been set")
-                self._move(words)
-            case "G0":
-                self._move(words)
+                self._move(words, runs=code != "G1")
             case "M64" | "M65":
                 self.around.output(round(words["P"]) + 1, int(code == "M64"))
             case "M66":
@@ -271,12 +269,11 @@ class _Machine:
     def _input(self, number: int, mode: int, timeout: float, line: _Line) -> None:
         if mode and timeout <= 0:
             raise Refused(line.number, line.text, "a wait needs Q above 0")
-        level = {0: self.around.level(number), 1: 1, 2: 0, 3: 1, 4: 0}[mode]
-        self.parameters["5399"] = level
         if mode:
-            self.around.waited(number, level)
+            self.around.wait(number, {3: 1, 4: 0}[mode])
+        self.parameters["5399"] = {3: 1, 4: 0}.get(mode, self.around.level(number))
 
-    def _move(self, words: dict[str, float]) -> None:
+    def _move(self, words: dict[str, float], runs: bool) -> None:
         for letter in AXES:
             if letter not in words:
                 continue
@@ -284,4 +281,7 @@ class _Machine:
             spm = self.around.steps_per_mm
             before, self.at[letter] = self.at[letter], base + words[letter]
             steps = round(self.at[letter] * spm) - round(before * spm)
-            self.around.move(AXES.index(letter) + 1, steps)
+            if runs:
+                self.around.run(AXES.index(letter) + 1, 1 if steps > 0 else -1)
+            else:
+                self.around.move(AXES.index(letter) + 1, steps, self.feed * spm / 60)

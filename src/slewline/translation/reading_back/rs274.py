@@ -45,7 +45,7 @@ def run(text: str, options: WriterOptions) -> Trace | None:
     words = command()
     around = Surroundings(options)
     levels = {around.level(int(each) + 1) for each in READ.findall(text)} or {1}
-    if words is None or len(levels) > 1:
+    if words is None or len(levels) > 1 or (around.waits and "M66" in text):
         return None
     with TemporaryDirectory(prefix="slewline-") as folder:
         place = Path(folder)
@@ -91,7 +91,11 @@ def _follow(lines: Iterable[str], around: Surroundings) -> bool:
             target = [float(each) + offset[n] for n, each in enumerate(arguments.split(","))]
             for axis, (before, after) in enumerate(zip(at, target, strict=False)):
                 spm = around.steps_per_mm
-                around.move(axis + 1, round(after * spm) - round(before * spm))
+                steps = round(after * spm) - round(before * spm)
+                if name == "STRAIGHT_PROBE" and steps:
+                    around.run(axis + 1, 1 if steps > 0 else -1)
+                else:
+                    around.move(axis + 1, steps)
             at[: len(target)] = target
         elif name == "SET_G92_OFFSET":
             offset[:6] = [float(each) for each in arguments.split(",")]

@@ -1,6 +1,6 @@
 """A sketch, run on paper: the C++ that writers use, and the calls of Arduino and of the two libraries for steppers.
 
-A loop that does nothing while an input has not a level is a wait; it ends immediately.  Times are not counted.
+A loop while an input has not a level is a wait.  Times are not counted.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ BINARY: dict[str, tuple[int, Callable[[Any, Any], Any]]] = {
     "*": (6, operator.mul),
 }
 OUTPUT = re.compile(r"OUTPUT(\d+)_PIN$")
+INPUTS = 100  # numbers from here on are pins of other inputs
 INPUT = re.compile(r"INPUT(\d+)_PIN$")
 
 
@@ -134,9 +135,12 @@ class _Stepper:
         return 0
 
     def on_runForward(self) -> None:
-        pass
+        self.target = self.position + 1
 
-    on_runBackward = on_stopMove = on_runForward
+    def on_runBackward(self) -> None:
+        self.target = self.position - 1
+
+    on_stopMove = on_stop
 
 
 def _unknown(*values: Any) -> Any:
@@ -385,7 +389,11 @@ class _Machine:
         if words[:3] != ["(", "digitalRead", "("] or words[4:6] != [")", "!="]:
             return False
         pin, level = self.value_of(words[3]), self.value_of(words[6])
-        self.around.waited(self._input_number(pin), level)
+        for each in self.names.values():
+            if isinstance(each, _Stepper) and each.target != each.position:
+                self.around.run(each.axis, 1 if each.target > each.position else -1)
+        if (number := self._input_number(pin)) < INPUTS:
+            self.around.wait(number, level)
         return True
 
     def _do(self) -> None:
@@ -497,7 +505,7 @@ class _Machine:
         if self.modes.get(int(pin)) != 2:
             raise self.refused(f"{pin.name} is no input")
         found = INPUT.match(pin.name)
-        return int(found[1]) if found else 100 + int(pin)
+        return int(found[1]) if found else INPUTS + int(pin)
 
     def _method(self, name: str) -> Any:
         thing = self.value_of(name)
