@@ -284,4 +284,4 @@ class _Machine:
             if runs:
                 self.around.run(AXES.index(letter) + 1, 1 if steps > 0 else -1)
             else:
-                self.around.move(AXES.index(letter) + 1, steps, self.feed * spm / 60)
+                self.around.move(AXES.index(letter) + 1, steps)

@@ -5,6 +5,7 @@ A loop while an input has not a level is a wait.  Times are not counted.
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable
@@ -69,7 +70,7 @@ class _Stepper:
     def __init__(self, axis: int, around: Surroundings) -> None:
         self.axis, self.around = axis, around
         self.position = self.target = 0
-        self.top = self.even = 0.0
+        self.top = self.even = self.acceleration = 0.0
 
     def call(self, name: str, values: list[Any]) -> Any:
         """Call a method.
@@ -88,6 +89,7 @@ class _Stepper:
     def on_setAcceleration(self, acceleration: float) -> None:
         if acceleration <= 0:
             raise ValueError("no acceleration")
+        self.acceleration = acceleration
 
     def on_setDirectionPin(self, pin: int) -> None:
         del pin
@@ -106,14 +108,15 @@ class _Stepper:
             self.on_runToPosition()
 
     def on_runToPosition(self) -> None:
-        self._go(self.top)
+        reached = math.sqrt(self.acceleration * abs(self.target - self.position))
+        self._go(min(self.top, reached))
 
     def on_runSpeedToPosition(self) -> None:
         self._go(abs(self.even))
 
     def _go(self, rate: float) -> None:
-        if rate <= 0:
-            raise ValueError("no speed is set")
+        if self.target != self.position and rate <= 0:
+            raise ValueError("no speed, or no acceleration, is set")
         self.around.move(self.axis, self.target - self.position, rate)
         self.position = self.target
 
