@@ -1,9 +1,10 @@
-"""A host script, run on paper: Python's own parser reads it, and its statements are followed one by one; none is executed."""
+"""A host script, run on paper: Python's parser reads it, its statements are followed one by one; none is executed."""
 
 from __future__ import annotations
 
 import ast
 import operator
+from contextlib import suppress
 from typing import Any
 
 from ..writer import Trace, WriterOptions
@@ -59,10 +60,8 @@ class _Script:
         """Follow a function."""
         if name not in self.functions:
             raise Refused(0, name, "no such function")
-        try:
+        with suppress(_Returned):
             self._all(self.functions[name].body)
-        except _Returned:
-            pass
 
     def _all(self, body: list[ast.stmt]) -> None:
         for each in body:
@@ -81,12 +80,10 @@ class _Script:
                 for _ in range(self._value(count)):
                     self._all(it.body)
             case ast.While():
-                try:
+                with suppress(_Broken):
                     while self._value(it.test):
                         self._all(it.body)
                         self.grbl.around.statement()
-                except _Broken:
-                    pass
             case ast.If():
                 self._all(it.body if self._value(it.test) else it.orelse)
             case ast.Break():
@@ -99,7 +96,7 @@ class _Script:
                 raise Refused(it.lineno, ast.unparse(it), "no statement that writers use")
 
     def _assign(self, it: ast.Assign) -> None:
-        if not isinstance(it.targets[0], ast.Name) or not isinstance(it.value, ast.Constant | ast.UnaryOp):
+        if not isinstance(it.targets[0], ast.Name) or not isinstance(it.value, ast.Constant | ast.UnaryOp | ast.IfExp):
             if isinstance(it.value, ast.Dict):
                 return
             raise Refused(it.lineno, ast.unparse(it), "no assignment that writers use")
@@ -119,6 +116,11 @@ class _Script:
                 return not self._value(it.operand)
             case ast.BinOp() if type(it.op) in BINARY:
                 return BINARY[type(it.op)](self._value(it.left), self._value(it.right))
+            case ast.IfExp():
+                return self._value(it.body if self._value(it.test) else it.orelse)
+            case ast.Attribute(value=ast.Name(id="grbl"), attr="position"):
+                spm = self.grbl.around.steps_per_mm
+                return round((self.grbl.at[AXES[0]] - self.grbl.offset[AXES[0]]) * spm)
             case ast.BoolOp(op=ast.And()):
                 return all(self._value(each) for each in it.values)
             case ast.Compare(ops=[op], comparators=[right]) if type(op) in COMPARED:

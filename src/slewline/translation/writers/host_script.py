@@ -1,4 +1,4 @@
-"""A host script in Python, for what G-code alone cannot do: it loops, waits and decides, and sends grbl what comes next.
+"""A host script in Python, for what G-code cannot do: it loops, waits and decides, and sends grbl what comes next.
 
 Inputs are those that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
 """
@@ -67,6 +67,7 @@ class Grbl:
 
     def __init__(self, port):
         self.line = serial.Serial(port, 115200, timeout=3600)
+        self.position = 0  # in steps
         time.sleep(2)  # opening the port resets the board
         self.line.reset_input_buffer()
 
@@ -88,11 +89,13 @@ class Grbl:
         """Move by so many steps."""
         self.send(f"G91 G1 {{axis}}{{steps / STEPS_PER_MM:.{digits}f}}")
         self.settle()
+        self.position += steps
 
     def move_to(self, position, axis="{letter}"):
         """Move to a position, in steps."""
         self.send(f"G90 G1 {{axis}}{{position / STEPS_PER_MM:.{digits}f}}")
         self.settle()
+        self.position = position
 
     def feed(self, rate):
         """Set the rate of moves, steps/s."""
@@ -101,6 +104,7 @@ class Grbl:
     def set_position(self, position, axis="{letter}"):
         """Count from here on from a position, in steps."""
         self.send(f"G92 {{axis}}{{position / STEPS_PER_MM:.{digits}f}}")
+        self.position = position
 
     def search(self, steps, code="G38.3", axis="{letter}"):
         """Move until the probe input changes, by so many steps at most."""
@@ -309,10 +313,7 @@ class _Writer(Structured):
                 self.sheet.impossible(line, "the position is not known from the text", "a call needs a number", remedy)
                 return
             if self.variable_sign:
-                remedy = "set the direction before the next relative move"
-                limit = "the script keeps no position"
-                says = "the direction in which it moves is not kept for the relative moves that follow"
-                self.sheet.impossible(line, says, limit, remedy)
+                self.sheet.add(f"direction = -1 if {action.position} < grbl.position else 1", line)
             self.sheet.add(f"grbl.move_to({action.position}{self._axis(action)})", line)
         else:
             steps = str(action.steps) if action.steps is not None else self._product(action)

@@ -171,6 +171,19 @@ def standing_time(top: float, acceleration: float, steps: int) -> float:
     return 2 * math.sqrt(steps / acceleration)
 
 
+def started_time(profile: Profile, steps: int) -> float:
+    """Return the time of a move with one acceleration between start rate and top rate, from its first step on, s."""
+    gaps = max(abs(steps) - 1, 0)
+    acceleration = profile.acceleration
+    if not acceleration:
+        return gaps / profile.top if profile.top else 0.0
+    ramps = (profile.top**2 - profile.start**2) / acceleration  # both
+    if gaps >= ramps:
+        return 2 * (profile.top - profile.start) / acceleration + (gaps - ramps) / profile.top
+    reached = math.sqrt(profile.start**2 + acceleration * gaps)
+    return 2 * (reached - profile.start) / acceleration
+
+
 def accelerations(actions: Iterable[Action]) -> list[float]:
     """Return the accelerations of all moves with a ramp that is known, steps/s^2."""
     profiles = (each.profile for each in actions if isinstance(each, Motion))
