@@ -165,7 +165,7 @@ def standing_time(top: float, acceleration: float, steps: int) -> float:
     """Return the time of a move from standstill to standstill with a constant acceleration, s."""
     steps = abs(steps)
     if acceleration <= 0:
-        return steps / top if top else 0.0
+        return max(steps - 1, 0) / top if top else 0.0
     if steps >= top * top / acceleration:
         return steps / top + top / acceleration
     return 2 * math.sqrt(steps / acceleration)
