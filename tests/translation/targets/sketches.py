@@ -83,7 +83,6 @@ class Seen(NamedTuple):
     steps: list[int]
     times: list[float]
     levels: list[tuple[float, int, int]]
-    text: str  # on the serial line
 
 
 def run(hexadecimal: Path, pins: tuple[int, int], until: float, inputs: list[list[Any]], idle: float = 1.0) -> Seen:
@@ -93,7 +92,7 @@ def run(hexadecimal: Path, pins: tuple[int, int], until: float, inputs: list[lis
     ran = subprocess.run(words, input=json.dumps(request), capture_output=True, text=True, check=True, timeout=120)
     answer = json.loads(ran.stdout)
     step, direction = pins
-    seen, sign = Seen([], [], [], answer["serial"]), -1
+    seen, sign = Seen([], [], []), -1
     for cycle, pin, level in answer["changes"]:
         if pin == direction:
             sign = 1 if level else -1

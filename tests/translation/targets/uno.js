@@ -3,9 +3,9 @@
 //     node uno.js AVR8JS SKETCH.hex < REQUEST
 //
 // The request is one object of JSON: `until`, virtual seconds at most; `inputs`, [seconds, pin, level] each, in order of
-// time (an input without one is pulled up); `idle`, virtual seconds without a change of an output after which it ends;
-// `serial`, text that the host sends, and `baud` of the line.  The answer: `changes`, [cycle, pin, level] each, `now`, the
-// cycle at the end, and `serial`, what the sketch sent.  Pins have the numbers of Arduino: 0 to 13, A0 is 14.
+// time (an input without one is pulled up); `idle`, virtual seconds without a change of an output after which it ends.
+// The answer: `changes`, [cycle, pin, level] each, `now`, the cycle at the end, and how many `timers` it has.  Pins have
+// the numbers of Arduino: 0 to 13, A0 is 14.
 "use strict";
 
 const fs = require("fs");
@@ -23,30 +23,34 @@ for (const line of fs.readFileSync(process.argv[3], "latin1").split(/\r?\n/)) {
 
 const cpu = new avr.CPU(new Uint16Array(memory.buffer), 0x800);
 const timers = [avr.timer0Config, avr.timer1Config, avr.timer2Config].map((each) => new avr.AVRTimer(cpu, each));
-const usart = new avr.AVRUSART(cpu, avr.usart0Config, HZ);
-const ports = { 0: avr.portDConfig, 8: avr.portBConfig, 14: avr.portCConfig };
+const configs = { 0: avr.portDConfig, 8: avr.portBConfig, 14: avr.portCConfig };
+const ports = {};
 const changes = [];
 let last = 0; // the cycle of the last change of an output
 
-for (const [first, config] of Object.entries(ports)) {
-  const port = (ports[first] = new avr.AVRIOPort(cpu, config));
-  for (let bit = 0; bit < 6; bit++) port.setPin(bit, true); // pulled up
-  if (first === "0") [6, 7].forEach((bit) => port.setPin(bit, true));
-  port.addListener((value, before) => {
-    const driven = cpu.data[config.DDR];
-    for (let bit = 0; bit < 8; bit++) {
-      if (!(((value ^ before) >> bit) & 1) || !((driven >> bit) & 1)) continue;
-      changes.push([cpu.cycles, Number(first) + bit, (value >> bit) & 1]);
-      last = cpu.cycles;
-    }
-  });
+const seen = { 0: 0, 8: 0, 14: 0 }; // what each port drives high
+const driven = { 0: 0, 8: 0, 14: 0 }; // what was an output when it was looked at
+
+function record(first, high) {
+  for (let bit = 0, changed = high ^ seen[first]; changed >> bit; bit++)
+    if ((changed >> bit) & 1) changes.push([cpu.cycles, Number(first) + bit, (high >> bit) & 1]);
+  if (high !== seen[first]) last = cpu.cycles;
+  seen[first] = high;
 }
 
-const sent = [];
-usart.onByteTransmit = (byte) => sent.push(byte);
-const host = [...Buffer.from(request.serial || "", "latin1")];
-const aByte = (HZ * 10) / (request.baud || 115200);
-let nextByte = 1.5 * HZ; // a boot loader and the start of the sketch take their time
+for (const [first, config] of Object.entries(configs)) {
+  const port = (ports[first] = new avr.AVRIOPort(cpu, config));
+  for (let bit = 0; bit < 8; bit++) port.setPin(bit, true); // pulled up
+  port.addListener((value) => {
+    // A pin of any port may have become an output, and high, without a change of its port.
+    for (const [other, { PORT, DDR }] of Object.entries(configs)) {
+      const fresh = cpu.data[DDR] & ~driven[other];
+      driven[other] = cpu.data[DDR];
+      if (fresh & cpu.data[PORT]) record(other, seen[other] | (fresh & cpu.data[PORT]));
+    }
+    record(first, value & cpu.data[config.DDR]); // with what a timer drives
+  });
+}
 
 const inputs = request.inputs || [];
 const end = request.until * HZ;
@@ -58,14 +62,9 @@ while (cpu.cycles < end && cpu.cycles - last < idle) {
     ports[first].setPin(pin - first, Boolean(level));
     last = cpu.cycles; // whoever waits for it has its time
   }
-  if (host.length && cpu.cycles >= nextByte && usart.rxEnable && !usart.rxBusy) {
-    usart.writeByte(host.shift());
-    nextByte = cpu.cycles + aByte;
-    last = cpu.cycles;
-  }
   avr.avrInstruction(cpu);
   cpu.tick();
 }
 
-const answer = { changes, now: cpu.cycles, timers: timers.length, serial: Buffer.from(sent).toString("latin1") };
+const answer = { changes, now: cpu.cycles, timers: timers.length };
 process.stdout.write(JSON.stringify(answer) + "\n");

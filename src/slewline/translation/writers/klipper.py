@@ -169,14 +169,14 @@ class _Writer:
         """Return a piece as a macro."""
         name = self.names[piece.name]
         self.sheet.lines, self.sheet.depth = [], 1
-        state = ", ".join(f'{each}=printer["gcode_macro {MAIN}"].{each}' for each in self.kept)
+        state = ", ".join(f'{each}=printer["gcode_macro {self.main}"].{each}' for each in self.kept)
         self.sheet.add(f"{{% set ns = namespace({state}) %}}")
-        if name == MAIN:
+        if name == self.main:
             self.sheet.add(f"MANUAL_STEPPER STEPPER=axis ENABLE=1 SET_POSITION={{ns.at{self._per_mm()}}}")
         for node in piece.body:
             self._write(node)
         for each in self.kept:
-            self.sheet.add(f"SET_GCODE_VARIABLE MACRO={MAIN} VARIABLE={each} VALUE={{ns.{each}}}")
+            self.sheet.add(f"SET_GCODE_VARIABLE MACRO={self.main} VARIABLE={each} VALUE={{ns.{each}}}")
         after = piece.then
         if after in self.pieces.pieces and not self.pieces.returns(piece.name):
             self.sheet.add(self.names[after])
@@ -184,7 +184,7 @@ class _Writer:
             self.sheet.add("M400")
             self.sheet.add(f"UPDATE_DELAYED_GCODE ID={self._delayed(after)} DURATION=0.01")
         head = [OutLine(f"[gcode_macro {name}]")]
-        if name == MAIN:
+        if name == self.main:
             counters = {each.counter: "1" for each in self.pieces.decisions.values() if each.counter}
             head += [OutLine(f"variable_{each}: {value}") for each, value in (self.kept | counters).items()]
         found = [*head, OutLine("gcode:"), *self.sheet.lines]
@@ -204,8 +204,8 @@ class _Writer:
 
     def _decided(self, decision: Decision) -> list[OutLine]:
         """Return a decision as a delayed_gcode."""
-        variable = f"SET_GCODE_VARIABLE MACRO={MAIN} VARIABLE={decision.counter} VALUE="
-        counted = f'printer["gcode_macro {MAIN}"].{decision.counter}'
+        variable = f"SET_GCODE_VARIABLE MACRO={self.main} VARIABLE={decision.counter} VALUE="
+        counted = f'printer["gcode_macro {self.main}"].{decision.counter}'
         condition = self._condition(decision.inputs) if decision.inputs else f"{counted} < {decision.passes}"
         rows = [f"[delayed_gcode {decision.name}]", "gcode:", f"  {{% if {condition} %}}"]
         if decision.counter:
