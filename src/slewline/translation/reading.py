@@ -396,8 +396,6 @@ class ProgramReader:
         row = statement.row
         if row.at_once:
             yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
-        elif row.role == "axis":
-            return
         elif row.form.startswith("GET_"):
             yield Query(**common)  # type: ignore[arg-type]
         else:

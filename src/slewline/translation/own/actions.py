@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from ...core.datasheet.roles import ROW_ROLES
 from ...core.datasheet.table import Arg, Row, Sheet
@@ -73,11 +73,17 @@ class Actions:
         self.fixed: dict[str, int] = {}  # distance and sign, where all relative moves have the same
         self.held: dict[str, int] = {}
         self.program = 0
+        self.before: list[Piece] = []  # what the first motion needs
         self.reset: Profile | None = None  # of the first motion, where nothing is set before it
 
     # ------------------------------------------------------------------------------------------------------ every kind
     def pieces(self, action: Action) -> list[Piece]:
         """Return the instructions for an action, and note what became of it."""
+        if action.axis > self.sheet.axes:
+            limit = f"the {self.sheet.part.upper()} has {self.sheet.axes} axis{'es'[: 2 * (self.sheet.axes > 1)]} ({self.sheet.manual})"
+            return self.placed(
+                action, self.impossible(action, f"axis {action.axis}", limit, "use a part for each axis")
+            )
         first = self.unset_before(action)
         copied = self.copied(action)
         if copied is not None:
@@ -94,10 +100,36 @@ class Actions:
 
     def unset_before(self, action: Action) -> list[Piece]:
         """Return the rates of the first motion, where the source moves with those of a reset."""
-        if self.reset is None or not isinstance(action, EnterProgram | Motion):
+        if not isinstance(action, EnterProgram | Motion):
             return []
-        commands, self.reset = self.rates.first(self.reset), None
-        return [Piece(row, (value,)) for row, value in commands]
+        commands = self.rates.first(self.reset) if self.reset is not None else []
+        found = [*self.before, *(Piece(row, (value,)) for row, value in commands)]
+        self.reset, self.before = None, []
+        return found
+
+    def start(self, actions: Sequence[Action]) -> None:
+        """Note what the target needs to begin as the source does: position 0, and the direction after a reset."""
+        relative = placed = False
+        for action in actions:
+            if isinstance(action, SetPosition):
+                placed = True
+            elif isinstance(action, SetDirection | MoveTo):
+                relative = True
+            if isinstance(action, MoveTo) and not placed:
+                placed = True
+                row = self.rows.get("preset")
+                theirs, mine = (
+                    next((each.default for each in sheet.registers if each.name in ("position", "trgt_pos")), 0)
+                    for sheet in (self.source, self.sheet)
+                )
+                if row is not None and mine and not theirs:
+                    self.before.append(Piece(row, (0,) if row.args else ()))
+            if isinstance(action, MoveBy | RunEndless) and not relative and action.sign is not None:
+                relative = True
+                row = self.rows.get("plus" if action.sign > 0 else "minus")
+                if row is not None and after_reset(self.sheet) != action.sign:
+                    self.before.append(Piece(row))
+                    self.held["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[Piece], found: list[Piece]) -> list[Piece]:
         """Return pieces with those that set rates in front, or where the part takes them in a program alone, within."""
@@ -132,6 +164,8 @@ class Actions:
         if theirs is None or mine is None or not alike(theirs, mine) or (action.block >= 0) > mine.stored:
             return None
         if not all(arg.allows(value) for arg, value in zip(mine.args, action.values, strict=True)):
+            return None
+        if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
             return None
         if isinstance(action, MoveBy | MoveTo | RunEndless):
             self.note(self.rates.motion(action))
@@ -190,8 +224,9 @@ class Actions:
         return [] if row is None else [Piece(row, (self.fitting(row, row.args[0], action.position),))]
 
     def on_setendless(self, action: SetEndless) -> list[Piece]:
-        """The next motion has no end: it says so itself."""
-        return []
+        """The next motion has no end: of a part whose runs say so themselves, with the run."""
+        row = self.rows.get("endless_next")
+        return [] if row is None else [Piece(row)]
 
     def on_setposition(self, action: SetPosition) -> list[Piece]:
         """The position counter."""
@@ -261,6 +296,8 @@ class Actions:
         """A move to a position by two commands, target and motion."""
         assert action.position is not None  # noqa: S101
         row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
+        if action.steps == 0 and go.role == "update":  # a motion that would never be complete
+            return []
         if not isinstance_target(action, self.source):
             found.append(Piece(row, (self.fitting(row, row.args[0], action.position),)))
         if "plus" in self.rows:
@@ -273,7 +310,14 @@ class Actions:
                 found.append(Piece(self.row("plus" if sign > 0 else "minus")))
                 self.held["sign"] = sign
         self.note(self.rates.motion(action))
-        return [*found, Piece(go)]
+        if go.role != "update":
+            return [*found, Piece(go)]
+        return [
+            *found,
+            *(Piece(row) for row in self.sheet.acting("clear_events")),
+            Piece(go),
+            Piece(text="wait motion_complete"),
+        ]
 
     def on_runendless(self, action: RunEndless) -> list[Piece]:
         """A run without end, or until an input is low."""
@@ -294,7 +338,8 @@ class Actions:
         if not self.sets(SetDistance):
             found.append(Piece(number, (number.args[0].high,)))
         self.held.clear()
-        return [*found, Piece(row), Piece(self.row("move"))]
+        stated = [] if "endless_next" in rows_by_role(self.source) else [Piece(row)]
+        return [*found, *stated, Piece(self.row("move"))]
 
     def on_home(self, action: Home) -> list[Piece]:
         """A homing."""
@@ -336,6 +381,8 @@ class Actions:
 
     def on_delay(self, action: Delay) -> list[Piece]:
         """A delay: the nearest, or several one after the other."""
+        if self.sheet.enter is None and "delay" not in self.rows:
+            return [Piece(text=f"@wait {readable(action.time_ps)}")]
         row = self.row("delay")
         arg, unit = row.args[0], delay_unit_ps(self.sheet, self.hz)
         count = max(1, (2 * action.time_ps + unit) // (2 * unit))
@@ -456,6 +503,8 @@ class Actions:
         """A command that no other part need have."""
         theirs = self.source.commands.by_form.get(action.command)
         role = theirs.role if theirs is not None else ""
+        if role == "clear_events" or (role == "axis" and int(action.command[-1]) == 1):
+            return []
         says = ROW_ROLES[role] if role in ROW_ROLES else action.says
         raise Impossible(
             action.text,
@@ -479,6 +528,12 @@ def alike(theirs: Row, mine: Row) -> bool:
         (arg.name, arg.unit, arg.size) for arg in mine.args
     ]
     return same and purpose and shapes
+
+
+def after_reset(sheet: Sheet) -> int:
+    """Return the direction after a reset: 1 clockwise, -1 counter-clockwise."""
+    pin = sheet.role("direction")
+    return 1 if pin is None or pin.reset == pin.sense else -1
 
 
 def isinstance_target(action: MoveTo, source: Sheet) -> bool:

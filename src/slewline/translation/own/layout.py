@@ -23,7 +23,8 @@ class Goto:
 class Piece:
     """A line of the result in the making: an instruction, or another text (`row` is None).
 
-    `labels` name the instruction; `source` is the line it comes from, `block` the stored program it belongs to.
+    `labels` name the instruction; `source` is the line it comes from, `block` the stored program it belongs to;
+    `program` is the one that it enters, leaves or runs.
     """
 
     row: Row | None = None
@@ -32,6 +33,7 @@ class Piece:
     comment: str = ""
     source: int = 0
     block: int = -1
+    program: int = -1
     labels: list[str] = field(default_factory=list)
 
 
@@ -55,7 +57,7 @@ class Layout:
     def text(self, piece: Piece) -> str:
         """Return a line of the result without its comment."""
         if piece.row is None:
-            return piece.text
+            return piece.text  # another text, or what does not fit
         names = [self.letters[piece.block, name] for name in piece.labels if (piece.block, name) in self.letters]
         marks = "".join(map(self.dialect.label, dict.fromkeys(names)))
         return marks + self._spelled(piece)

@@ -57,10 +57,8 @@ def steps_of(program: Program) -> list[Step]:
 
 
 def arranged(program: Program, sheet: Sheet) -> list[Step]:
-    """Return the actions in the order of the target."""
+    """Return the actions in the order of the target, one that stores programs."""
     steps = steps_of(program)
-    if sheet.enter is None:
-        return steps
     move = next(iter((*sheet.acting("move"), *sheet.acting("absolute"))), None)
     if move is not None and "i" not in move.when:
         return stored_only(steps)
