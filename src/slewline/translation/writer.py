@@ -61,7 +61,7 @@ class Happened:
     """Something that a run did, as a proof compares it.
 
     Attributes:
-        kind: a "move" (from rest to rest), a "run" that something from outside ended (`value` is its sign), an "output" that changed, an "input" that was waited for, or a "delay" that
+        kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed, an "input" that was waited for, or a "delay" that
             was asked for.
         number: of the axis, of the output or of the input, from 1 on.
         value: steps with their sign, or a level; of a delay its ps.

@@ -94,7 +94,7 @@ def play(
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
-    """Let time pass until all is done or enough has been seen; return the changes of inputs, and whether it was cut off."""
+    """Let time pass until all is done, or enough; return the changes of inputs, and whether the run was cut off."""
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs}
     active = bench.now_ps
@@ -130,7 +130,7 @@ def made(chip: Chip) -> tuple[int, ...]:
 
 
 def moves(chip: Chip) -> list[Happened]:
-    """Return the motions of a part that have ended: steps, the time from the first to the last one, the greatest rate."""
+    """Return the motions of a part: steps, the time from the first to the last one, the greatest rate."""
     found = []
     for number in range(1, chip.sheet.axes + 1):
         axis = chip.axis(number)

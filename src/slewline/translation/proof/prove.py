@@ -61,7 +61,9 @@ def prove(done: Translation) -> Proof:
         return Proof(source, None, trace, compared(source.trace, trace, bounds_of(program, report)), trace.ran)
     mine = [(role, name) for role, _, name in report.wiring]
     result = play(done.text, report.to, f"{program.where} for {report.to}", scene, mine, done.options.crystal_hz)
-    found = compared(source.trace, result.trace, bounds_of(program, report), (source.started, result.started))
+    wired = [int(role[-1]) for role, name in mine if role.startswith("output") and name]
+    levels = ({n: source.started[n] for n in source.started if n in wired}, result.started)
+    found = compared(source.trace, result.trace, bounds_of(program, report), levels, wired)
     return Proof(source, result, result.trace, found, result.trace.ran, tuple(linted(done.text, report.to)))
 
 
