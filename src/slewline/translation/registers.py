@@ -20,12 +20,7 @@ State = frozenset[tuple[Key, int]]
 PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
 
 
-def got(state: Mapping[Key, int], axis: int, name: str) -> int | None:
-    """Return what a register holds; None: it is not known."""
-    return state.get((axis, name))
-
-
-class Registers:
+class KnownRegisterValues:
     """The registers of a program, before and after each of its statements."""
 
     def __init__(self, source: Source, calculator: Calculator | None, preset: Mapping[str, int | str]) -> None:

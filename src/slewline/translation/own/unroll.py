@@ -22,18 +22,18 @@ from ..meaning import (
     RunProgram,
     SetPosition,
 )
-from .stream import Step
+from .stream import StreamStep
 
 ENTERED = "the host sends the commands of the program where it is run"
 
 
-def unrolled(steps: list[Step], most: int) -> list[Step]:
+def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
     """Return steps without stored programs, `most` lines of each at most."""
-    blocks: dict[int, list[Step]] = {}
+    blocks: dict[int, list[StreamStep]] = {}
     for step in steps:
         if step.action is not None and step.action.block >= 0:
             blocks.setdefault(step.action.block, []).append(step)
-    found: list[Step] = []
+    found: list[StreamStep] = []
     current, inside = -1, False
     for step in steps:
         action = step.action
@@ -50,15 +50,15 @@ def unrolled(steps: list[Step], most: int) -> list[Step]:
             continue
         else:
             continue
-        found.append(Step(None, step.line, step.first, ENTERED))
+        found.append(StreamStep(None, step.line, step.first, ENTERED))
     return followed(found)
 
 
-def executed(block: list[Step], at: str, most: int) -> list[Step]:
+def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
     """Return what a program does, line by line."""
     places = {step.action.name: n for n, step in enumerate(block) if isinstance(step.action, Label)}
     counts: dict[int, int] = {}
-    found: list[Step] = []
+    found: list[StreamStep] = []
     seen: set[int] = set()
     pc = places.get(at, 0)
     while pc < len(block):
@@ -77,7 +77,7 @@ def executed(block: list[Step], at: str, most: int) -> list[Step]:
                 pc = places[action.to]
                 continue
             counts[here] = 0
-            found.append(Step(None, step.line, step.first and here not in seen))
+            found.append(StreamStep(None, step.line, step.first and here not in seen))
         elif isinstance(action, Jump):
             found.append(outside(step, here, seen))
             if not action.inputs:
@@ -88,15 +88,15 @@ def executed(block: list[Step], at: str, most: int) -> list[Step]:
     return found
 
 
-def outside(step: Step, here: int, seen: set[int]) -> Step:
+def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
     """Return a step as what a host sends; its comment is beside the first of its lines alone."""
     action: Action | None = step.action
-    return Step(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
+    return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 
 
-def followed(steps: list[Step]) -> list[Step]:
+def followed(steps: list[StreamStep]) -> list[StreamStep]:
     """Return steps in which every move is one to a position."""
-    found: list[Step] = []
+    found: list[StreamStep] = []
     position: int | None = 0
     for step in steps:
         action = step.action

@@ -25,10 +25,10 @@ from ..profiles import Profiles
 from ..report import Kind, OutLine, Verdict
 from ..writer import WriterOptions, Written
 from .actions import Actions
-from .layout import Layout, Piece
+from .layout import ResultLayout, ResultPiece
 from .limits import memory
 from .rates import Rates
-from .stream import Step, arranged, steps_of
+from .stream import StreamStep, arranged, steps_of
 from .unroll import unrolled
 
 WIRED = (
@@ -82,7 +82,7 @@ class OwnWriter:
     def write(self) -> Written:
         """Return the program in the dialect of the target."""
         pieces = self._pieces()
-        layout = Layout(self.sheet, pieces)
+        layout = ResultLayout(self.sheet, pieces)
         verdicts = [*self.actions.verdicts, *self._too_large(layout), *self._moved()]
         lines = [
             OutLine(layout.text(piece), piece.comment, piece.source)
@@ -143,14 +143,14 @@ class OwnWriter:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 
     # --------------------------------------------------------------------------------------------------------- writing
-    def _pieces(self) -> list[Piece]:
+    def _pieces(self) -> list[ResultPiece]:
         """Return the result, line by line, with its comments."""
-        found: list[Piece] = []
+        found: list[ResultPiece] = []
         labels: list[str] = []
         for step in self.steps:
             made = self._made(step)
             comment = step.line.comment if step.first else ""
-            plain: list[Piece] = []
+            plain: list[ResultPiece] = []
             for piece in made:
                 bare = piece.row is None and not piece.text and not piece.comment
                 if bare:
@@ -163,15 +163,15 @@ class OwnWriter:
             if comment and plain and plain[0].row is not None and not plain[0].comment:
                 plain[0].comment = comment
             elif comment or (step.action is None and step.first and not step.line.code):
-                plain.insert(0, Piece(comment=comment, source=step.line.number))
+                plain.insert(0, ResultPiece(comment=comment, source=step.line.number))
             if isinstance(step.action, LeaveProgram) and labels:
                 at = len(found)
-                found.insert(at, Piece(labels=labels, block=self.actions.program))
+                found.insert(at, ResultPiece(labels=labels, block=self.actions.program))
                 labels = []
             found += plain
         return found
 
-    def _made(self, step: Step) -> list[Piece]:
+    def _made(self, step: StreamStep) -> list[ResultPiece]:
         """The instructions of a step; before the end of a program, what ends it."""
         action = step.action
         if action is None:
@@ -181,9 +181,9 @@ class OwnWriter:
             for piece in made:
                 piece.program = self.actions.program
         if isinstance(action, LeaveProgram) and self._runs_out():
-            return [Piece(self.actions.rows["stop"], block=self.actions.program), *made]
+            return [ResultPiece(self.actions.rows["stop"], block=self.actions.program), *made]
         if isinstance(action, LeaveProgram):
-            return [Piece(labels=["the end"], block=self.actions.program), *made]
+            return [ResultPiece(labels=["the end"], block=self.actions.program), *made]
         return made
 
     def _runs_out(self) -> bool:
@@ -197,7 +197,7 @@ class OwnWriter:
         )
         return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
 
-    def _too_large(self, layout: Layout) -> list[Verdict]:
+    def _too_large(self, layout: ResultLayout) -> list[Verdict]:
         """Programs that do not fit: they become comments, since a part of a program is worse than none."""
         found = []
         for block, size in layout.sizes.items():

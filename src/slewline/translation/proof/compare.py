@@ -14,7 +14,7 @@ RATE_SLACK = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class StatedBounds:
     """What a report states.
 
     Attributes:
@@ -46,7 +46,7 @@ class Compared:
     differences: tuple[str, ...]
     time_off: float
     rate_off: float
-    stated: Bounds
+    stated: StatedBounds
     cut: bool = False
 
     @property
@@ -72,7 +72,7 @@ class Compared:
 def compared(
     one: Trace,
     two: Trace,
-    bounds: Bounds,
+    bounds: StatedBounds,
     levels: tuple[Mapping[int, int], Mapping[int, int]] = ({}, {}),
     wired: Collection[int] = (1, 2, 3),
 ) -> Compared:
@@ -87,16 +87,15 @@ def compared(
     every = sorted({*levels[0], *levels[1]})
     unlike = [number for number in every if levels[0].get(number) != levels[1].get(number)]
     found = [
-        matched(without(theirs, dropped - set(kept)), without(two.happened, kept), one, two, bounds)
+        matched(without(theirs, dropped - set(kept)), without(two.happened, kept), one.stopped or two.stopped, bounds)
         for kept in subsets(unlike)
         for dropped in (set(unlike),)
     ]
     return min(found, key=lambda each: (len(each.differences), -each.moves - each.outputs))
 
 
-def matched(theirs: Sequence[Happened], mine: Sequence[Happened], one: Trace, two: Trace, bounds: Bounds) -> Compared:
-    """Return how two lists of what happened differ."""
-    cut = one.stopped or two.stopped
+def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bounds: StatedBounds) -> Compared:
+    """Return how two lists of what happened differ; `cut`: one of the runs was cut off."""
     differences: list[str] = []
     time_off = rate_off = 0.0
     counts = {"move": 0, "run": 0, "output": 0, "input": 0}

@@ -1,8 +1,8 @@
 """One of our parts runs a text on a bench, and what it did becomes a trace.
 
-Nobody wires the inputs of a program that is to be proven.  So they begin at the level of an open input, and whenever the
-part has waited for longer than any delay of the program, one of those that the program tests changes: the same inputs
-in the same order on both sides, so that both take the same branches.  A script that drives them itself is left alone.
+The inputs of a program that is to be proven are not wired.  So they begin at the level of an open input, and whenever
+the part has waited for longer than any delay of the program, one of those that the program tests changes: the same
+inputs in the same order on both sides, so that both take the same branches.  A script that drives them is left alone.
 """
 
 from __future__ import annotations

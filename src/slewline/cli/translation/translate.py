@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..chips import chip_class
-from ..core.messages.whole import counted
-from ..errors import ProgramError, UsageError
-from ..record.pictures.pictures import SUFFIXES
-from .files import STDIN, Outputs, chip_of, read_program
+from ...chips import chip_class
+from ...core.messages.whole import counted
+from ...errors import ProgramError, UsageError
+from ...record.pictures.pictures import SUFFIXES
+from ..files import STDIN, Outputs, chip_of, read_program
 
 if TYPE_CHECKING:
-    from ..translation.proof.prove import Proof
-    from ..translation.report import Report, Verdict
-    from ..translation.translate import Translation
+    from ...translation.proof.prove import Proof
+    from ...translation.report import Report, Verdict
+    from ...translation.translate import Translation
 
 COLOURS = {"same": None, "nearly": "yellow", "not possible": "red"}
 WIDTH = 24  # of what was written for a line
@@ -39,8 +39,8 @@ def translate(
     as_json: bool,
 ) -> int:
     """Translate a program, print the result and the report; return the exit status."""
-    from ..translation.translate import known, refusal, translate_text
-    from ..translation.writer import WriterOptions
+    from ...translation.translate import known, refusal, translate_text
+    from ...translation.writer import WriterOptions
 
     known(to)
     text = read_program(file, source=True)
@@ -82,7 +82,7 @@ def hertz(crystal: int | None) -> str | None:
 
 def meant(text: str, file: str, part: str) -> str:
     """Return for which part a program may be that is refused; empty: for this one."""
-    from .dialects import foreign
+    from ..dialects import foreign
 
     cls = chip_class(part)
     return foreign(text, file, cls, cls.sheet)
@@ -90,14 +90,14 @@ def meant(text: str, file: str, part: str) -> str:
 
 def proven(done: Translation) -> Proof:
     """Run source and result."""
-    from ..translation.proof.prove import prove
+    from ...translation.proof.prove import prove
 
     return prove(done)
 
 
 def drawn(proof: Proof, path: str, done: Translation) -> None:
     """Draw both runs."""
-    from ..translation.proof.picture import draw
+    from ...translation.proof.picture import draw
 
     draw(proof, path, (done.report.part, done.report.to))
 
@@ -110,7 +110,7 @@ def status(done: Translation, proof: Proof | None) -> int:
 
 def worst() -> Any:
     """Return what a line is that is not possible."""
-    from ..translation.report import Kind
+    from ...translation.report import Kind
 
     return Kind.IMPOSSIBLE
 
