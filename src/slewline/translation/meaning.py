@@ -4,8 +4,8 @@
               actions  set a rate, move, wait for an input, loop ...: in the order in which they are written
               block    a program that the part stores and runs; -1: its host sends the command, which acts immediately
 
-A register that a command sets is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), as it is a line of
-its own; the motion after it has what the registers then hold, so that a target without registers reads the motions
+A register that a command sets is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), since it has a
+line of its own; the motion after it has what the registers then hold, so that a target without registers reads the motions
 alone.  A value that depends on the path through the program, or on what came before it, is None.
 
 Times are whole picoseconds, rates are steps/s, accelerations steps/s^2, positions and distances steps; positive is
@@ -139,7 +139,7 @@ class MoveBy(Motion):
     """Move by a number of steps.
 
     `steps` has the sign of the direction; None if the number or the direction is not known.  `distance` and `sign` are
-    the two, each as far as it is known.
+    the two, as far as each is known.
     """
 
     distance: int | None

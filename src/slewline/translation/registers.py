@@ -20,12 +20,7 @@ State = frozenset[tuple[Key, int]]
 PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
 
 
-def got(state: Mapping[Key, int], axis: int, name: str) -> int | None:
-    """Return what a register holds; None: it is not known."""
-    return state.get((axis, name))
-
-
-class Registers:
+class KnownRegisterValues:
     """The registers of a program, before and after each of its statements."""
 
     def __init__(self, source: Source, calculator: Calculator | None, preset: Mapping[str, int | str]) -> None:
@@ -49,9 +44,13 @@ class Registers:
         found: dict[Key, int] = {(0, "axis"): 1}
         for register in self.sheet.registers:
             row = self.sheet.commands.by_form.get(register.letter)
-            if row is not None and takes_part(row, self.parameters) and not register.name.endswith("pos"):
-                if register.default and row.args and row.args[0].allows(register.default):
-                    found |= {(axis, row.form): register.default for axis in range(1, self.sheet.axes + 1)}
+            if row is None or not takes_part(row, self.parameters) or not register.default:
+                continue
+            if row.args[0].allows(register.default):
+                found |= {(axis, row.form): register.default for axis in range(1, self.sheet.axes + 1)}
+        place = next((each for each in self.sheet.registers if each.name in ("position", "trgt_pos")), None)
+        if place is not None and not place.default:  # else it is undefined
+            found |= {(axis, "position"): 0 for axis in range(1, self.sheet.axes + 1)}
         direction = self.sheet.role("direction")
         if direction is not None and direction.reset is not None and direction.sense is not None:
             found[1, "sign"] = 1 if direction.reset == direction.sense else -1

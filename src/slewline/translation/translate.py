@@ -132,7 +132,7 @@ def known(to: str) -> str:
     """Return the name of a target.
 
     Raises:
-        UnknownName: there is none; the message lists those there are.
+        UnknownName: there is none; the message lists the targets.
     """
     name = CATALOGUE.canonical(to) if isinstance(to, str) else ""
     if name in CATALOGUE.names() or name in TARGETS:

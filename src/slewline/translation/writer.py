@@ -61,8 +61,8 @@ class Happened:
     """Something that a run did, as a proof compares it.
 
     Attributes:
-        kind: a "move" (from rest to rest), a "run" that something from outside ended (`value` is its sign), an "output" that changed, an "input" that was waited for, or a "delay" that
-            was asked for.
+        kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed, an
+            "input" that was waited for, or a "delay" that was asked for.
         number: of the axis, of the output or of the input, from 1 on.
         value: steps with their sign, or a level; of a delay its ps.
         time_ps: when it began, ps from the start; None: what was read back does not say.
@@ -91,7 +91,7 @@ class Target(ABC):
     """Something that a program can be translated to, other than our own parts.
 
     Attributes:
-        name: as it is given to --to, "grbl".
+        name: the name that --to takes, "grbl".
         title: in words, "G-code for grbl".
         suffix: the ending of its files, ".nc".
         language: what the limits refer to, "grbl 1.1 (documentation)".

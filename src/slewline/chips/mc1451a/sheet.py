@@ -247,7 +247,7 @@ ROWS = (
     _do("RST_INTRPT", 0x32, "clear events of the interrupting axis and end the interrupt", CLEARING, acts="interrupting"),
     _do("GET_INTRPT_MASK", 0x56, "events that interrupt the host", reads=MASK, shows="mask"),
     # status and mode
-    _do("CLR_STATUS", 0x33, "clear all events"),
+    _do("CLR_STATUS", 0x33, "clear all events", role="clear_events"),
     _do("RST_STATUS", 0x34, "clear events", CLEARING),
     _do("GET_STATUS", 0x31, "status word", reads=STATUS_WORD, shows="status"),
     _do("GET_MODE", 0x48, "mode word", reads=MODE_WORD, shows="mode_word"),

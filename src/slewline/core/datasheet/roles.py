@@ -128,6 +128,7 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "endless_next": "lets the next motion run until something stops it",
         "until_input": "runs until an input is low",
         "update": "lets the motions that were set begin",
+        "clear_events": "clears the events of an axis",
         "axis": "selects the axis that the following commands are about",
         "clear": "sets the position, outputs or both to zero",
         "output_high": "sets an output high",

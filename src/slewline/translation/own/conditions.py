@@ -7,7 +7,7 @@ from collections.abc import Collection
 from ...core.datasheet.table import Row, Sheet
 from ..meaning import Input
 from ..registers import rows_by_role
-from .layout import Goto, Piece
+from .layout import Goto, ResultPiece
 from .limits import no_command, no_pin
 
 LOW_BIT, FIRST_INPUT_BIT = (
@@ -44,16 +44,16 @@ class Conditions:
             raise CannotTest(no_pin(self.sheet, "input", number), "let the host wait for it")
 
     # ----------------------------------------------------------------------------------------------------------- waits
-    def wait(self, one: Input) -> list[Piece]:
+    def wait(self, one: Input) -> list[ResultPiece]:
         """Return what waits until an input has its level."""
         self.check(one.number)
         row = self.rows.get("wait_high" if one.level else "wait_low")
         if "wait_bits" in self.rows:
-            return [Piece(self.rows["wait_bits"], (bit(one),))]
+            return [ResultPiece(self.rows["wait_bits"], (bit(one),))]
         if row is not None and row.args:
-            return [Piece(row, (one.number,))]
+            return [ResultPiece(row, (one.number,))]
         if row is not None and one.number == WAIT_INPUT:
-            return [Piece(row)]
+            return [ResultPiece(row)]
         here = self.fresh()
         try:
             found = self.branch((Input(one.number, 1 - one.level),), here, at_start=False)
@@ -69,16 +69,16 @@ class Conditions:
         return found
 
     # -------------------------------------------------------------------------------------------------------- branches
-    def jump(self, to: str, at_start: bool) -> list[Piece]:
+    def jump(self, to: str, at_start: bool) -> list[ResultPiece]:
         """Return what continues at a label."""
         if "jump" in self.rows:
-            return [Piece(self.rows["jump"], (Goto(to),))]
+            return [ResultPiece(self.rows["jump"], (Goto(to),))]
         again = self.rows.get("run")
         if at_start and again is not None and again.stored and again.flow == "0":
-            return [Piece(again)]
+            return [ResultPiece(again)]
         raise CannotTest(no_command(self.sheet, "jump"), "let the host run the program again")
 
-    def branch(self, inputs: tuple[Input, ...], to: str, at_start: bool) -> list[Piece]:
+    def branch(self, inputs: tuple[Input, ...], to: str, at_start: bool) -> list[ResultPiece]:
         """Return what continues at a label if inputs have their levels."""
         for one in inputs:
             self.check(one.number)
@@ -91,10 +91,10 @@ class Conditions:
             raise CannotTest(f"a branch of the {self.sheet.part.upper()} tests one input", "let the host decide")
         (one,) = needed
         if "branch_bits" in self.rows:
-            return [Piece(self.rows["branch_bits"], (bit(Input(one.number, 1 - one.level)), Goto(to)))]
+            return [ResultPiece(self.rows["branch_bits"], (bit(Input(one.number, 1 - one.level)), Goto(to)))]
         return self._one_input(one, to, at_start)
 
-    def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[Piece]:
+    def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
         """A branch for each combination of levels that fits; inputs that the program does not test are high."""
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
@@ -105,9 +105,9 @@ class Conditions:
                 (levels >> n - 1 & 1) == given.get(n, (levels >> n - 1 & 1) if n in self.used else 1) for n in (1, 2, 3)
             )
         ]
-        return [Piece(row, (levels, Goto(to))) for levels in wanted]
+        return [ResultPiece(row, (levels, Goto(to))) for levels in wanted]
 
-    def _one_input(self, one: Input, to: str, at_start: bool) -> list[Piece]:
+    def _one_input(self, one: Input, to: str, at_start: bool) -> list[ResultPiece]:
         """A branch by a command that tests an input for one level."""
         for role, level in (("branch_low", 0), ("branch_high", 1)):
             row = self.rows.get(role)
@@ -117,10 +117,10 @@ class Conditions:
             if not names and one.number != BRANCH_INPUT:
                 raise CannotTest(f"{row.form} tests input {BRANCH_INPUT} alone ({row.where})", "wire it to that input")
             if one.level == level and (at_start or "t" in row.flow):
-                return [Piece(row, self._arguments(row, one, to, names))]
+                return [ResultPiece(row, self._arguments(row, one, to, names))]
             if one.level != level and "t" in row.flow and "jump" in self.rows:
                 past = self.fresh()
-                return [Piece(row, (Goto(past),)), *self.jump(to, at_start), Piece(labels=[past])]
+                return [ResultPiece(row, (Goto(past),)), *self.jump(to, at_start), ResultPiece(labels=[past])]
             where = "the start of the program" if "0" in row.flow else "its target"
             only = f"{row.form} continues at {where} while an input is {'high' if level else 'low'} ({row.where})"
             raise CannotTest(only, "invert the input, or let the host run the program again")

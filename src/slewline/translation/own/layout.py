@@ -20,10 +20,11 @@ class Goto:
 
 
 @dataclass(slots=True)
-class Piece:
+class ResultPiece:
     """A line of the result in the making: an instruction, or another text (`row` is None).
 
-    `labels` name the instruction; `source` is the line it comes from, `block` the stored program it belongs to.
+    `labels` name the instruction; `source` is the line it comes from, `block` the stored program it belongs to;
+    `program` is the one that it enters, leaves or runs.
     """
 
     row: Row | None = None
@@ -32,13 +33,14 @@ class Piece:
     comment: str = ""
     source: int = 0
     block: int = -1
+    program: int = -1
     labels: list[str] = field(default_factory=list)
 
 
-class Layout:
+class ResultLayout:
     """The addresses and the labels of the result."""
 
-    def __init__(self, sheet: Sheet, pieces: Sequence[Piece]) -> None:
+    def __init__(self, sheet: Sheet, pieces: Sequence[ResultPiece]) -> None:
         self.sheet, self.pieces = sheet, pieces
         self.dialect = dialect_of(sheet)
         self.addresses: dict[tuple[int, str], int] = {}
@@ -52,21 +54,21 @@ class Layout:
             if before == self.addresses:
                 break
 
-    def text(self, piece: Piece) -> str:
+    def text(self, piece: ResultPiece) -> str:
         """Return a line of the result without its comment."""
         if piece.row is None:
-            return piece.text
+            return piece.text  # another text, or what does not fit
         names = [self.letters[piece.block, name] for name in piece.labels if (piece.block, name) in self.letters]
         marks = "".join(map(self.dialect.label, dict.fromkeys(names)))
         return marks + self._spelled(piece)
 
-    def _spelled(self, piece: Piece) -> str:
+    def _spelled(self, piece: ResultPiece) -> str:
         assert piece.row is not None  # noqa: S101
         values = [self._value(piece, value) for value in piece.values]
         labels = "".join(dict.fromkeys(self.letters.values()))
         return str(self.dialect.spell(piece.row, values, labels))
 
-    def _value(self, piece: Piece, value: int | Goto) -> int:
+    def _value(self, piece: ResultPiece, value: int | Goto) -> int:
         if not isinstance(value, Goto):
             return value
         block = piece.block if piece.block >= 0 else max((each.block for each in self.pieces), default=0)
@@ -98,7 +100,7 @@ class Layout:
                 address += self._size(piece)
         return address
 
-    def _size(self, piece: Piece) -> int:
+    def _size(self, piece: ResultPiece) -> int:
         assert piece.row is not None  # noqa: S101
         if not piece.row.stored:
             return 0
@@ -106,7 +108,7 @@ class Layout:
         return piece.row.size if has_tokens(self.dialect) else len(self.dialect.stored(statement))
 
 
-def takes_label(piece: Piece) -> bool:
+def takes_label(piece: ResultPiece) -> bool:
     """Return whether the target of an instruction may be written as a letter."""
     return piece.row is not None and any(arg.label for arg in piece.row.args)
 
@@ -116,6 +118,6 @@ def has_tokens(dialect: Dialect[Row]) -> bool:
     return type(dialect).stored is Dialect.stored
 
 
-def alone(pieces: Iterable[Piece], source: int) -> list[Piece]:
+def alone(pieces: Iterable[ResultPiece], source: int) -> list[ResultPiece]:
     """Return pieces as coming from a line of the source."""
     return [replace(piece, source=source) for piece in pieces]

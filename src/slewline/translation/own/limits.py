@@ -27,8 +27,3 @@ def memory(sheet: Sheet) -> str:
     """Return the size of the program memory."""
     manual = f"{sheet.part.upper()} manual, {sheet.buffer_where}"
     return f"the program memory has {sheet.buffer_bytes} {sheet.memory_unit}s ({manual})"
-
-
-def no_memory(sheet: Sheet) -> str:
-    """Return that a part keeps no program."""
-    return f"the {sheet.part.upper()} stores no program: its host sends every command ({sheet.manual})"

@@ -16,7 +16,7 @@ from ..meaning import Motion, MoveBy, MoveTo, Profile, RunEndless, SetProfile
 from ..profiles import Fitted, Profiles
 from ..report import Kind, Verdict
 from .limits import no_command, out_of
-from .stream import SETTINGS, Step
+from .stream import SETTINGS, StreamStep
 
 ROLES = {"start rate": "start_rate", "top rate": "top_rate", "ramp": "ramp"}
 FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly what it was
@@ -41,7 +41,7 @@ class Group:
 class Rates:
     """The rates and ramps of a result."""
 
-    def __init__(self, steps: Sequence[Step], source: Profiles | None, target: Profiles | None) -> None:
+    def __init__(self, steps: Sequence[StreamStep], source: Profiles | None, target: Profiles | None) -> None:
         self.source, self.target = source, target
         self.groups: dict[int, Group] = {}
         for group in groups(steps):
@@ -229,7 +229,7 @@ class Rates:
         return [(self.forms[form], values[form]) for form in forms]
 
 
-def groups(steps: Sequence[Step]) -> Iterator[Group]:
+def groups(steps: Sequence[StreamStep]) -> Iterator[Group]:
     """Yield the groups of settings."""
     group = Group()
     for step in steps:

@@ -38,7 +38,7 @@ STORABLE = (*SETTINGS, SetEndless, Motion, SetOutput, WaitInput, Delay)
 
 
 @dataclass(slots=True)
-class Step:
+class StreamStep:
     """An action, or the comment of a line without any; `first`: the comment of the line belongs here."""
 
     action: Action | None
@@ -47,20 +47,18 @@ class Step:
     moved: str = ""  # why it is not where it was
 
 
-def steps_of(program: Program) -> list[Step]:
+def steps_of(program: Program) -> list[StreamStep]:
     """Return all actions, in the order of the text."""
     found = []
     for line in program.lines:
         actions = line.actions or (None,)
-        found += [Step(action, line, first=n == 0) for n, action in enumerate(actions)]
+        found += [StreamStep(action, line, first=n == 0) for n, action in enumerate(actions)]
     return found
 
 
-def arranged(program: Program, sheet: Sheet) -> list[Step]:
-    """Return the actions in the order of the target."""
+def arranged(program: Program, sheet: Sheet) -> list[StreamStep]:
+    """Return the actions in the order of the target, one that stores programs."""
     steps = steps_of(program)
-    if sheet.enter is None:
-        return steps
     move = next(iter((*sheet.acting("move"), *sheet.acting("absolute"))), None)
     if move is not None and "i" not in move.when:
         return stored_only(steps)
@@ -68,10 +66,10 @@ def arranged(program: Program, sheet: Sheet) -> list[Step]:
 
 
 # ------------------------------------------------------------------------------------------------ programs for a module
-def stored_only(steps: list[Step]) -> list[Step]:
+def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
     """Return steps of which all that moves, waits or sets an output is in a program."""
-    found: list[Step] = []
-    pending: list[Step] = []
+    found: list[StreamStep] = []
+    pending: list[StreamStep] = []
     number = max((step.action.number for step in steps if isinstance(step.action, EnterProgram)), default=-1)
     at = 0
     while at < len(steps):
@@ -103,23 +101,23 @@ def stored_only(steps: list[Step]) -> list[Step]:
     return [*found, *pending]
 
 
-def acts(step: Step) -> bool:
+def acts(step: StreamStep) -> bool:
     """Return whether a step does something, rather than set what a later one goes by."""
     return isinstance(step.action, STORABLE) and not isinstance(step.action, (*SETTINGS, SetEndless))
 
 
-def wrapped(steps: list[Step], number: int) -> list[Step]:
+def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
     """Return steps as a program that is entered and run."""
     nowhere = Line(0)
     inside = [replace(each, action=within(each.action, number)) for each in steps]
     last = max((n for n, each in enumerate(steps) if each.action is not None), default=len(steps) - 1) + 1
     endless = any(isinstance(each.action, RunEndless) and each.action.until is None for each in steps)
-    over = [] if endless else [Step(HostDirective(text="@until ready"), nowhere)]
-    enter, leave = Step(EnterProgram(number=number), nowhere), Step(LeaveProgram(runs=True), nowhere)
+    over = [] if endless else [StreamStep(HostDirective(text="@until ready"), nowhere)]
+    enter, leave = StreamStep(EnterProgram(number=number), nowhere), StreamStep(LeaveProgram(runs=True), nowhere)
     return [enter, *inside[:last], leave, *over, *steps[last:]]
 
 
-def whole(steps: list[Step], at: int, before: list[Step]) -> tuple[list[Step], int]:
+def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:
     """Return a program with the settings around it at its head, and the index of the first step after it."""
     enter = steps[at]
     assert isinstance(enter.action, EnterProgram)  # noqa: S101
@@ -141,11 +139,11 @@ def whole(steps: list[Step], at: int, before: list[Step]) -> tuple[list[Step], i
     end = steps[leave : leave + 1]
     if run and end and isinstance(end[0].action, LeaveProgram) and not end[0].action.runs:
         ran = steps[after]
-        end = [replace(end[0], action=replace(end[0].action, runs=True)), Step(None, ran.line, ran.first)]
+        end = [replace(end[0], action=replace(end[0].action, runs=True)), StreamStep(None, ran.line, ran.first)]
         after += 1
     more = next((each.action for each in steps[after:] if each.action is not None), None)
     if more is not None and not isinstance(more, HostDirective):
-        end.append(Step(HostDirective(text="@until ready"), Line(0)))
+        end.append(StreamStep(HostDirective(text="@until ready"), Line(0)))
     return [enter, *head, *body, *end], after
 
 
@@ -155,9 +153,9 @@ def within(action: Action | None, number: int) -> Action | None:
 
 
 # ------------------------------------------------------------------------------------------- programs for other parts
-def hoisted(steps: list[Step]) -> list[Step]:
+def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
     """Return steps with the settings at the head of each program before it, unless the program changes them again."""
-    found: list[Step] = []
+    found: list[StreamStep] = []
     at = 0
     while at < len(steps):
         step = steps[at]

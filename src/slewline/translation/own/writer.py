@@ -16,6 +16,7 @@ from ..meaning import (
     Motion,
     MoveBy,
     Program,
+    RunProgram,
     SetOutput,
     SetProfile,
     WaitInput,
@@ -24,10 +25,11 @@ from ..profiles import Profiles
 from ..report import Kind, OutLine, Verdict
 from ..writer import WriterOptions, Written
 from .actions import Actions
-from .layout import Layout, Piece
-from .limits import memory, no_memory
+from .layout import ResultLayout, ResultPiece
+from .limits import memory
 from .rates import Rates
-from .stream import Step, arranged
+from .stream import StreamStep, arranged, steps_of
+from .unroll import unrolled
 
 WIRED = (
     "step",
@@ -67,7 +69,12 @@ class OwnWriter:
         self.program, self.sheet, self.options = program, sheet_of(part), options
         self.source = sheet_of(program.part)
         self.hz = options.crystal_hz or self.sheet.crystal_hz
-        self.steps = arranged(program, self.sheet)
+        if self.sheet.enter is not None:
+            self.steps = arranged(program, self.sheet)
+        elif self.source.enter is not None:
+            self.steps = unrolled(steps_of(program), options.unroll)
+        else:
+            self.steps = steps_of(program)
         self.rates = Rates(self.steps, profiles_of(self.source, source_hz), profiles_of(self.sheet, self.hz))
         self.actions = Actions(self.source, self.sheet, self.hz, self.rates, self._used())
         self._learn()
@@ -75,8 +82,8 @@ class OwnWriter:
     def write(self) -> Written:
         """Return the program in the dialect of the target."""
         pieces = self._pieces()
-        layout = Layout(self.sheet, pieces)
-        verdicts = [*self.actions.verdicts, *self._sizes(layout), *self._moved()]
+        layout = ResultLayout(self.sheet, pieces)
+        verdicts = [*self.actions.verdicts, *self._too_large(layout), *self._moved()]
         lines = [
             OutLine(layout.text(piece), piece.comment, piece.source)
             for piece in pieces
@@ -129,20 +136,21 @@ class OwnWriter:
             if isinstance(action, Motion) and action.profile is not None:
                 self.actions.reset = action.profile
                 break
+        self.actions.start(actions)
         moves = [action for action in actions if isinstance(action, MoveBy)]
         for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
             if len(values) == 1 and None not in values:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 
     # --------------------------------------------------------------------------------------------------------- writing
-    def _pieces(self) -> list[Piece]:
+    def _pieces(self) -> list[ResultPiece]:
         """Return the result, line by line, with its comments."""
-        found: list[Piece] = []
+        found: list[ResultPiece] = []
         labels: list[str] = []
         for step in self.steps:
             made = self._made(step)
             comment = step.line.comment if step.first else ""
-            plain: list[Piece] = []
+            plain: list[ResultPiece] = []
             for piece in made:
                 bare = piece.row is None and not piece.text and not piece.comment
                 if bare:
@@ -155,24 +163,27 @@ class OwnWriter:
             if comment and plain and plain[0].row is not None and not plain[0].comment:
                 plain[0].comment = comment
             elif comment or (step.action is None and step.first and not step.line.code):
-                plain.insert(0, Piece(comment=comment, source=step.line.number))
+                plain.insert(0, ResultPiece(comment=comment, source=step.line.number))
             if isinstance(step.action, LeaveProgram) and labels:
                 at = len(found)
-                found.insert(at, Piece(labels=labels, block=self.actions.program))
+                found.insert(at, ResultPiece(labels=labels, block=self.actions.program))
                 labels = []
             found += plain
         return found
 
-    def _made(self, step: Step) -> list[Piece]:
+    def _made(self, step: StreamStep) -> list[ResultPiece]:
         """The instructions of a step; before the end of a program, what ends it."""
         action = step.action
         if action is None:
             return []
         made = self.actions.pieces(action)
+        if isinstance(action, EnterProgram | LeaveProgram | RunProgram):
+            for piece in made:
+                piece.program = self.actions.program
         if isinstance(action, LeaveProgram) and self._runs_out():
-            return [Piece(self.actions.rows["stop"], block=self.actions.program), *made]
+            return [ResultPiece(self.actions.rows["stop"], block=self.actions.program), *made]
         if isinstance(action, LeaveProgram):
-            return [Piece(labels=["the end"], block=self.actions.program), *made]
+            return [ResultPiece(labels=["the end"], block=self.actions.program), *made]
         return made
 
     def _runs_out(self) -> bool:
@@ -186,26 +197,20 @@ class OwnWriter:
         )
         return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
 
-    def _sizes(self, layout: Layout) -> list[Verdict]:
-        """The sizes of the programs against the memory."""
+    def _too_large(self, layout: ResultLayout) -> list[Verdict]:
+        """Programs that do not fit: they become comments, since a part of a program is worse than none."""
         found = []
-        for block, size in layout.sizes.items() if layout.addresses or layout.sheet.enter else ():
-            if self.sheet.enter is None:
-                found.append(
-                    Verdict(0, Kind.IMPOSSIBLE, "a stored program", no_memory(self.sheet), "let the host send it")
-                )
-            elif size > self.sheet.buffer_bytes:
-                enter = next(
-                    (
-                        each.line
-                        for each in self.program.actions
-                        if isinstance(each, EnterProgram) and each.number == block
-                    ),
-                    0,
-                )
-                says = f"{size} {self.sheet.memory_unit}s"
-                remedy = "split the program, and let the host run the parts one after the other"
-                found.append(Verdict(enter, Kind.IMPOSSIBLE, says, memory(self.sheet), remedy))
+        for block, size in layout.sizes.items():
+            if size <= self.sheet.buffer_bytes:
+                continue
+            limit, lines = memory(self.sheet), set()
+            for piece in layout.pieces:
+                if block in (piece.block, piece.program) and piece.row is not None:
+                    lines.add(piece.source)
+                    piece.row, piece.comment = None, f"DOES NOT FIT: {layout.text(piece)}"
+            says = f"{size} {self.sheet.memory_unit}s"
+            remedy = "split the program, and let the host run its parts one after the other"
+            found += [Verdict(line, Kind.IMPOSSIBLE, says, limit, remedy) for line in sorted(lines) if line]
         return found
 
     def _moved(self) -> list[Verdict]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from ...core.time.timebase import readable
@@ -14,7 +14,7 @@ RATE_SLACK = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class StatedBounds:
     """What a report states.
 
     Attributes:
@@ -46,7 +46,7 @@ class Compared:
     differences: tuple[str, ...]
     time_off: float
     rate_off: float
-    stated: Bounds
+    stated: StatedBounds
     cut: bool = False
 
     @property
@@ -70,48 +70,53 @@ class Compared:
 
 
 def compared(
-    one: Trace, two: Trace, bounds: Bounds, levels: tuple[Mapping[int, int], Mapping[int, int]] = ({}, {})
+    one: Trace,
+    two: Trace,
+    bounds: StatedBounds,
+    levels: tuple[Mapping[int, int], Mapping[int, int]] = ({}, {}),
+    wired: Collection[int] = (1, 2, 3),
 ) -> Compared:
     """Return how two traces differ.
 
     Args:
         bounds: what the report states.
         levels: of the outputs at the start of both, by number.
+        wired: the outputs that the result has, too; others of the source are left out.
     """
+    theirs = [each for each in one.happened if each.kind != "output" or each.number in wired]
     every = sorted({*levels[0], *levels[1]})
     unlike = [number for number in every if levels[0].get(number) != levels[1].get(number)]
     found = [
-        matched(without(one.happened, dropped - set(kept)), without(two.happened, kept), one, two, bounds)
+        matched(without(theirs, dropped - set(kept)), without(two.happened, kept), one.stopped or two.stopped, bounds)
         for kept in subsets(unlike)
         for dropped in (set(unlike),)
     ]
     return min(found, key=lambda each: (len(each.differences), -each.moves - each.outputs))
 
 
-def matched(theirs: Sequence[Happened], mine: Sequence[Happened], one: Trace, two: Trace, bounds: Bounds) -> Compared:
-    """Return how two lists of what happened differ."""
-    cut = one.stopped or two.stopped
+def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bounds: StatedBounds) -> Compared:
+    """Return how two lists of what happened differ; `cut`: one of the runs was cut off."""
     differences: list[str] = []
     time_off = rate_off = 0.0
     counts = {"move": 0, "run": 0, "output": 0, "input": 0}
     for a, b in zip(theirs, mine, strict=False):
         if (a.kind, a.number, a.value) != (b.kind, b.number, b.value):
-            differences.append(f"{said(a)}, but the result: {said(b)}")
+            differences.append(f"{in_words(a)}, but the result: {in_words(b)}")
             break
         counts[a.kind] += 1
         if a.lasts_ps and b.lasts_ps is not None and abs(a.value) > 1:
             off = abs(b.lasts_ps - a.lasts_ps) / a.lasts_ps
             time_off = max(time_off, off)
             if off > bounds.time + SLACK and abs(b.lasts_ps - a.lasts_ps) > SLACK_PS:
-                differences.append(f"{said(a)} takes {readable(a.lasts_ps)}, at the result {readable(b.lasts_ps)}")
+                differences.append(f"{in_words(a)} takes {readable(a.lasts_ps)}, at the result {readable(b.lasts_ps)}")
         if a.rate and b.rate:
             rate_off = max(rate_off, abs(b.rate - a.rate) / a.rate)
             if b.rate > bounds.top * (1 + RATE_SLACK):
-                differences.append(f"{said(b)}: {b.rate:.0f} steps/s, stated {bounds.top:.0f} at most")
+                differences.append(f"{in_words(b)}: {b.rate:.0f} steps/s, stated {bounds.top:.0f} at most")
     extra = theirs[len(mine) :] or mine[len(theirs) :]
     if extra and not cut and not differences:
         which = "the source" if len(theirs) > len(mine) else "the result"
-        differences.append(f"{which} alone: {said(extra[0])}")
+        differences.append(f"{which} alone: {in_words(extra[0])}")
     return Compared(
         counts["move"] + counts["run"],
         counts["output"],
@@ -140,7 +145,7 @@ def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
     return found
 
 
-def said(each: Happened) -> str:
+def in_words(each: Happened) -> str:
     """Return something that happened, in words."""
     what = (
         f"{each.value:+d} steps"

@@ -1,8 +1,8 @@
 """One of our parts runs a text on a bench, and what it did becomes a trace.
 
-Nobody wires the inputs of a program that is to be proven.  So they begin at the level of an open input, and whenever the
-part has waited for longer than any delay of the program, one of those that the program tests changes: the same inputs
-in the same order on both sides, so that both take the same branches.  A script that drives them itself is left alone.
+The inputs of a program that is to be proven are not wired.  So they begin at the level of an open input, and whenever
+the part has waited for longer than any delay of the program, one of those that the program tests changes: the same
+inputs in the same order on both sides, so that both take the same branches.  A script that drives them is left alone.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def play(
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
-    """Let time pass until all is done or enough has been seen; return the changes of inputs, and whether it was cut off."""
+    """Let time pass until all is done, or enough; return the changes of inputs, and whether the run was cut off."""
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs}
     active = bench.now_ps
@@ -130,7 +130,7 @@ def made(chip: Chip) -> tuple[int, ...]:
 
 
 def moves(chip: Chip) -> list[Happened]:
-    """Return the motions of a part that have ended: steps, the time from the first to the last one, the greatest rate."""
+    """Return the motions of a part: steps, the time from the first to the last one, the greatest rate."""
     found = []
     for number in range(1, chip.sheet.axes + 1):
         axis = chip.axis(number)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from ..meaning import Delay, HostDirective, Jump, Motion, Program, SetProfile, WaitInput
 from ..own.writer import linted
-from ..report import Kind, Report
+from ..report import Report
 from ..writer import Trace
 from ..writers import TARGETS, target
-from .compare import Bounds, Compared, compared
+from .compare import Compared, StatedBounds, compared
 from .play import Played, Scene, play
 
 if TYPE_CHECKING:
@@ -61,7 +61,9 @@ def prove(done: Translation) -> Proof:
         return Proof(source, None, trace, compared(source.trace, trace, bounds_of(program, report)), trace.ran)
     mine = [(role, name) for role, _, name in report.wiring]
     result = play(done.text, report.to, f"{program.where} for {report.to}", scene, mine, done.options.crystal_hz)
-    found = compared(source.trace, result.trace, bounds_of(program, report), (source.started, result.started))
+    wired = [int(role[-1]) for role, name in mine if role.startswith("output") and name]
+    levels = ({n: source.started[n] for n in source.started if n in wired}, result.started)
+    found = compared(source.trace, result.trace, bounds_of(program, report), levels, wired)
     return Proof(source, result, result.trace, found, result.trace.ran, tuple(linted(done.text, report.to)))
 
 
@@ -76,7 +78,7 @@ def scene_of(program: Program) -> Scene:
     return Scene(() if driven else tuple(sorted(inputs)), 2 * longest + EXTRA_PS)
 
 
-def bounds_of(program: Program, report: Report) -> Bounds:
+def bounds_of(program: Program, report: Report) -> StatedBounds:
     """Return what a report states: the greatest difference of the time of a motion, and of a rate."""
     moving = {action.line for action in program.actions if isinstance(action, Motion)}
     rates = {action.line for action in program.actions if isinstance(action, SetProfile) and action.sets != "ramp"}
@@ -88,9 +90,4 @@ def bounds_of(program: Program, report: Report) -> Bounds:
         for each in program.actions
         if isinstance(each, SetProfile | Motion) and each.profile is not None
     ]
-    return Bounds(time, rate, max(tops, default=float("inf")) * (1 + rate))
-
-
-def not_possible(report: Report) -> bool:
-    """Return whether something of a program has no counterpart, so that the runs may differ."""
-    return any(line.kind is Kind.IMPOSSIBLE for line in report.lines)
+    return StatedBounds(time, rate, max(tops, default=float("inf")) * (1 + rate))
