@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from contextlib import suppress
 
 import pytest
 
@@ -119,10 +120,8 @@ def _states(node: States, world: World) -> None:
 
 def seen(run, seed: int) -> list[object]:
     world = World(seed)
-    try:
+    with suppress(_Enough, _Ended):
         run(world)
-    except (_Enough, _Ended):
-        pass
     return world.events
 
 

@@ -16,6 +16,7 @@ from ..meaning import (
     EnterProgram,
     Home,
     Input,
+    Jump,
     LeaveProgram,
     Motion,
     MoveBy,
@@ -132,6 +133,12 @@ class _Writer:
         for action in self.program.actions:
             if isinstance(action, EndProgram):
                 self.sheet.same(action.line)
+            elif isinstance(action, Jump) and not action.inputs:
+                self.sheet.nearly(action.line, LATER)
+        judged = {each.line for each in self.sheet.verdicts}
+        for action in self.program.block(-1):
+            if action.line not in judged:
+                self.sheet.same(action.line, "never reached: the program before it has no end")
         out = [*heading(self.program), *self._configuration(), *out]
         for block in (-1, *stored(self.program)):
             out = with_comments(lines_of(self.program, block), out, self.target.comment)
