@@ -18,7 +18,6 @@ from ..meaning import (
     Home,
     Input,
     LeaveProgram,
-    Motion,
     MoveBy,
     MoveTo,
     Profile,
@@ -45,6 +44,7 @@ from .sheet import (
     outputs,
     runs,
     stored,
+    top_rate,
     unspoken,
     variables,
     wired,
@@ -432,12 +432,11 @@ class _Writer(Structured):
 
 def chosen(program: Program, options: WriterOptions) -> Library:
     """Return the library that a user names, or the one that reaches the rates of a program."""
-    tops = [each.profile.top for each in program.actions if isinstance(each, SetProfile | Motion) and each.profile]
     named = options.values.get("library", "")
     if named not in ("", ACCEL.title.lower(), FAST.title.lower()):
         allowed = f"{ACCEL.title.lower()} or {FAST.title.lower()}"
         raise UsageError(f"library = {named}: no library that a sketch is written for; allowed: {allowed}.")
-    fast = named == FAST.title.lower() or (not named and max(tops, default=0.0) > ACCEL.fastest)
+    fast = named == FAST.title.lower() or (not named and top_rate(program.actions) > ACCEL.fastest)
     return FAST if fast else ACCEL
 
 

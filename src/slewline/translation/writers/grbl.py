@@ -49,6 +49,7 @@ from .sheet import (
     runs,
     seconds,
     stored,
+    top_rate,
     unspoken,
     wired,
     with_comments,
@@ -115,12 +116,12 @@ class _Writer:
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         self.target, self.program, self.options = target, program, options
-        self.sheet = Sheet(target.comment)
+        self.sheet = Sheet(target.comment, program)
         self.words = Words(options)
         self.registers = Registers()
         self.runs = runs(program)
         self.outputs = {output for output, _ in outputs(program)}
-        self.acceleration = one_acceleration(list(program.actions))
+        self.acceleration = one_acceleration(program.actions)
         self.feed = 0.0
         self.moved = False  # the line before this one is a move
         self.repeats = max(1, int(options.values.get("repeats", "1")))
@@ -152,8 +153,7 @@ class _Writer:
 
     def _settings(self) -> list[OutLine]:
         """Return the settings that the program takes for granted: to be sent once, while grbl is idle."""
-        moves = (each for each in self.program.actions if isinstance(each, MoveBy | MoveTo | RunEndless | Home))
-        top = max((each.profile.top for each in moves if each.profile), default=0.0)
+        top = top_rate(self.program.actions)
         at = LETTERS.index(self.words.letter(1) or "X")
         spm = self.options.steps_per_mm
         rows = (

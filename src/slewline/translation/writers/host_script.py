@@ -155,7 +155,7 @@ class _Writer(Structured):
         super().__init__(target, program, options, "    ")
         self.words = Words(options)
         self.variable_distance, self.variable_sign = variables(program.actions)
-        self.acceleration = one_acceleration(list(program.actions))
+        self.acceleration = one_acceleration(program.actions)
         self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
         self.runs = runs(program)
         self.outputs = {output for output, _ in outputs(program)}

@@ -49,6 +49,7 @@ from .sheet import (
     outputs,
     runs,
     stored,
+    top_rate,
     unspoken,
     variables,
     wired,
@@ -89,7 +90,7 @@ class _Writer:
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         self.target, self.program, self.options = target, program, options
-        self.sheet = Sheet(target.comment)
+        self.sheet = Sheet(target.comment, program)
         self.runs = runs(program)
         self.outputs = {output for output, _ in outputs(program)}
         self.inputs = inputs(program)
@@ -159,8 +160,7 @@ class _Writer:
 
     # ---------------------------------------------------------------------------------------------------- sections
     def _configuration(self) -> list[OutLine]:
-        moves = (each for each in self.program.actions if isinstance(each, Motion))
-        top = max((each.profile.top for each in moves if each.profile), default=100.0)
+        top = top_rate(self.program.actions) or 100.0
         spm = self.options.steps_per_mm
         rows = ["[manual_stepper axis]", "step_pin: PA0", "dir_pin: PA1", "enable_pin: !PA2", "microsteps: 1"]
         rows += [f"rotation_distance: {number(200 / spm)}", f"velocity: {number(top / spm)}", "accel: 0"]

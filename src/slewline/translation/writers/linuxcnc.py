@@ -45,6 +45,7 @@ from .sheet import (
     outputs,
     runs,
     stored,
+    top_rate,
     unspoken,
     variables,
     wired,
@@ -94,7 +95,7 @@ class _Writer(Structured):
         self.digits = digits_for(options.steps_per_mm)
         self.feed: float | None = None  # as far as F is known here
         self.variable_distance, self.variable_sign = variables(program.actions)
-        self.acceleration = one_acceleration(list(program.actions))
+        self.acceleration = one_acceleration(program.actions)
         self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
         self.runs = runs(program)
         self.outputs = {output for output, _ in outputs(program)}
@@ -105,6 +106,11 @@ class _Writer(Structured):
         host = self._host()
         begins = "G21 G90 G94 G61.1"
         out += heading(self.program)
+        spm = number(self.options.steps_per_mm)
+        speed = number(top_rate(self.program.actions) / self.options.steps_per_mm, 3)
+        acceleration = number(self.acceleration / self.options.steps_per_mm, 3)
+        ini = f"SCALE = {spm}, MAX_VELOCITY = {speed} or more, MAX_ACCELERATION = {acceleration}"
+        out.append(OutLine("", f"INI file, of the joint: {ini}"))
         out.append(OutLine(begins, "mm, absolute, mm/min, exact stop: each move ends before the next begins"))
         for output, level in outputs(self.program):
             if output <= OUTPUTS:
@@ -118,12 +124,10 @@ class _Writer(Structured):
             out.append(OutLine("#<_direction> = 1"))
         out += host
         out.append(OutLine("M2"))
-        spm = number(self.options.steps_per_mm)
-        top = max((each.profile.top for each in _moves(self.program) if each.profile), default=0.0)
         assumed = (
             ("steps per millimetre (SCALE)", spm),
-            ("MAX_ACCELERATION, mm/s^2", number(self.acceleration / self.options.steps_per_mm)),
-            ("MAX_VELOCITY, mm/s", number(top / self.options.steps_per_mm)),
+            ("MAX_ACCELERATION, mm/s^2", acceleration),
+            ("MAX_VELOCITY, mm/s", f"{speed} or more"),
         )
         return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), assumed)
 
@@ -390,7 +394,3 @@ class _Writer(Structured):
         branch = self._o()
         self.sheet.add(f"o{branch} if [{condition}]", source)
         return f"o{branch} else", f"o{branch} endif"
-
-
-def _moves(program: Program) -> list[MoveBy | MoveTo]:
-    return [each for each in program.actions if isinstance(each, MoveBy | MoveTo)]

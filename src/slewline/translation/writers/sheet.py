@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 
+from ...chips import ramps_of, sheet_of
+from ...errors import SlewlineError
 from ..meaning import (
     Action,
     EnterProgram,
@@ -34,6 +36,7 @@ from ..meaning import (
     Stop,
     WaitInput,
 )
+from ..profiles import Profiles
 from ..report import Kind, OutLine, Verdict
 
 PS = 10**12
@@ -44,9 +47,10 @@ FAR = 1_000_000  # steps of a motion that an input shall end, where the target h
 class Sheet:
     """The lines of a result in the making, and the verdicts on the lines of the source."""
 
-    def __init__(self, comment: Callable[[str], str], indent: str = "  ") -> None:
+    def __init__(self, comment: Callable[[str], str], program: Program, indent: str = "  ") -> None:
         self.lines: list[OutLine] = []
         self.comment = comment
+        self.time_of = measured(program)
         self.verdicts: list[Verdict] = []
         self.depth = 0
         self._indent = indent
@@ -148,6 +152,24 @@ def digits_for(steps_per_mm: float) -> int:
 
 
 # --------------------------------------------------------------------------------------------------------------- times
+def measured(program: Program) -> Callable[[Profile, int], float]:
+    """Return what finds the time of a move of the source, s: by the law of its part, or else by `source_time`."""
+    try:
+        sheet = sheet_of(program.part)
+        law = Profiles(sheet, sheet.crystal_hz, ramps_of(program.part))
+    except SlewlineError:
+        return source_time
+
+    def time_of(profile: Profile, steps: int) -> float:
+        usual = law.read(profile.values)  # with the usual crystal of the part
+        ps = law.move_ps(usual, steps) if usual is not None else None
+        if usual is None or ps is None or not profile.top:
+            return source_time(profile, steps)
+        return ps / PS * usual.top / profile.top
+
+    return time_of
+
+
 def source_time(profile: Profile, steps: int) -> float:
     """Return the time of a move of the source from its first step to its last one, s."""
     gaps = max(abs(steps) - 1, 0)
@@ -184,21 +206,26 @@ def started_time(profile: Profile, steps: int) -> float:
     return 2 * (reached - profile.start) / acceleration
 
 
-def accelerations(actions: Iterable[Action]) -> list[float]:
-    """Return the accelerations of all moves with a ramp that is known, steps/s^2."""
-    profiles = (each.profile for each in actions if isinstance(each, Motion))
-    return sorted({round(profile.acceleration, 3) for profile in profiles if profile and profile.ramped})
+def profiles(actions: Iterable[Action]) -> list[Profile]:
+    """Return the profiles of the motions, or, if none of them is known, those that are set."""
+    known = list(actions)
+    found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
+    return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
 
 
-def one_acceleration(actions: Sequence[Action]) -> float:
+def top_rate(actions: Iterable[Action]) -> float:
+    """Return the greatest rate, steps/s; 0 if none is known."""
+    return max((each.top for each in profiles(actions)), default=0.0)
+
+
+def one_acceleration(actions: Iterable[Action]) -> float:
     """Return the acceleration for a target that has one for all moves, steps/s^2: the least of the ramps.
 
     Without any ramp it is so great that the top rate is reached within half a step.
     """
-    if found := accelerations(actions):
-        return found[0]
-    tops = [each.profile.top for each in actions if isinstance(each, Motion) and each.profile]
-    return round(max(tops, default=1000.0) ** 2)
+    known = list(actions)
+    ramps = [round(each.acceleration, 3) for each in profiles(known) if each.ramped]
+    return min(ramps, default=round((top_rate(known) or 1000.0) ** 2))
 
 
 def compare_times(sheet: Sheet, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
@@ -207,7 +234,7 @@ def compare_times(sheet: Sheet, action: MoveBy | MoveTo, acceleration: float, wh
     if profile is None or not steps:
         sheet.nearly(action.line, f"the steps are the same; {why}")
         return
-    was, becomes = source_time(profile, steps), standing_time(profile.top, acceleration, steps)
+    was, becomes = sheet.time_of(profile, steps), standing_time(profile.top, acceleration, steps)
     says = f"{seconds(becomes * PS)} for {seconds(was * PS)}; {why}"
     sheet.nearly(action.line, says, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 

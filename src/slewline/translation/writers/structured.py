@@ -23,7 +23,7 @@ class Structured(ABC):
         self.target = target
         self.program = program
         self.options = options
-        self.sheet = Sheet(target.comment, indent)
+        self.sheet = Sheet(target.comment, program, indent)
         self.registers = Registers()
         self.numbers = counters()
 

@@ -45,7 +45,6 @@ from .sheet import (
     outputs,
     runs,
     seconds,
-    source_time,
     started_time,
     stored,
     unspoken,
@@ -92,7 +91,7 @@ class _Writer:
 
     def __init__(self, target: Target, program: Program) -> None:
         self.target, self.program = target, program
-        self.sheet = Sheet(target.comment)
+        self.sheet = Sheet(target.comment, program)
         self.variable_distance, self.variable_sign = variables(program.actions)
         self.names = {each: "Program" if each == 0 else f"Program{each + 1}" for each in stored(program)}
         self.runs = runs(program)
@@ -346,7 +345,7 @@ class _Writer:
         if profile is None or not steps:
             sheet.nearly(line, "the steps are the same; the ramp has one acceleration")
             return
-        was = source_time(profile, steps)
+        was = sheet.time_of(profile, steps)
         becomes = started_time(profile, steps)
         says = f"{seconds(becomes * PS)} for {seconds(was * PS)}: the ramp has one acceleration"
         sheet.nearly(line, says, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
