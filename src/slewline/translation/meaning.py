@@ -5,8 +5,8 @@
               block    a program that the part stores and runs; -1: its host sends the command, which acts immediately
 
 A register that a command sets is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), since it has a
-line of its own; the motion after it has what the registers then hold, so that a target without registers reads the motions
-alone.  A value that depends on the path through the program, or on what came before it, is None.
+line of its own; the motion after it has what the registers then hold, so that a target without registers reads the
+motions alone.  A value that depends on the path through the program, or on what came before it, is None.
 
 Times are whole picoseconds, rates are steps/s, accelerations steps/s^2, positions and distances steps; positive is
 clockwise.  Outputs and inputs count from 1, in the order of the part's roles `output1`, `input1` ...; what the wires

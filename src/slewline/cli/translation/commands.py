@@ -12,7 +12,7 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
 
 @click.command("translate", short_help="Move a program to another part or controller.", epilog=EXIT)
 @click.argument("file", type=FILE)
-@click.option("--to", required=True, metavar="TARGET", help="A part such as gs-c200s, or another controller.")
+@click.option("--to", required=True, metavar="TARGET", help="A part (slewline chips), or another controller.")
 @CHIP
 @CRYSTAL
 @click.option("--target-crystal", type=FREQUENCY, help="The crystal of the target; its usual one by default.")
@@ -32,7 +32,7 @@ def translate_command(**options: Any) -> int:
     do).  Without --output the result goes to the standard output and the report to the standard error.  Exit status 1
     if a line is not possible, or if the runs differ by more than the report states.
 
-    Run a result first without load.  Try: slewline translate weld.cy525 --to gs-c200s --prove
+    Run a result first without load.  Try it with --prove, which runs both sides.
     """
     from .translate import translate
 

@@ -22,7 +22,8 @@ ROLES = {"start rate": "start_rate", "top rate": "top_rate", "ramp": "ramp"}
 FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly what it was
 EXACT = 1e-6
 CLOSE = 1e-3  # of the time of a move that is the same
-FAR_MOVE = 0.5  # of the time of a move that is not even nearly what it was
+FAR_MOVE = 1.0  # of the time of a move: one that takes twice as long is not even nearly the same
+JUST_LONGER = (0, 1, 64, 128, 192, 254, 255, 256)  # steps beyond both ramps
 SAMPLES = (2, 10, 50, 250, 1000, 5000)  # steps of moves of which nothing is known
 
 
@@ -185,7 +186,7 @@ class Rates:
         profiles = [action.profile] if action.profile is not None else self._profiles()
         if self.source is None or self.target is None or not profiles or steps == 0 or isinstance(action, RunEndless):
             return Verdict(action.line, Kind.SAME)
-        found = [self._off(profile, length) for profile in profiles for length in ([steps] if steps else SAMPLES)]
+        found = [self._off(profile, length) for profile in profiles for length in self._lengths(profile, steps)]
         off, before, after = max(found, key=lambda each: each[0])
         kind = Kind.SAME if off <= CLOSE else Kind.NEARLY if off <= FAR_MOVE else Kind.IMPOSSIBLE
         upto = "" if len(found) == 1 else "up to "
@@ -202,6 +203,17 @@ class Rates:
         limit = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have another law"
         remedy = "the steps are right: check what waits for the end of the move"
         return Verdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
+
+    def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
+        """The steps of a motion; of one that is not known, lengths of all kinds: short, and just longer than both ramps.
+
+        A part that does not slew for a few steps makes those that are left at its first rate.
+        """
+        if steps:
+            return (steps,)
+        assert self.target is not None  # noqa: S101
+        ramps = (2 * int(each.steps) for each in (profile, self.target.fit(profile).profile))
+        return (*SAMPLES, *(length + more for length in ramps for more in JUST_LONGER if length + more > 1))
 
     def _profiles(self) -> list[Profile]:
         """The profiles that the program sets."""

@@ -13,10 +13,8 @@ from ...core.datasheet.table import Sheet
 from ..meaning import (
     Action,
     Delay,
-    EndProgram,
     EnterProgram,
     HostDirective,
-    Label,
     LeaveProgram,
     Line,
     Motion,
@@ -187,8 +185,3 @@ def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
         found[-1:] = [*outside, step]
         at += len(head)
     return found
-
-
-def ends_itself(action: Action | None) -> bool:
-    """Return whether nothing is executed after an action."""
-    return isinstance(action, EndProgram) or (getattr(action, "inputs", None) == () and not isinstance(action, Label))

@@ -15,6 +15,7 @@ from ..meaning import (
     Loop,
     Motion,
     MoveBy,
+    MoveTo,
     Program,
     RunProgram,
     SetOutput,
@@ -45,6 +46,7 @@ WIRED = (
     "home",
     "end",
 )
+MOST_ROUNDS = 5
 
 
 def profiles_of(sheet: Sheet, hz: int | None) -> Profiles | None:
@@ -83,7 +85,8 @@ class OwnWriter:
         """Return the program in the dialect of the target."""
         pieces = self._pieces()
         layout = ResultLayout(self.sheet, pieces)
-        verdicts = [*self.actions.verdicts, *self._too_large(layout), *self._moved()]
+        verdicts = [*self.actions.verdicts, *self._too_large(layout), *self._refused(pieces), *self._moved()]
+        layout = ResultLayout(self.sheet, pieces)
         lines = [
             OutLine(layout.text(piece), piece.comment, piece.source)
             for piece in pieces
@@ -92,6 +95,7 @@ class OwnWriter:
         assumed = []
         if self.sheet.crystal_high_hz:
             assumed.append(("crystal of the target", f"{self.hz / 1e6:g} MHz"))
+        assumed += self._counted()
         free = [
             n for n in (1, 2, 3) if n not in self.actions.conditions.used and self.sheet.role(f"input{n}") is not None
         ]
@@ -99,6 +103,36 @@ class OwnWriter:
             names = ", ".join(self.sheet.in_role(f"input{n}").name for n in free)
             assumed.append(("inputs that the program does not test", f"{names} open, which is high"))
         return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
+
+    def _refused(self, pieces: list[ResultPiece]) -> list[Verdict]:
+        """What the linter finds wrong with the result, such as an end of a counter: it becomes a comment."""
+        found: list[Verdict] = []
+        for _ in range(MOST_ROUNDS):
+            layout = ResultLayout(self.sheet, pieces)
+            texts = [layout.text(piece) for piece in pieces]
+            problems = lint("\n".join(texts), self.sheet, checks_of(self.sheet.part, self.sheet))
+            wrong = {problem.line - 1: problem for problem in problems if problem.severity == "error"}
+            wrong = {at: problem for at, problem in wrong.items() if pieces[at].row is not None}
+            for at, problem in wrong.items():
+                piece = pieces[at]
+                limit = f"{problem.allowed or problem.found} ({problem.where or self.sheet.manual})"
+                found.append(
+                    Verdict(piece.source, Kind.IMPOSSIBLE, problem.found, limit, problem.remedy or "write it by hand")
+                )
+                piece.row, piece.text, piece.comment = None, "", f"NOT POSSIBLE: {texts[at]}: {problem.found}"
+            if not wrong:
+                break
+        return found
+
+    def _counted(self) -> list[tuple[str, str]]:
+        """What is assumed of the position counters, if their ends differ and the program goes by them."""
+        if not {MoveBy, MoveTo} <= {type(action) for action in self.program.actions}:
+            return []
+        theirs, mine = counter_of(self.source), counter_of(self.sheet)
+        if theirs is None or mine is None or theirs == mine:
+            return []
+        ends = [f"{sheet.part} {low}..{high}" for sheet, (low, high) in ((self.source, theirs), (self.sheet, mine))]
+        return [("positions", f"never beyond an end of a counter ({'; '.join(ends)})")]
 
     # ------------------------------------------------------------------------------------------------- what is learned
     def _used(self) -> dict[str, set[int]]:
@@ -240,6 +274,12 @@ class OwnWriter:
         if kind not in ("output", "input") or "bits" not in self.actions.rows:
             return ""
         return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"
+
+
+def counter_of(sheet: Sheet) -> tuple[int, int] | None:
+    """Return the ends of the position counter, as far as a move to a position shows them."""
+    row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
+    return None if row is None else (row.args[0].low, row.args[0].high)
 
 
 def linted(text: str, part: str) -> list[str]:
