@@ -88,6 +88,10 @@ def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callab
         if not line.comment:
             continue
         beside = next((at for at, each in enumerate(found) if line.code and each.source == line.number), None)
+        while beside is not None and beside + 1 < len(found) and found[beside + 1].source == line.number:
+            beside += (
+                1  # the last line of those that were written for it first: not the head of a loop that begins here
+            )
         if beside is not None and not found[beside].comment:
             found[beside] = replace(found[beside], comment=line.comment)
             continue
