@@ -8,7 +8,7 @@ from contextlib import suppress
 import pytest
 
 from slewline.translation.meaning import Action, EndProgram, Input, Jump, Label, Loop, SetOutput, WaitInput
-from slewline.translation.writers.flow import AsLongAs, Branch, Forever, Node, Repeat, States, structured
+from slewline.translation.writers.flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, structured
 from slewline.translation.writers.pieces import Pieces
 
 MOST = 60  # events of a program without end
@@ -84,9 +84,9 @@ def walk(tree: tuple[Node, ...], world: World) -> None:
                 walk(node.body, world)
                 while world.holds(node.inputs):
                     walk(node.body, world)
-            case Branch():
+            case Fork():
                 walk(node.then if world.holds(node.inputs) else node.otherwise, world)
-            case States():
+            case Stages():
                 _states(node, world)
                 raise _Ended
             case EndProgram():
@@ -97,7 +97,7 @@ def walk(tree: tuple[Node, ...], world: World) -> None:
                 world.does(node.number if isinstance(node, SetOutput) else node)
 
 
-def _states(node: States, world: World) -> None:
+def _states(node: Stages, world: World) -> None:
     counts: dict[int, int] = {}
     at = 0
     while at >= 0:
@@ -175,7 +175,7 @@ def test_a_tree_does_what_the_jumps_do(nested):
     for seed in range(400):
         actions = drawn(seed, nested)
         tree = structured(actions)
-        states += isinstance(tree[0], States) if tree else 0
+        states += isinstance(tree[0], Stages) if tree else 0
         wanted = seen(lambda world, actions=actions: direct(actions, world), seed)
         assert seen(lambda world, tree=tree: walk(tree, world), seed) == wanted, seed
     assert (states == 0) == nested  # what nests becomes a tree; of the others most do not
@@ -228,4 +228,4 @@ def test_a_jump_out_of_a_loop_makes_pieces_and_no_tree():
         Label(name="B"),
         SetOutput(number=2, level=1),
     ]
-    assert isinstance(structured(actions)[0], States)
+    assert isinstance(structured(actions)[0], Stages)

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from slewline.translation.reading_back.grbl import Machine
-from slewline.translation.reading_back.surroundings import Refused
+from slewline.translation.reading_back.surroundings import RefusedLine
 from slewline.translation.writer import WriterOptions
 
 from .ten import TEN, agree, of_part, stretches, written
@@ -59,7 +59,7 @@ def answered(machine: Machine, line: str) -> str:
     """Return what grbl answers to a line."""
     try:
         machine.line(1, line)
-    except Refused as error:
+    except RefusedLine as error:
         return f"error:1 {error}"
     return "ok"
 

@@ -12,7 +12,7 @@ from slewline.translation.proof import prove
 from slewline.translation.proof.compare import compared
 from slewline.translation.proof.play import Played, play
 from slewline.translation.reading import read_program
-from slewline.translation.reading_back.surroundings import Refused
+from slewline.translation.reading_back.surroundings import RefusedLine
 from slewline.translation.report import Kind
 from slewline.translation.translate import translate
 from slewline.translation.writer import Trace, WriterOptions
@@ -95,5 +95,5 @@ BAD = {
 
 @pytest.mark.parametrize(("name", "text"), [(name, text) for name, texts in BAD.items() for text in texts])
 def test_a_reader_refuses_what_its_target_would_refuse(name, text):
-    with pytest.raises((Refused, KeyError)):
+    with pytest.raises((RefusedLine, KeyError)):
         target(name).read_back(text, WriterOptions())

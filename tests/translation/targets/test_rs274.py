@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from slewline.translation.reading_back import rs274
-from slewline.translation.reading_back.surroundings import Refused
+from slewline.translation.reading_back.surroundings import RefusedLine
 from slewline.translation.writer import WriterOptions
 from slewline.translation.writers import target
 
@@ -53,7 +53,7 @@ def test_what_is_read_back_is_what_rs274_does(case):
 def test_both_refuse_what_is_no_program(line):
     to = target("linuxcnc")
     text = f"G21 G90 G94\n{line}\nM2\n"
-    with pytest.raises(Refused):
+    with pytest.raises(RefusedLine):
         to.ran(text, WriterOptions())
-    with pytest.raises(Refused):
+    with pytest.raises(RefusedLine):
         to.read_back(text, WriterOptions())

@@ -6,7 +6,7 @@ import re
 import struct
 
 from ..writer import Trace, WriterOptions
-from .surroundings import Refused, Surroundings
+from .surroundings import RefusedLine, Surroundings
 
 LONGEST = 79  # LINE_BUFFER_SIZE is 80, with the end of the line
 AXES = "XYZ"
@@ -32,7 +32,7 @@ def read(text: str, options: WriterOptions) -> Trace:
     """Return what a program does.
 
     Raises:
-        Refused: grbl answers a line with an error.
+        RefusedLine: grbl answers a line with an error.
     """
     machine = Machine(options)
     for number, line in enumerate(text.splitlines(), 1):
@@ -55,7 +55,7 @@ class Machine:
         """Do a line.
 
         Raises:
-            Refused: grbl answers with an error.
+            RefusedLine: grbl answers with an error.
         """
         code = re.sub(r"\([^)]*\)", "", line.partition(";")[0]).replace(" ", "").upper()
         if not code or self.ended:
@@ -63,17 +63,17 @@ class Machine:
         if code.startswith("$"):
             return
         if len(code) > LONGEST:
-            raise Refused(number, line, f"more than {LONGEST} characters")
+            raise RefusedLine(number, line, f"more than {LONGEST} characters")
         found = WORD.findall(code)
         if "".join(letter + value for letter, value in found) != code:
-            raise Refused(number, line, "error 1 or 2: no word and number")
+            raise RefusedLine(number, line, "error 1 or 2: no word and number")
         codes = [f"{letter}{float(value):g}" for letter, value in found if letter in "GM"]
         words: dict[str, float] = {}
         for letter, value in found:
             if letter in "GM":
                 continue
             if letter in words:
-                raise Refused(number, line, "error 25: a word twice")
+                raise RefusedLine(number, line, "error 25: a word twice")
             words[letter] = single(float(value))
         self._check(number, line, codes, words)
         self._do(number, line, codes, words)
@@ -81,13 +81,13 @@ class Machine:
     def _check(self, number: int, line: str, codes: list[str], words: dict[str, float]) -> None:
         for code in codes:
             if not any(code in group for group in GROUPS):
-                raise Refused(number, line, f"error 20: {code} is not supported")
+                raise RefusedLine(number, line, f"error 20: {code} is not supported")
         for group in GROUPS:
             if len(group & set(codes)) > 1 or len(codes) != len(set(codes)):
-                raise Refused(number, line, "error 21: two words of one group")
+                raise RefusedLine(number, line, "error 21: two words of one group")
         unused = words.keys() - set(AXES) - {"F", "P", "S", "N"}
         if unused or ("P" in words) != ("G4" in codes):
-            raise Refused(number, line, "error 28 or 36: P is missing, or a word is not used")
+            raise RefusedLine(number, line, "error 28 or 36: P is missing, or a word is not used")
 
     def _do(self, number: int, line: str, codes: list[str], words: dict[str, float]) -> None:
         self.feed = words.get("F", self.feed)
@@ -99,7 +99,7 @@ class Machine:
                 self.offset[letter] = single(self.at[letter] - value)
         elif axis_words:
             if self.motion != "G0" and self.feed <= 0:
-                raise Refused(number, line, "error 22: no feed rate has been set")
+                raise RefusedLine(number, line, "error 22: no feed rate has been set")
             self._move(axis_words)
         if "M2" in codes or "M30" in codes:
             self.ended = True

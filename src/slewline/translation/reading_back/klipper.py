@@ -12,7 +12,7 @@ import re
 from typing import Any
 
 from ..writer import Trace, WriterOptions
-from .surroundings import Enough, Refused, Surroundings
+from .surroundings import Enough, RefusedLine, Surroundings
 
 SECTION = re.compile(r"\[(\w+)(?: (\w+))?\]$")
 TAG = re.compile(r"\{%\s*(.*?)\s*%\}")
@@ -28,7 +28,7 @@ def read(text: str, options: WriterOptions) -> Trace:
     """Return what the macro PROGRAM does.
 
     Raises:
-        Refused: Klipper would not take the configuration, or a command.
+        RefusedLine: Klipper would not take the configuration, or a command.
     """
     klipper = _Klipper(text, options)
     stopped = False
@@ -67,16 +67,16 @@ class _Klipper:
             if found := SECTION.match(code):
                 kind, name = found[1], found[2] or ""
                 if kind not in KNOWN or (kind, name) in self.sections:
-                    raise Refused(number, line, "unknown section, or one that is there already")
+                    raise RefusedLine(number, line, "unknown section, or one that is there already")
                 values = self.sections[kind, name] = {}
             elif code[0].isspace():
                 if values is None or key != "gcode":
-                    raise Refused(number, line, "a line of nothing")
+                    raise RefusedLine(number, line, "a line of nothing")
                 values[key].append((number, code.strip()))
             else:
                 key, mark, value = (part.strip() for part in code.partition(":"))
                 if values is None or not mark:
-                    raise Refused(number, line, "no option")
+                    raise RefusedLine(number, line, "no option")
                 values[key] = [] if key == "gcode" else value
 
     # ------------------------------------------------------------------------------------------------------- templates
@@ -108,14 +108,13 @@ class _Klipper:
             elif word.startswith("if "):
                 end = self._end(lines, place, "if")
                 inside = lines[place + 1 : end]
-                middle = next(
-                    (n for n, (_, each) in enumerate(inside) if TAG.match(each) and "else" in each), len(inside)
-                )
+                others = (at for at, (_, each) in enumerate(inside) if ELSE.match(each))
+                middle = next(others, len(inside))
                 chosen = inside[:middle] if self._value(word[3:], names, number) else inside[middle + 1 :]
                 self._template(chosen, names, out)
                 place = end + 1
             else:
-                raise Refused(number, line, "no tag that writers use")
+                raise RefusedLine(number, line, "no tag that writers use")
 
     def _filled(self, line: str, names: dict[str, Any], number: int) -> str:
         """Return a line with the values of what is in braces."""
@@ -131,7 +130,7 @@ class _Klipper:
                 depth -= 1
                 if not depth:
                     return at
-        raise Refused(*lines[place], f"end{word} is missing")
+        raise RefusedLine(*lines[place], f"end{word} is missing")
 
     def _set(self, text: str, names: dict[str, Any], number: int) -> None:
         target, _, value = (part.strip() for part in text.partition("="))
@@ -141,14 +140,14 @@ class _Klipper:
             return
         space, _, name = target.partition(".")
         if space not in names:
-            raise Refused(number, text, f"{space} is not known")
+            raise RefusedLine(number, text, f"{space} is not known")
         names[space][name] = self._value(value, names, number)
 
     def _value(self, text: str, names: dict[str, Any], number: int) -> Any:
         try:
             return self._of(ast.parse(text.strip(), mode="eval").body, names)
         except (SyntaxError, KeyError, TypeError, AssertionError) as error:
-            raise Refused(number, text, f"{type(error).__name__}: {error}") from None
+            raise RefusedLine(number, text, f"{type(error).__name__}: {error}") from None
 
     def _of(self, it: ast.expr, names: dict[str, Any]) -> Any:
         match it:
@@ -207,7 +206,7 @@ class _Klipper:
 
     def _macro(self, name: str, number: int) -> None:
         if name in self.running:
-            raise Refused(number, name, "a macro calls itself")
+            raise RefusedLine(number, name, "a macro calls itself")
         self.running.append(name)
         for line, command in self.worked_out(self.sections["gcode_macro", name]["gcode"]):
             self._command(line, command)
@@ -221,7 +220,7 @@ class _Klipper:
                 self._stepper(number, text, values)
             case "SET_PIN":
                 if ("output_pin", values["PIN"]) not in self.sections:
-                    raise Refused(number, text, "no such pin")
+                    raise RefusedLine(number, text, "no such pin")
                 self.around.output(int(values["PIN"].removeprefix("output")), int(values["VALUE"]))
             case "G4":
                 self.around.delay(round(float(rest[0].removeprefix("P")) * 1e6) * 1000)
@@ -229,22 +228,22 @@ class _Klipper:
                 pass
             case "SET_GCODE_VARIABLE":
                 if values["VARIABLE"] not in self.variables or values["MACRO"] != "PROGRAM":
-                    raise Refused(number, text, "no such variable")
+                    raise RefusedLine(number, text, "no such variable")
                 self.variables[values["VARIABLE"]] = ast.literal_eval(values["VALUE"])
             case "UPDATE_DELAYED_GCODE":
                 if ("delayed_gcode", values["ID"]) not in self.sections:
-                    raise Refused(number, text, "no such delayed_gcode")
+                    raise RefusedLine(number, text, "no such delayed_gcode")
                 self.due.append(values["ID"])
             case _ if ("gcode_macro", word) in self.sections:
                 self._macro(word, number)
             case _:
-                raise Refused(number, text, "unknown command")
+                raise RefusedLine(number, text, "unknown command")
 
     def _stepper(self, number: int, text: str, values: dict[str, str]) -> None:
         if ("manual_stepper", values.get("STEPPER", "")) not in self.sections:
-            raise Refused(number, text, "no such stepper")
+            raise RefusedLine(number, text, "no such stepper")
         if float(values.get("SPEED", "1")) <= 0 or float(values.get("ACCEL", "0")) < 0:
-            raise Refused(number, text, "SPEED above 0, ACCEL 0 or more")
+            raise RefusedLine(number, text, "SPEED above 0, ACCEL 0 or more")
         if "SET_POSITION" in values:
             self.at = float(values["SET_POSITION"])
         if "MOVE" not in values:
@@ -257,7 +256,7 @@ class _Klipper:
                 values["STOP_ON_ENDSTOP"] not in SEARCHES
                 or "endstop_pin" not in self.sections["manual_stepper", "axis"]
             ):
-                raise Refused(number, text, "no such search, or no endstop")
+                raise RefusedLine(number, text, "no such search, or no endstop")
             self.around.run(1, 1 if steps > 0 else -1)
             return
         self.at = to

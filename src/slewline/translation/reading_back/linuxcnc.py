@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from ..writer import Trace, WriterOptions
-from .surroundings import Enough, Refused, Surroundings
+from .surroundings import Enough, RefusedLine, Surroundings
 
 AXES = "XYZABCUVW"
 LONGEST = 255  # characters of a line, with its comment
@@ -52,9 +52,9 @@ def read(text: str, options: WriterOptions) -> Trace:
     """Return what a program does.
 
     Raises:
-        Refused: LinuxCNC would not take a line.
+        RefusedLine: LinuxCNC would not take a line.
     """
-    machine = _Machine(text, options)
+    machine = _OWordMachine(text, options)
     stopped = False
     try:
         machine.run(0, len(machine.lines))
@@ -65,7 +65,7 @@ def read(text: str, options: WriterOptions) -> Trace:
     return machine.around.trace("read back", stopped)
 
 
-class _Machine:
+class _OWordMachine:
     def __init__(self, text: str, options: WriterOptions) -> None:
         self.around = Surroundings(options)
         self.lines = list(self._lines(text))
@@ -80,7 +80,7 @@ class _Machine:
         found = []
         for number, line in enumerate(text.splitlines(), 1):
             if len(line) > LONGEST:
-                raise Refused(number, line[:40], f"more than {LONGEST} characters")
+                raise RefusedLine(number, line[:40], f"more than {LONGEST} characters")
             code = re.sub(r"\([^)]*\)", "", line.partition(";")[0]).strip()
             if not code:
                 continue
@@ -114,7 +114,7 @@ class _Machine:
                 return last + 1
             case "call":
                 if line.label not in self.subs:
-                    raise Refused(line.number, line.text, "called before it is defined")
+                    raise RefusedLine(line.number, line.text, "called before it is defined")
                 with suppress(_Return):
                     self.run(*self.subs[line.label])
                 return place + 1
@@ -140,7 +140,7 @@ class _Machine:
             case "if":
                 return self._if(line, place)
             case _:
-                raise Refused(line.number, line.text, "unknown O-word")
+                raise RefusedLine(line.number, line.text, "unknown O-word")
 
     def _if(self, line: _Line, place: int) -> int:
         last = self._find(place, line.label, "endif")
@@ -161,22 +161,22 @@ class _Machine:
                     return at
                 if self.lines[at].word not in ("else", "return"):
                     break
-        raise Refused(self.lines[place].number, self.lines[place].text, f"o{label} {word} is missing")
+        raise RefusedLine(self.lines[place].number, self.lines[place].text, f"o{label} {word} is missing")
 
     # --------------------------------------------------------------------------------------------------- expressions
     def _value(self, text: str, line: _Line) -> float:
         if not (text.startswith("[") and text.endswith("]")):
-            raise Refused(line.number, line.text, "a condition is in brackets")
+            raise RefusedLine(line.number, line.text, "a condition is in brackets")
         value, rest = self._primary(text, line)
         if rest.strip():
-            raise Refused(line.number, line.text, f"unread: {rest}")
+            raise RefusedLine(line.number, line.text, f"unread: {rest}")
         return value
 
     def _primary(self, text: str, line: _Line) -> tuple[float, str]:
         """Return the value of a number, a parameter or what is in brackets, and what follows it."""
         found = TOKEN.match(text)
         if not found:
-            raise Refused(line.number, line.text, "a value is missing")
+            raise RefusedLine(line.number, line.text, "a value is missing")
         digits, name, place, word, sign = found.groups()
         rest = text[found.end() :]
         if digits:
@@ -186,7 +186,7 @@ class _Machine:
             if key == "5420":
                 return self.at["X"] - self.offset["X"], rest
             if key not in self.parameters:
-                raise Refused(line.number, line.text, f"#<{key}> has no value")
+                raise RefusedLine(line.number, line.text, f"#<{key}> has no value")
             return self.parameters[key], rest
         if sign in "+-":
             value, rest = self._primary(rest, line)
@@ -194,9 +194,9 @@ class _Machine:
         if sign == "[":
             value, rest = self._sum(rest, line, 0)
             if not rest.lstrip().startswith("]"):
-                raise Refused(line.number, line.text, "] is missing")
+                raise RefusedLine(line.number, line.text, "] is missing")
             return value, rest.lstrip()[1:]
-        raise Refused(line.number, line.text, f"no value: {word or sign}")
+        raise RefusedLine(line.number, line.text, f"no value: {word or sign}")
 
     def _sum(self, text: str, line: _Line, least: int) -> tuple[float, str]:
         """Return the value of operations that bind more than `least`, from the left."""
@@ -216,7 +216,7 @@ class _Machine:
         if assigned:
             value, rest = self._sum(assigned[3], line, 0)
             if rest.strip():
-                raise Refused(line.number, line.text, f"unread: {rest}")
+                raise RefusedLine(line.number, line.text, f"unread: {rest}")
             self.parameters[(assigned[1] or assigned[2]).lower()] = value
             return
         codes: list[str] = []
@@ -228,12 +228,12 @@ class _Machine:
             if letter in "GM":
                 codes.append(f"{letter}{value:g}")
             elif letter in words:
-                raise Refused(line.number, line.text, f"{letter} twice")
+                raise RefusedLine(line.number, line.text, f"{letter} twice")
             else:
                 words[letter] = value
         unknown = [code for code in codes if code not in PLAIN]
         if unknown:
-            raise Refused(line.number, line.text, f"unknown: {unknown[0]}")
+            raise RefusedLine(line.number, line.text, f"unknown: {unknown[0]}")
         self._do(line, codes, words)
 
     def _do(self, line: _Line, codes: list[str], words: dict[str, float]) -> None:
@@ -255,7 +255,7 @@ class _Machine:
                     self.offset[letter] = self.at[letter] - words[letter]
             case "G1" | "G38.3" | "G38.5":
                 if not self.feed or not self.metric:
-                    raise Refused(line.number, line.text, "no feed rate, or no unit, has been set")
+                    raise RefusedLine(line.number, line.text, "no feed rate, or no unit, has been set")
                 self._move(words, runs=code != "G1")
             case "M64" | "M65":
                 self.around.output(round(words["P"]) + 1, int(code == "M64"))
@@ -268,7 +268,7 @@ class _Machine:
 
     def _input(self, number: int, mode: int, timeout: float, line: _Line) -> None:
         if mode and timeout <= 0:
-            raise Refused(line.number, line.text, "a wait needs Q above 0")
+            raise RefusedLine(line.number, line.text, "a wait needs Q above 0")
         if mode:
             self.around.wait(number, {3: 1, 4: 0}[mode])
         self.parameters["5399"] = {3: 1, 4: 0}.get(mode, self.around.level(number))

@@ -19,7 +19,7 @@ from typing import IO
 
 from ...lifeline import start
 from ..writer import Trace, WriterOptions
-from .surroundings import MOST_EVENTS, Refused, Surroundings
+from .surroundings import MOST_EVENTS, RefusedLine, Surroundings
 
 AXES = "XYZABC"
 READ = re.compile(r"M66 P(\d+) L0")  # an input that decides: a wait ends with any level
@@ -40,7 +40,7 @@ def run(text: str, options: WriterOptions) -> Trace | None:
     """Return what rs274 does with a program; None: it is not here, or inputs have levels that it cannot have.
 
     Raises:
-        Refused: it does not take the program.
+        RefusedLine: it does not take the program.
     """
     words = command()
     around = Surroundings(options)
@@ -58,7 +58,7 @@ def run(text: str, options: WriterOptions) -> Trace | None:
             errors.seek(0)
             lines = errors.read().decode("utf-8", "replace").splitlines()
     if complaint := [line for line in lines if line.strip() not in ("", "executing")]:
-        raise Refused(0, complaint[0], "rs274 refuses the program")
+        raise RefusedLine(0, complaint[0], "rs274 refuses the program")
     return around.trace("rs274", stopped)
 
 

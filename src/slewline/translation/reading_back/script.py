@@ -9,14 +9,14 @@ from typing import Any
 
 from ..writer import Trace, WriterOptions
 from .grbl import AXES, Machine
-from .surroundings import Enough, Refused
+from .surroundings import Enough, RefusedLine
 
 BINARY: dict[type, Any] = {ast.Mult: operator.mul, ast.Add: operator.add, ast.Sub: operator.sub}
 COMPARED: dict[type, Any] = {ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.GtE: operator.ge, ast.Lt: operator.lt}
 METHODS = {"send", "move_by", "move_to", "feed", "set_position", "search", "level", "wait", "settle"}
 
 
-class _Returned(Exception):
+class _FunctionLeft(Exception):
     """A function returns."""
 
 
@@ -28,12 +28,12 @@ def read(text: str, options: WriterOptions) -> Trace:
     """Return what a script does.
 
     Raises:
-        Refused: Python, or grbl, would not take it.
+        RefusedLine: Python, or grbl, would not take it.
     """
     try:
         tree = ast.parse(text)
     except SyntaxError as error:
-        raise Refused(error.lineno or 0, error.text or "", error.msg) from None
+        raise RefusedLine(error.lineno or 0, error.text or "", error.msg) from None
     script = _Script(tree, options)
     stopped = False
     try:
@@ -54,13 +54,13 @@ class _Script:
         board = next(each for each in tree.body if isinstance(each, ast.ClassDef))
         offered = {each.name for each in board.body if isinstance(each, ast.FunctionDef)}
         if not offered >= METHODS:
-            raise Refused(board.lineno, board.name, f"without {', '.join(METHODS - offered)}")
+            raise RefusedLine(board.lineno, board.name, f"without {', '.join(METHODS - offered)}")
 
     def called(self, name: str) -> None:
         """Follow a function."""
         if name not in self.functions:
-            raise Refused(0, name, "no such function")
-        with suppress(_Returned):
+            raise RefusedLine(0, name, "no such function")
+        with suppress(_FunctionLeft):
             self._all(self.functions[name].body)
 
     def _all(self, body: list[ast.stmt]) -> None:
@@ -89,17 +89,17 @@ class _Script:
             case ast.Break():
                 raise _Broken
             case ast.Return(value=None):
-                raise _Returned
+                raise _FunctionLeft
             case ast.Global() | ast.Pass():
                 pass
             case _:
-                raise Refused(it.lineno, ast.unparse(it), "no statement that writers use")
+                raise RefusedLine(it.lineno, ast.unparse(it), "no statement that writers use")
 
     def _assign(self, it: ast.Assign) -> None:
         if not isinstance(it.targets[0], ast.Name) or not isinstance(it.value, ast.Constant | ast.UnaryOp | ast.IfExp):
             if isinstance(it.value, ast.Dict):
                 return
-            raise Refused(it.lineno, ast.unparse(it), "no assignment that writers use")
+            raise RefusedLine(it.lineno, ast.unparse(it), "no assignment that writers use")
         self.names[it.targets[0].id] = self._value(it.value)
 
     def _value(self, it: ast.expr) -> Any:
@@ -108,7 +108,7 @@ class _Script:
                 return value
             case ast.Name(id=name):
                 if name not in self.names:
-                    raise Refused(it.lineno, name, "no such name")
+                    raise RefusedLine(it.lineno, name, "no such name")
                 return self.names[name]
             case ast.UnaryOp(op=ast.USub()):
                 return -self._value(it.operand)
@@ -133,7 +133,7 @@ class _Script:
             case ast.Call(func=ast.Name(id=name), args=[ast.Name(id="grbl")]):
                 return self.called(name)
             case _:
-                raise Refused(it.lineno, ast.unparse(it), "no expression that writers use")
+                raise RefusedLine(it.lineno, ast.unparse(it), "no expression that writers use")
 
     def _named(self, it: ast.Call) -> dict[str, Any]:
         return {str(each.arg): self._value(each.value) for each in it.keywords}
@@ -160,5 +160,5 @@ class _Script:
             case "wait":
                 self.grbl.around.wait(values[0], values[1])
             case _:
-                raise Refused(0, name, "no such method")
+                raise RefusedLine(0, name, "no such method")
         return None

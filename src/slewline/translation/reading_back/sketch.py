@@ -5,18 +5,16 @@ A loop while an input has not a level is a wait.  Times are not counted.
 
 from __future__ import annotations
 
-import math
 import operator
 import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ..writer import Trace, WriterOptions
-from .surroundings import Enough, Refused, Surroundings
+from .sketch_steppers import Pin, Stepper
+from .sketch_tokens import SketchTokens
+from .surroundings import Enough, Surroundings
 
-TOKEN = re.compile(
-    r'\s*(#[^\n]*|"[^"]*"|\d+\.\d+|\d+L?|[A-Za-z_]\w*|->|::|\+\+|==|!=|<=|>=|&&|\|\||[-+*/%<>=!?:;,.(){}\[\]&])'
-)
 TYPES = {"long", "int", "byte", "float", "const", "bool", "unsigned"}
 LIBRARIES = {"<AccelStepper.h>": "AccelStepper", "<FastAccelStepper.h>": "FastAccelStepper"}
 ARDUINO = {"pinMode", "digitalWrite", "digitalRead", "delay", "delayMicroseconds"}
@@ -38,11 +36,6 @@ INPUTS = 100  # numbers from here on are pins of other inputs
 INPUT = re.compile(r"INPUT(\d+)_PIN$")
 
 
-class _Token(NamedTuple):
-    text: str
-    line: int
-
-
 class _Returned(Exception):
     """A function returns."""
 
@@ -52,111 +45,13 @@ class _Function(NamedTuple):
     start: int  # of its body
 
 
-class _Pin(int):
-    """A pin, with the name of the constant that has its number."""
-
-    name: str
-
-    def __new__(cls, value: int, name: str) -> _Pin:
-        """Return a pin."""
-        made = super().__new__(cls, value)
-        made.name = name
-        return made
-
-
-class _Stepper:
-    """A stepper of either library, as far as it moves."""
-
-    def __init__(self, axis: int, around: Surroundings) -> None:
-        self.axis, self.around = axis, around
-        self.position = self.target = 0
-        self.top = self.even = self.acceleration = 0.0
-
-    def call(self, name: str, values: list[Any]) -> Any:
-        """Call a method.
-
-        Raises:
-            KeyError: it has no such method.
-        """
-        return getattr(self, f"on_{name}", _unknown)(*values)
-
-    def on_setMaxSpeed(self, rate: float) -> None:
-        self.top = rate
-
-    def on_setSpeedInMilliHz(self, rate: float) -> None:
-        self.top = rate / 1000
-
-    def on_setAcceleration(self, acceleration: float) -> None:
-        if acceleration <= 0:
-            raise ValueError("no acceleration")
-        self.acceleration = acceleration
-
-    def on_setDirectionPin(self, pin: int) -> None:
-        del pin
-
-    def on_setSpeed(self, rate: float) -> None:
-        if abs(rate) > self.top:
-            raise ValueError("setSpeed above setMaxSpeed")
-        self.even = rate
-
-    def on_move(self, steps: int, blocks: int = 0) -> None:
-        self.on_moveTo(self.position + steps, blocks)
-
-    def on_moveTo(self, position: int, blocks: int = 0) -> None:
-        self.target = position
-        if blocks:
-            self.on_runToPosition()
-
-    def on_runToPosition(self) -> None:
-        reached = math.sqrt(self.acceleration * abs(self.target - self.position))
-        self._go(min(self.top, reached))
-
-    def on_runSpeedToPosition(self) -> None:
-        self._go(abs(self.even))
-
-    def _go(self, rate: float) -> None:
-        if self.target != self.position and rate <= 0:
-            raise ValueError("no speed, or no acceleration, is set")
-        self.around.move(self.axis, self.target - self.position, rate)
-        self.position = self.target
-
-    def on_distanceToGo(self) -> int:
-        return self.target - self.position
-
-    def on_currentPosition(self) -> int:
-        return self.position
-
-    on_getCurrentPosition = on_currentPosition
-
-    def on_setCurrentPosition(self, position: int) -> None:
-        self.position = self.target = position
-
-    def on_stop(self) -> None:
-        self.target = self.position
-
-    def on_isRunning(self) -> int:
-        return 0
-
-    def on_runForward(self) -> None:
-        self.target = self.position + 1
-
-    def on_runBackward(self) -> None:
-        self.target = self.position - 1
-
-    on_stopMove = on_stop
-
-
-def _unknown(*values: Any) -> Any:
-    raise KeyError(values)
-
-
 def read(text: str, options: WriterOptions) -> Trace:
     """Return what a sketch does in setup().
 
     Raises:
-        Refused: the compiler, or a library, would not take it.
+        RefusedLine: the compiler, or a library, would not take it.
     """
-    machine = _Machine(text, options)
+    machine = _SketchMachine(text, options)
     stopped = False
     try:
         machine.declarations()
@@ -166,75 +61,16 @@ def read(text: str, options: WriterOptions) -> Trace:
     return machine.around.trace("read back", stopped)
 
 
-class _Machine:
+class _SketchMachine(SketchTokens):
     def __init__(self, text: str, options: WriterOptions) -> None:
         self.around = Surroundings(options)
-        self.tokens: list[_Token] = []
-        for line, code in enumerate(text.splitlines(), 1):
-            code = code.partition("//")[0]
-            place = 0
-            while code[place:].strip():
-                found = TOKEN.match(code, place)
-                if not found:
-                    raise Refused(line, code, "no C++ that writers use")
-                self.tokens.append(_Token(found[1], line))
-                place = found.end()
-        self.at = 0
+        super().__init__(text)
         self.functions: dict[str, _Function] = {}
         self.names: dict[str, Any] = {"HIGH": 1, "LOW": 0, "true": 1, "false": 0, "NULL": None, "OUTPUT": 1}
         self.names |= {"INPUT_PULLUP": 2} | {f"A{n}": 14 + n for n in range(6)}
         self.frames: list[dict[str, Any]] = []
         self.library = ""
         self.modes: dict[int, int] = {}
-
-    # -------------------------------------------------------------------------------------------------------- tokens
-    @property
-    def here(self) -> str:
-        """The token that comes next; empty at the end."""
-        return self.tokens[self.at].text if self.at < len(self.tokens) else ""
-
-    def take(self, text: str = "") -> str:
-        """Return the next token, and go on."""
-        found = self.here
-        if text and found != text:
-            raise self.refused(f"{text} is missing")
-        self.at += 1
-        return found
-
-    def refused(self, reason: str) -> Refused:
-        """Return that something is not right here."""
-        token = self.tokens[min(self.at, len(self.tokens) - 1)]
-        return Refused(token.line, token.text, reason)
-
-    def skip(self) -> None:
-        """Go past a statement, or a block."""
-        if self.here == "{":
-            depth = 0
-            while True:
-                depth += {"{": 1, "}": -1}.get(self.take(), 0)
-                if not depth:
-                    return
-        if self.here in ("if", "while", "for"):
-            self.take()
-            self.skip_brackets()
-            self.skip()
-            if self.here == "else":
-                self.take()
-                self.skip()
-            return
-        if self.here == "do":
-            self.take()
-            self.skip()
-        while self.take() != ";":
-            pass
-
-    def skip_brackets(self) -> None:
-        """Go past ( ... )."""
-        depth = 0
-        while True:
-            depth += {"(": 1, ")": -1}.get(self.take(), 0)
-            if not depth:
-                return
 
     # --------------------------------------------------------------------------------------------------- declarations
     def declarations(self) -> None:
@@ -264,8 +100,8 @@ class _Machine:
         if self.here == "*":
             self.take()
         name = self.take()
-        axis = 1 + sum(isinstance(each, _Stepper) for each in self.names.values())
-        self.names[name] = _Stepper(axis, self.around)
+        axis = 1 + sum(isinstance(each, Stepper) for each in self.names.values())
+        self.names[name] = Stepper(axis, self.around)
         while self.take() != ";":
             pass
 
@@ -292,7 +128,7 @@ class _Machine:
         name = self.take()
         self.take("=")
         value = self.expression()
-        names[name] = _Pin(value, name) if name.endswith("_PIN") else value
+        names[name] = Pin(value, name) if name.endswith("_PIN") else value
         self.take(";")
 
     # ----------------------------------------------------------------------------------------------------- statements
@@ -393,7 +229,7 @@ class _Machine:
             return False
         pin, level = self.value_of(words[3]), self.value_of(words[6])
         for each in self.names.values():
-            if isinstance(each, _Stepper) and each.target != each.position:
+            if isinstance(each, Stepper) and each.target != each.position:
                 self.around.run(each.axis, 1 if each.target > each.position else -1)
         if (number := self._input_number(pin)) < INPUTS:
             self.around.wait(number, level)
@@ -504,7 +340,7 @@ class _Machine:
             self.around.delay(values[0] * (10**9 if name == "delay" else 10**6))
         return None
 
-    def _input_number(self, pin: _Pin) -> int:
+    def _input_number(self, pin: Pin) -> int:
         if self.modes.get(int(pin)) != 2:
             raise self.refused(f"{pin.name} is no input")
         found = INPUT.match(pin.name)
@@ -512,12 +348,12 @@ class _Machine:
 
     def _method(self, name: str) -> Any:
         thing = self.value_of(name)
-        wanted = "->" if self.library == "FastAccelStepper" and isinstance(thing, _Stepper) else "."
+        wanted = "->" if self.library == "FastAccelStepper" and isinstance(thing, Stepper) else "."
         self.take(wanted)
         method = self.take()
         values = self._values()
         if thing == "engine":
-            steppers = [each for each in self.names.values() if isinstance(each, _Stepper)]
+            steppers = [each for each in self.names.values() if isinstance(each, Stepper)]
             return steppers[0] if method == "stepperConnectToPin" else None
         try:
             return thing.call(method, values)

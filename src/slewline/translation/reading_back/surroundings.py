@@ -5,12 +5,12 @@ from __future__ import annotations
 from ..writer import Happened, Trace, WriterOptions
 
 MOST_EVENTS = 5_000
-MOST_STATEMENTS = 200_000
+MOST_STATEMENTS = 100_000
 MOST_CHANGES = 16  # of inputs
 IDLE_STATEMENTS = 500  # without anything that happens: the program waits
 
 
-class Refused(Exception):
+class RefusedLine(Exception):
     """A line that the target would not take: place and reason."""
 
     def __init__(self, line: int, text: str, reason: str) -> None:

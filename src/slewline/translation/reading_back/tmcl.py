@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ..writer import Trace, WriterOptions
-from .surroundings import Enough, Refused, Surroundings
+from .surroundings import Enough, RefusedLine, Surroundings
 
 NUMBER = re.compile(r"-?\d+$")
 LABEL = re.compile(r"[A-Za-z]\w*$")
@@ -73,7 +73,7 @@ def assemble(text: str) -> list[_Command]:
     """Return the commands of a program, with addresses in place of labels.
 
     Raises:
-        Refused: the assembler would not take a line.
+        RefusedLine: the assembler would not take a line.
     """
     commands: list[_Command] = []
     labels: dict[str, int] = {}
@@ -82,7 +82,7 @@ def assemble(text: str) -> list[_Command]:
         label, mark, rest = code.partition(":")
         if mark:
             if not LABEL.match(label.strip()) or label.strip() in labels:
-                raise Refused(number, line, "no label, or one that is there already")
+                raise RefusedLine(number, line, "no label, or one that is there already")
             labels[label.strip()] = len(commands)
             code = rest.strip()
         if code:
@@ -95,7 +95,7 @@ def assemble(text: str) -> list[_Command]:
 def _linked(command: _Command, labels: dict[str, int]) -> _Command:
     kinds = COMMANDS.get(command.name, (0, None))[1]
     if kinds is None or len(kinds) != len(command.operands):
-        raise Refused(command.line, command.text, "unknown command, or a wrong number of operands")
+        raise RefusedLine(command.line, command.text, "unknown command, or a wrong number of operands")
     found: list[int | str] = []
     for kind, word in zip(kinds, command.operands, strict=True):
         word = str(word)
@@ -106,7 +106,7 @@ def _linked(command: _Command, labels: dict[str, int]) -> _Command:
         elif isinstance(kind, tuple) and word in kind:
             found.append(word)
         else:
-            raise Refused(command.line, command.text, f"no operand here: {word}")
+            raise RefusedLine(command.line, command.text, f"no operand here: {word}")
     return command._replace(operands=tuple(found))
 
 
@@ -133,7 +133,7 @@ def read(text: str, options: WriterOptions) -> Trace:
     """Return what a program does.
 
     Raises:
-        Refused: the assembler, or the module, would not take a line.
+        RefusedLine: the assembler, or the module, would not take a line.
     """
     processor = _Processor(assemble(text), options)
     stopped = False
@@ -167,9 +167,9 @@ class _Processor:
                 return
             getattr(self, f"on_{command.name}")(command, *command.operands)
 
-    def refused(self, command: _Command, reason: str) -> Refused:
+    def refused(self, command: _Command, reason: str) -> RefusedLine:
         """Return that the module does not take a command."""
-        return Refused(command.line, command.text, reason)
+        return RefusedLine(command.line, command.text, reason)
 
     # ---------------------------------------------------------------------------------------------------------- motion
     def on_ROR(self, command: _Command, motor: int, rate: int) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...errors import UsageError
 from ..meaning import (
     Action,
     Delay,
@@ -33,28 +32,21 @@ from ..meaning import (
 )
 from ..report import OutLine
 from ..writer import Target, Trace, WriterOptions, Written
-from .flow import AsLongAs, Node, structured
-from .libraries import ACCEL, FAST, Library
+from .flow import AsLongAs, Node
+from .libraries import ACCEL, FAST, chosen
 from .sheet import (
     PS,
-    axes,
     compare_times,
     heading,
     number,
     outputs,
     runs,
     stored,
-    top_rate,
     unspoken,
     variables,
-    wired,
 )
+from .sketch_pins import ABORT, HOME, INPUTS, SketchPins, level_name
 from .structured import Structured
-
-ENABLE = 8  # as on the shield for CNC machines
-INPUTS = ("A0", "A1", "A2", "A3")
-ABORT, HOME = "A4", "A5"
-
 
 _Set = dict[int, tuple[float | None, float | None]]
 
@@ -73,7 +65,7 @@ class Arduino(Target):
 
     def write(self, program: Program, options: WriterOptions) -> Written:
         """Return the sketch."""
-        return _Writer(self, program, options).written()
+        return _SketchWriter(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> Trace | None:
         """Return what the sketch does, by a small interpreter of its C++."""
@@ -82,7 +74,7 @@ class Arduino(Target):
         return read(text, options)
 
 
-class _Writer(Structured):
+class _SketchWriter(Structured):
     """A writer at work on one program."""
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -93,11 +85,11 @@ class _Writer(Structured):
         self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
         self.runs = runs(program)
         self.outputs = {output for output, _ in outputs(program)}
-        self.axes = axes(program)
         self.set: _Set = {}  # of an axis: speed and acceleration, if known
         self.declared: set[str] = set()
         self.helpers: dict[str, None] = {}  # in the order of their use
-        self.pins: dict[str, str] = {}
+        self.pins = SketchPins(program, self.library)
+        self.axes = self.pins.axes
 
     def written(self) -> Written:
         """Return the result."""
@@ -105,9 +97,8 @@ class _Writer(Structured):
         functions: list[OutLine] = []
         for block, name in self.names.items():
             functions += [*self._function(name, self._block(block), block), OutLine("")]
-        setup = self._function("setup", list(self.program.block(-1)), -1)
         top = [*heading(self.program), *(OutLine(each) for each in self.library.includes), OutLine("")]
-        top += [*self._pins(), OutLine(""), *self._steppers(), OutLine("")]
+        top += [*self.pins.declarations(), OutLine(""), *self.pins.steppers(), OutLine("")]
         if self.variable_distance:
             top.append(OutLine("long distance = 0;", "of relative moves"))
         if self.variable_sign:
@@ -118,13 +109,13 @@ class _Writer(Structured):
             *top,
             *functions,
             OutLine("void setup() {"),
-            *self._prepared(),
+            *self.pins.prepared(),
             *setup[1:],
             OutLine(""),
             OutLine("void loop() {"),
             OutLine("}"),
         ]
-        return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), (("library", self.library.title),))
+        return Written(tuple(out), tuple(self.sheet.verdicts), self.pins.wiring(), (("library", self.library.title),))
 
     def _block(self, block: int) -> list[Action]:
         return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
@@ -134,77 +125,15 @@ class _Writer(Structured):
         self.sheet.lines = []
         self.set, self.declared = dict(self.ran_with.get(block, {})), set()
         self.sheet.depth = 1
-        self.tree(structured(actions) if block >= 0 else actions)
+        if block >= 0:
+            self.program_tree(actions)
+        else:
+            self.tree(actions)
         self.sheet.depth = 0
         return [OutLine(f"void {name}() {{"), *self.commented(block), OutLine("}")]
 
-    # ----------------------------------------------------------------------------------------------------------- pins
-    def _pin(self, name: str, pin: str) -> str:
-        self.pins[name] = pin
-        return name
-
-    def _pins(self) -> list[OutLine]:
-        found = []
-        for axis in self.axes:
-            end = self._suffix(axis)
-            found.append(OutLine(f"const byte STEP_PIN{end} = {self._step_pin(axis)};", self._was("step")))
-            found.append(
-                OutLine(f"const byte DIR_PIN{end} = {self.library.dir_pins[axis - 1]};", self._was("direction"))
-            )
-        found.append(OutLine(f"const byte ENABLE_PIN = {ENABLE};", "of the driver, low: enabled"))
-        names = {f"OUTPUT{n}_PIN": f"output{n}" for n in range(1, 5)} | {
-            f"INPUT{n}_PIN": f"input{n}" for n in range(1, 5)
-        }
-        names |= {"ABORT_PIN": "abort", "HOME_PIN": "home"}
-        for name, pin in sorted(self.pins.items()):
-            found.append(OutLine(f"const byte {name} = {pin};", self._was(names[name])))
-        return found
-
-    def _was(self, role: str) -> str:
-        name = self.program.wiring.get(role)
-        return f"was {name} of the {self.program.part.upper()}" if name else ""
-
-    def _step_pin(self, axis: int) -> int:
-        return self.library.step_pins[axis - 1]
-
-    def _suffix(self, axis: int) -> str:
-        return str(axis) if len(self.axes) > 1 else ""
-
-    def _stepper(self, axis: int) -> str:
-        return f"stepper{self._suffix(axis)}"
-
-    def _steppers(self) -> list[OutLine]:
-        return [
-            OutLine(line)
-            for axis in self.axes
-            for line in self.library.declared.format(stepper=self._stepper(axis), n=self._suffix(axis)).splitlines()
-        ]
-
-    def _prepared(self) -> list[OutLine]:
-        found: list[OutLine] = []
-        for output, level in outputs(self.program):
-            if output <= len(self.library.outputs):
-                name = self._pin(f"OUTPUT{output}_PIN", self.library.outputs[output - 1])
-                found.append(OutLine(f"  digitalWrite({name}, {_level(level)});", "as after a reset"))
-                found.append(OutLine(f"  pinMode({name}, OUTPUT);"))
-        found += [OutLine(f"  pinMode({name}, INPUT_PULLUP);") for name in sorted(self.pins) if "OUTPUT" not in name]
-        for axis in self.axes:
-            text = self.library.prepared.format(stepper=self._stepper(axis), n=self._suffix(axis))
-            found += [OutLine(f"  {line}") for line in text.splitlines()]
-        found.append(OutLine("  pinMode(ENABLE_PIN, OUTPUT);"))
-        found.append(OutLine("  digitalWrite(ENABLE_PIN, LOW);"))
-        return found
-
-    def _wiring(self) -> tuple[tuple[str, str, str], ...]:
-        names = [("step", f"pin {self._step_pin(1)}, STEP"), ("direction", f"pin {self.library.dir_pins[0]}, DIR")]
-        names += [("enable", f"pin {ENABLE}, ENABLE"), ("abort", f"pin {ABORT}"), ("home", f"pin {HOME}")]
-        names += [(f"output{n}", f"pin {pin}") for n, pin in enumerate(self.library.outputs, 1)]
-        names += [(f"input{n}", f"pin {pin}") for n, pin in enumerate(INPUTS, 1)]
-        return wired(self.program, names)
-
     # -------------------------------------------------------------------------------------------------------- actions
     def action(self, action: Action) -> None:
-        """Write an action."""
         sheet, line = self.sheet, action.line
         match action:
             case SetProfile():
@@ -218,7 +147,9 @@ class _Writer(Structured):
                     sheet.add(f"direction = {action.sign};", line)
                 sheet.same(line)
             case SetPosition():
-                sheet.add(f"{self.library.of(self._stepper(action.axis))}setCurrentPosition({action.position});", line)
+                sheet.add(
+                    f"{self.library.of(self.pins.stepper(action.axis))}setCurrentPosition({action.position});", line
+                )
                 sheet.same(line)
             case MoveBy() | MoveTo():
                 self._move(action)
@@ -229,12 +160,12 @@ class _Writer(Structured):
             case WaitInput():
                 if name := self._input(action.input.number, line):
                     self.helpers["waitFor"] = None
-                    sheet.add(f"waitFor({name}, {_level(action.input.level)});", line)
+                    sheet.add(f"waitFor({name}, {level_name(action.input.level)});", line)
                     sheet.same(line)
             case Delay():
                 self._delay(action)
             case EndProgram():
-                if sheet.depth > 1:
+                if action is not self.final:
                     sheet.add("return;", line)
                 sheet.same(line)
             case LeaveProgram() | RunProgram():
@@ -269,7 +200,7 @@ class _Writer(Structured):
         if profile is not None:
             self._prepare(action.axis, profile, line)
         elif action.sets == "top rate" and action.value is not None:
-            sheet.add(self.library.speed(self._stepper(action.axis), action.value), line)
+            sheet.add(self.library.speed(self.pins.stepper(action.axis), action.value), line)
             self.set.pop(action.axis, None)
         if action.sets == "start rate" and profile is not None and profile.ramped:
             sheet.nearly(line, f"no start rate: {self.library.rest}")
@@ -285,9 +216,9 @@ class _Writer(Structured):
             sheet.impossible(line, f"{number(top, 0)} steps/s", limit, self.library.faster)
 
     def _prepare(self, axis: int, profile: Profile, line: int) -> None:
-        """Write the speed and the acceleration of a profile, as far as they are not what was written last."""
+        """Write the speed and the acceleration of a profile, unless they were written last."""
         speed, acceleration = self.set.get(axis, (None, None))
-        stepper = self._stepper(axis)
+        stepper = self.pins.stepper(axis)
         if profile.top != speed:
             self.sheet.add(self.library.speed(stepper, profile.top), line)
         wanted = profile.acceleration if profile.ramped else self.library.without_ramp(profile)
@@ -305,9 +236,9 @@ class _Writer(Structured):
         if profile is not None:
             self._prepare(action.axis, profile, line)
         value = str(action.position) if isinstance(action, MoveTo) else self._steps(action)
-        stepper = "" if len(self.axes) == 1 else f"{self._stepper(action.axis)}, "
+        stepper = "" if len(self.axes) == 1 else f"{self.pins.stepper(action.axis)}, "
         if absolute and self.variable_sign:
-            here = f"{self.library.of(self._stepper(action.axis))}getCurrentPosition()"
+            here = f"{self.library.of(self.pins.stepper(action.axis))}getCurrentPosition()"
             here = here if self.library is FAST else here.replace("getCurrent", "current")
             sheet.add(f"direction = {value} < {here} ? -1 : 1;", line)
         evenly = profile is not None and not profile.ramped and self.library is ACCEL
@@ -343,18 +274,18 @@ class _Writer(Structured):
         if action.profile is not None:
             self._prepare(action.axis, action.profile, line)
         if isinstance(action, Home):
-            name, level, says = self._pin("HOME_PIN", HOME), 0, "until HOME_PIN is low, then the position is 0"
+            name, level, says = self.pins.pin("HOME_PIN", HOME), 0, "until HOME_PIN is low, then the position is 0"
         elif action.until is not None:
             name, level = self._input(action.until.number, line), action.until.level
             says = "decelerates when the input has its level"
         else:
-            name, level, says = self._pin("ABORT_PIN", ABORT), 0, "until ABORT_PIN is low; it decelerates"
-        stepper = f"{self._stepper(action.axis)}, " if len(self.axes) > 1 else ""
+            name, level, says = self.pins.pin("ABORT_PIN", ABORT), 0, "until ABORT_PIN is low; it decelerates"
+        stepper = f"{self.pins.stepper(action.axis)}, " if len(self.axes) > 1 else ""
         helper = "runUntilOfAxis" if stepper else "runUntil"
         self.helpers[helper] = None
-        self.sheet.add(f"{helper}({stepper}{sign}, {name}, {_level(level)});", line)
+        self.sheet.add(f"{helper}({stepper}{sign}, {name}, {level_name(level)});", line)
         if isinstance(action, Home):
-            self.sheet.add(f"{self.library.of(self._stepper(action.axis))}setCurrentPosition(0);", line)
+            self.sheet.add(f"{self.library.of(self.pins.stepper(action.axis))}setCurrentPosition(0);", line)
         self.sheet.nearly(line, says)
 
     def _output(self, action: SetOutput) -> None:
@@ -364,8 +295,8 @@ class _Writer(Structured):
             limit = f"{len(self.library.outputs)} pins are free for outputs"
             self.sheet.impossible(action.line, f"output {action.number}", limit, "a board with more pins: add a pin")
             return
-        name = self._pin(f"OUTPUT{action.number}_PIN", self.library.outputs[action.number - 1])
-        self.sheet.add(f"digitalWrite({name}, {_level(action.level)});", action.line)
+        name = self.pins.pin(f"OUTPUT{action.number}_PIN", self.library.outputs[action.number - 1])
+        self.sheet.add(f"digitalWrite({name}, {level_name(action.level)});", action.line)
         self.sheet.same(action.line)
 
     def _input(self, pin: int, line: int) -> str:
@@ -373,7 +304,7 @@ class _Writer(Structured):
             limit = f"{len(INPUTS)} pins are free for inputs"
             self.sheet.impossible(line, f"input {pin}", limit, "a board with more pins: add a pin")
             return f"INPUT{len(INPUTS)}_PIN"
-        return self._pin(f"INPUT{pin}_PIN", INPUTS[pin - 1])
+        return self.pins.pin(f"INPUT{pin}_PIN", INPUTS[pin - 1])
 
     def _delay(self, action: Delay) -> None:
         ms, us = divmod(round(action.time_ps / 1e6), 1000)
@@ -390,7 +321,6 @@ class _Writer(Structured):
         self.declared.add(name)
 
     def count(self, name: str, source: int) -> None:
-        """Write that a variable is increased by 1."""
         self.sheet.add(f"{name}++;", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
@@ -400,7 +330,7 @@ class _Writer(Structured):
     def condition(self, inputs: Sequence[Input], source: int) -> str:
         """Return a condition."""
         return " && ".join(
-            f"digitalRead({self._input(each.number, source)}) == {_level(each.level)}" for each in inputs
+            f"digitalRead({self._input(each.number, source)}) == {level_name(each.level)}" for each in inputs
         )
 
     def repeat(self, passes: int, source: int) -> str:
@@ -428,17 +358,3 @@ class _Writer(Structured):
         """Write if."""
         self.sheet.add(f"if ({condition}) {{", source)
         return "} else {", "}"
-
-
-def chosen(program: Program, options: WriterOptions) -> Library:
-    """Return the library that a user names, or the one that reaches the rates of a program."""
-    named = options.values.get("library", "")
-    if named not in ("", ACCEL.title.lower(), FAST.title.lower()):
-        allowed = f"{ACCEL.title.lower()} or {FAST.title.lower()}"
-        raise UsageError(f"library = {named}: no library that a sketch is written for; allowed: {allowed}.")
-    fast = named == FAST.title.lower() or (not named and top_rate(program.actions) > ACCEL.fastest)
-    return FAST if fast else ACCEL
-
-
-def _level(level: int) -> str:
-    return "HIGH" if level else "LOW"

@@ -1,9 +1,9 @@
 """The flow of a program as a tree, for languages that have loops and branches but no jump.
 
     A:  move       Repeat 3 times          an endless loop is `Forever`, a loop that an input continues is `AsLongAs`;
-        L 3,A  ->      move                a jump forward on inputs is a `Branch` around what it leaves out
+        L 3,A  ->      move                a jump forward on inputs is a `Fork` around what it leaves out
 
-Jumps that do not nest become `States`: pieces of the program, numbered, each with the piece that follows it.  A writer
+Jumps that do not nest become `Stages`: pieces of the program, numbered, each with the piece that follows it.  A writer
 makes of them one loop around a branch for each piece.
 """
 
@@ -49,7 +49,7 @@ class AsLongAs:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Fork:
     """Do `then` if all inputs have their levels, else `otherwise`; one of the two may be empty."""
 
     inputs: tuple[Input, ...]
@@ -59,7 +59,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class State:
+class Stage:
     """A piece of a program: what it does, and which piece follows; -1: the program ends.
 
     `inputs`: the piece `to` follows if they all have their levels; `passes`: as long as the piece has not been left so
@@ -76,14 +76,14 @@ class State:
 
 
 @dataclass(frozen=True)
-class States:
+class Stages:
     """Pieces of a program that follow each other as each of them says, from the first one on."""
 
-    states: tuple[State, ...]
+    states: tuple[Stage, ...]
     line: int = 0
 
 
-Node = Action | Repeat | Forever | AsLongAs | Branch | States
+Node = Action | Repeat | Forever | AsLongAs | Fork | Stages
 
 
 class _NotNested(Exception):
@@ -161,8 +161,8 @@ def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node
         if end is not None:
             wanted[over.to] -= 1
             then, otherwise = items[target + 1 : end], left_out[:-1]
-            return Branch(jump.inputs, _nested(then, wanted), _nested(otherwise, wanted), jump.line), end
-    return Branch(jump.inputs, (), _nested(left_out, wanted), jump.line), target
+            return Fork(jump.inputs, _nested(then, wanted), _nested(otherwise, wanted), jump.line), end
+    return Fork(jump.inputs, (), _nested(left_out, wanted), jump.line), target
 
 
 def _is_label(item: Action, name: str) -> bool:
@@ -170,7 +170,7 @@ def _is_label(item: Action, name: str) -> bool:
 
 
 # -------------------------------------------------------------------------------------------------------------- pieces
-def _pieces(items: list[Action]) -> States:
+def _pieces(items: list[Action]) -> Stages:
     """Return a program in pieces: one from each label to which something leads, and from after each jump, on."""
     wanted = {each.to for each in items if isinstance(each, Jump | Loop)}
     begins: list[tuple[list[Action], Action | None]] = []
@@ -198,12 +198,12 @@ def _pieces(items: list[Action]) -> States:
         line = end.line if end else does[-1].line if does else 0
         if isinstance(end, Jump):
             to, below = number[end.to], after if end.inputs else -1
-            states.append(State(here, tuple(does), to, below, end.inputs, line=line))
+            states.append(Stage(here, tuple(does), to, below, end.inputs, line=line))
         elif isinstance(end, Loop):
-            states.append(State(here, tuple(does), number[end.to], after, passes=end.passes, line=line))
+            states.append(Stage(here, tuple(does), number[end.to], after, passes=end.passes, line=line))
         else:
-            states.append(State(here, tuple(does), -1 if end else after, line=line))
-    return States(tuple(states), items[0].line)
+            states.append(Stage(here, tuple(does), -1 if end else after, line=line))
+    return Stages(tuple(states), items[0].line)
 
 
 def nodes(tree: Sequence[Node]) -> list[Node]:
@@ -213,16 +213,16 @@ def nodes(tree: Sequence[Node]) -> list[Node]:
         out.append(node)
         if isinstance(node, Repeat | Forever | AsLongAs):
             out += nodes(node.body)
-        elif isinstance(node, Branch):
+        elif isinstance(node, Fork):
             out += nodes(node.then) + nodes(node.otherwise)
-        elif isinstance(node, States):
+        elif isinstance(node, Stages):
             out += [action for state in node.states for action in state.body]
     return out
 
 
 def ends_inside(tree: Sequence[Node]) -> bool:
     """Return whether a program ends anywhere but after its last action."""
-    return any(isinstance(each, EndProgram) for each in nodes(tree)[:-1]) or isinstance(tree[-1:] and tree[-1], States)
+    return any(isinstance(each, EndProgram) for each in nodes(tree)[:-1]) or isinstance(tree[-1:] and tree[-1], Stages)
 
 
 def counters() -> count[int]:

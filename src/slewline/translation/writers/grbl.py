@@ -32,12 +32,12 @@ from ..meaning import (
 )
 from ..report import OutLine
 from ..writer import Target, Trace, WriterOptions, Written
-from .flow import AsLongAs, Branch, Forever, Node, Repeat, States, structured
+from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, structured
 from .sheet import (
     FAR,
     PS,
-    Registers,
-    Sheet,
+    Draft,
+    Held,
     compare_times,
     digits_for,
     grouped,
@@ -57,14 +57,10 @@ from .sheet import (
 
 LETTERS = "XYZ"
 FASTEST = 30_000  # steps/s: README of grbl
-DWELL_PS = 50 * 10**9  # a dwell is whole steps of 50 ms: DWELL_TIME_STEP, nuts_bolts.c
+DWELL_PS = 50 * 10**9  # a dwell is whole steps of 50 ms: DWELL_TIME_STEP, source of grbl
 FROM_REST = "grbl starts from standstill, with $120"
 HOST = "take --to python: a host script that sends grbl what comes next"
 OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spindle, pin D11")}
-
-
-class _Ended(Exception):
-    """A program has ended, although more of it follows."""
 
 
 class Grbl(Target):
@@ -81,7 +77,7 @@ class Grbl(Target):
 
     def write(self, program: Program, options: WriterOptions) -> Written:
         """Return the program, written out."""
-        return _Writer(self, program, options).written()
+        return _GrblWriter(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> Trace | None:
         """Return what grbl does with the text."""
@@ -90,7 +86,7 @@ class Grbl(Target):
         return read(text, options)
 
 
-class Words:
+class GrblWords:
     """The words of G-code: distances in millimetres, feeds in mm/min."""
 
     def __init__(self, options: WriterOptions) -> None:
@@ -111,19 +107,20 @@ class Words:
         return f"F{number(rate * 60 / self.steps_per_mm, 3)}"
 
 
-class _Writer:
+class _GrblWriter:
     """A writer at work on one program."""
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         self.target, self.program, self.options = target, program, options
-        self.sheet = Sheet(target.comment, program)
-        self.words = Words(options)
-        self.registers = Registers()
+        self.sheet = Draft(target.comment, program)
+        self.words = GrblWords(options)
+        self.registers = Held()
         self.runs = runs(program)
         self.outputs = {output for output, _ in outputs(program)}
         self.acceleration = one_acceleration(program.actions)
         self.feed = 0.0
         self.moved = False  # the line before this one is a move
+        self.ended = False  # the stored program
         self.repeats = max(1, int(options.values.get("repeats", "1")))
 
     def written(self) -> Written:
@@ -176,6 +173,8 @@ class _Writer:
     def tree(self, tree: Sequence[Node]) -> None:
         """Write a tree, with its loops written out."""
         for node in tree:
+            if self.ended:
+                return
             match node:
                 case Repeat():
                     self._repeat(node)
@@ -183,10 +182,10 @@ class _Writer:
                     self._again(node, "repeats for ever")
                 case AsLongAs():
                     self._again(node, "repeats as long as an input has its level")
-                case Branch():
+                case Fork():
                     limit = "no conditions (grbl has no expressions and reads no inputs)"
                     self.sheet.impossible(node.line, "decides by an input: neither branch is written", limit, HOST)
-                case States():
+                case Stages():
                     limit = "no jumps (grbl runs line by line)"
                     self.sheet.impossible(node.line, "jumps by inputs: the program is left out", limit, HOST)
                 case Label():
@@ -239,6 +238,7 @@ class _Writer:
                 self._delay(action)
             case EndProgram():
                 sheet.same(line)
+                self.ended = True
             case LeaveProgram() | RunProgram():
                 self._run(action)
             case EnterProgram():
@@ -267,6 +267,7 @@ class _Writer:
         inside = [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
         before = len(self.sheet.lines)
         self.tree(structured(inside))
+        self.ended = False
         written = self.sheet.lines[before:]
         self.sheet.lines[before:] = with_comments(lines_of(self.program, block), written, self.target.comment)
 

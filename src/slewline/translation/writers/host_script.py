@@ -29,8 +29,9 @@ from ..meaning import (
 )
 from ..report import OutLine
 from ..writer import Target, Trace, WriterOptions, Written
-from .flow import AsLongAs, structured
-from .grbl import FASTEST, FROM_REST, LETTERS, OUTPUTS, Words
+from .flow import AsLongAs
+from .grbl import FASTEST, FROM_REST, LETTERS, OUTPUTS, GrblWords
+from .host_frame import FRAME
 from .sheet import (
     FAR,
     PS,
@@ -51,79 +52,6 @@ from .structured import Structured
 PINS = {1: ("P", "pin A5, probe"), 2: ("X", "pin D9, limit X"), 3: ("Y", "pin D10, limit Y")}
 PINS |= {4: ("Z", "pin D12, limit Z")}
 
-# {letter}, {spm}, {digits} and {port} are put in; braces of Python are doubled.
-FRAME = '''import sys
-import time
-
-import serial  # pip install pyserial
-
-PORT = "{port}"
-STEPS_PER_MM = {spm}
-INPUTS = {{1: "P", 2: "X", 3: "Y", 4: "Z"}}  # how grbl reports them: probe, limits
-
-
-class Grbl:
-    """A board with grbl 1.1."""
-
-    def __init__(self, port):
-        self.line = serial.Serial(port, 115200, timeout=3600)
-        self.position = 0  # in steps
-        time.sleep(2)  # opening the port resets the board
-        self.line.reset_input_buffer()
-
-    def send(self, command):
-        """Send a line, and wait until grbl has taken it."""
-        self.line.write(command.encode("ascii") + b"\\n")
-        while True:
-            answer = self.line.readline().decode("ascii", "replace").strip()
-            if answer == "ok":
-                return
-            if not answer or answer.startswith(("error", "ALARM")):
-                sys.exit(f"{{command}}: {{answer or 'no answer'}}")
-
-    def settle(self):
-        """Wait until all motion has ended."""
-        self.send("G4 P0")
-
-    def move_by(self, steps, axis="{letter}"):
-        """Move by so many steps."""
-        self.send(f"G91 G1 {{axis}}{{steps / STEPS_PER_MM:.{digits}f}}")
-        self.settle()
-        self.position += steps
-
-    def move_to(self, position, axis="{letter}"):
-        """Move to a position, in steps."""
-        self.send(f"G90 G1 {{axis}}{{position / STEPS_PER_MM:.{digits}f}}")
-        self.settle()
-        self.position = position
-
-    def feed(self, rate):
-        """Set the rate of moves, steps/s."""
-        self.send(f"F{{rate * 60 / STEPS_PER_MM:.3f}}")
-
-    def set_position(self, position, axis="{letter}"):
-        """Count from here on from a position, in steps."""
-        self.send(f"G92 {{axis}}{{position / STEPS_PER_MM:.{digits}f}}")
-        self.position = position
-
-    def search(self, steps, code="G38.3", axis="{letter}"):
-        """Move until the probe input changes, by so many steps at most."""
-        self.send(f"G91 {{code}} {{axis}}{{steps / STEPS_PER_MM:.{digits}f}}")
-
-    def level(self, number):
-        """Return the level of an input: 0 while it is triggered."""
-        self.line.write(b"?")
-        report = ""
-        while not report.startswith("<"):
-            report = self.line.readline().decode("ascii", "replace").strip()
-        pins = [field[3:] for field in report.strip("<>").split("|") if field.startswith("Pn:")]
-        return 0 if pins and INPUTS[number] in pins[0] else 1
-
-    def wait(self, number, level):
-        """Wait until an input has a level."""
-        while self.level(number) != level:
-            time.sleep(0.005)'''
-
 
 class HostScript(Target):
     """A script in Python for a board with grbl."""
@@ -139,7 +67,7 @@ class HostScript(Target):
 
     def write(self, program: Program, options: WriterOptions) -> Written:
         """Return the script."""
-        return _Writer(self, program, options).written()
+        return _ScriptWriter(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> Trace | None:
         """Return what the script does, by its syntax tree."""
@@ -148,12 +76,14 @@ class HostScript(Target):
         return read(text, options)
 
 
-class _Writer(Structured):
+class _ScriptWriter(Structured):
     """A writer at work on one program."""
+
+    nothing = "pass"
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         super().__init__(target, program, options, "    ")
-        self.words = Words(options)
+        self.words = GrblWords(options)
         self.variable_distance, self.variable_sign = variables(program.actions)
         self.acceleration = one_acceleration(program.actions)
         self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
@@ -181,7 +111,7 @@ class _Writer(Structured):
         self.rate = self.ran_with.get(block)
         actions = [each for each in self.program.block(block) if not isinstance(each, EnterProgram)]
         if block >= 0:
-            self.tree(structured([each for each in actions if not isinstance(each, LeaveProgram)]))
+            self.program_tree([each for each in actions if not isinstance(each, LeaveProgram)])
         else:
             self.sheet.add('grbl.send("G21 G90 G94")', 0, "mm, absolute, mm/min")
             for output, level in outputs(self.program):
@@ -217,7 +147,6 @@ class _Writer(Structured):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def action(self, action: Action) -> None:
-        """Write an action."""
         sheet, line = self.sheet, action.line
         match action:
             case SetProfile():
@@ -247,7 +176,7 @@ class _Writer(Structured):
                 sheet.add(f"time.sleep({number(action.time_ps / PS)})", line)
                 sheet.nearly(line, "the host's clock: some milliseconds longer")
             case EndProgram():
-                if sheet.depth > 1:
+                if action is not self.final:
                     sheet.add("return", line)
                 sheet.same(line)
             case LeaveProgram() | RunProgram():
@@ -359,11 +288,9 @@ class _Writer(Structured):
 
     # -------------------------------------------------------------------------------------------------- the language
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write that a variable becomes a number."""
         self.sheet.add(f"{name} = {value}", source)
 
     def count(self, name: str, source: int) -> None:
-        """Write that a variable is increased by 1."""
         self.sheet.add(f"{name} += 1", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
@@ -376,7 +303,7 @@ class _Writer(Structured):
         return " and ".join(f"grbl.level({each.number}) == {each.level}" for each in known) or "False"
 
     def negated(self, condition: str) -> str:
-        """Return the contrary."""
+        """Return the opposite of a condition."""
         return f"not ({condition})" if " and " in condition else condition.replace("==", "!=")
 
     def repeat(self, passes: int, source: int) -> str:

@@ -34,12 +34,12 @@ from ..meaning import (
 from ..report import OutLine
 from ..writer import Target, Trace, WriterOptions, Written
 from .flow import Node, Repeat, structured
-from .pieces import Decision, Piece, Pieces
+from .pieces import Decision, Pieces, Portion
 from .sheet import (
     FAR,
     PS,
-    Registers,
-    Sheet,
+    Draft,
+    Held,
     compare_times,
     grouped,
     heading,
@@ -76,7 +76,7 @@ class Klipper(Target):
 
     def write(self, program: Program, options: WriterOptions) -> Written:
         """Return the configuration."""
-        return _Writer(self, program, options).written()
+        return _KlipperWriter(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> Trace | None:
         """Return what the macros do."""
@@ -85,16 +85,16 @@ class Klipper(Target):
         return read(text, options)
 
 
-class _Writer:
+class _KlipperWriter:
     """A writer at work on one program."""
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         self.target, self.program, self.options = target, program, options
-        self.sheet = Sheet(target.comment, program)
+        self.sheet = Draft(target.comment, program)
         self.runs = runs(program)
         self.outputs = {output for output, _ in outputs(program)}
         self.inputs = inputs(program)
-        self.registers = Registers()
+        self.registers = Held()
         self.variable_distance, self.variable_sign = variables(program.actions)
         self.variable_rates = any(isinstance(each, Motion) and each.profile is None for each in program.actions)
         self.kept = {"at": "0"} | ({"distance": "0"} if self.variable_distance else {})
@@ -172,7 +172,7 @@ class _Writer:
             rows += ["", f"[gcode_button input{pin}]", f"pin: ^{next(pins)}", "press_gcode:"]
         return [OutLine(row) for row in rows]
 
-    def _macro(self, piece: Piece) -> list[OutLine]:
+    def _macro(self, piece: Portion) -> list[OutLine]:
         """Return a piece as a macro."""
         name = self.names[piece.name]
         self.sheet.lines, self.sheet.depth = [], 1

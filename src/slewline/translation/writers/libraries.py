@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from ..meaning import Profile
-from .sheet import number
+from ...errors import UsageError
+from ..meaning import Profile, Program
+from ..writer import WriterOptions
+from .sheet import number, top_rate
 
 
 class Library(NamedTuple):
@@ -144,3 +146,13 @@ FAST = Library(
     faster="a faster board",
     rest="FastAccelStepper starts from standstill",
 )
+
+
+def chosen(program: Program, options: WriterOptions) -> Library:
+    """Return the library that a user names, or the one that reaches the rates of a program."""
+    named = options.values.get("library", "")
+    if named not in ("", ACCEL.title.lower(), FAST.title.lower()):
+        allowed = f"{ACCEL.title.lower()} or {FAST.title.lower()}"
+        raise UsageError(f"library = {named}: no library that a sketch is written for; allowed: {allowed}.")
+    fast = named == FAST.title.lower() or (not named and top_rate(program.actions) > ACCEL.fastest)
+    return FAST if fast else ACCEL

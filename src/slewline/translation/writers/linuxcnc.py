@@ -32,7 +32,7 @@ from ..meaning import (
 )
 from ..report import OutLine
 from ..writer import Target, Trace, WriterOptions, Written
-from .flow import AsLongAs, structured
+from .flow import AsLongAs
 from .sheet import (
     FAR,
     PS,
@@ -71,7 +71,7 @@ class LinuxCNC(Target):
 
     def write(self, program: Program, options: WriterOptions) -> Written:
         """Return the program with O-words."""
-        return _Writer(self, program, options).written()
+        return _LinuxCncWriter(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> Trace | None:
         """Return what the text does, by a small interpreter of O-words."""
@@ -86,7 +86,7 @@ class LinuxCNC(Target):
         return run(text, options)
 
 
-class _Writer(Structured):
+class _LinuxCncWriter(Structured):
     """A writer at work on one program."""
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -142,7 +142,7 @@ class _Writer(Structured):
         )
         self.sheet.add(f"o<{name}> sub", first)
         self.sheet.depth += 1
-        self.tree(structured(actions))
+        self.program_tree(actions)
         self.sheet.depth -= 1
         self.sheet.add(f"o<{name}> endsub", actions[-1].line if actions else first)
         return self.commented(block)
@@ -161,7 +161,6 @@ class _Writer(Structured):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def action(self, action: Action) -> None:
-        """Write an action."""
         sheet, line = self.sheet, action.line
         match action:
             case SetProfile():
@@ -219,7 +218,7 @@ class _Writer(Structured):
     def leave(self, action: EndProgram) -> None:
         """Write the end of a program: of a subroutine, its return."""
         name = self.names.get(action.block)
-        if name and self.sheet.depth > 1:
+        if name and action is not self.final:
             self.sheet.add(f"o<{name}> return", action.line)
         self.sheet.same(action.line)
 
@@ -356,7 +355,7 @@ class _Writer(Structured):
         return " AND ".join(f"[#<_input{each.number}> EQ {each.level}]" for each in inputs)
 
     def negated(self, condition: str) -> str:
-        """Return the contrary."""
+        """Return the opposite of a condition."""
         if condition.startswith("#5399 EQ"):
             return condition.replace("EQ", "NE")
         return f"[{condition}] EQ 0"

@@ -10,13 +10,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from ..meaning import EndProgram, Input, LeaveProgram, RunProgram, WaitInput
-from .flow import AsLongAs, Branch, Forever, Node, Repeat, State, States
+from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stage, Stages
 
 END = ""
 
 
 @dataclass
-class Piece:
+class Portion:
     """What is done without waiting, and the piece or decision that follows; END: none."""
 
     name: str
@@ -51,7 +51,7 @@ def simple(node: Node) -> bool:
     if isinstance(node, Repeat):
         return all(simple(each) for each in node.body)
     runs_one = isinstance(node, RunProgram) or (isinstance(node, LeaveProgram) and node.runs)
-    return not isinstance(node, Forever | AsLongAs | Branch | States | WaitInput | EndProgram) and not runs_one
+    return not isinstance(node, Forever | AsLongAs | Fork | Stages | WaitInput | EndProgram) and not runs_one
 
 
 class Pieces:
@@ -66,7 +66,7 @@ class Pieces:
     def __init__(
         self, tree: Sequence[Node], program: Callable[[RunProgram | LeaveProgram], Sequence[Node]], prefix: str = ""
     ) -> None:
-        self.pieces: dict[str, Piece] = {}
+        self.pieces: dict[str, Portion] = {}
         self.decisions: dict[str, Decision] = {}
         self._program, self._prefix = program, prefix
         self._flow(tree, self._piece(), END, END)
@@ -75,7 +75,7 @@ class Pieces:
     # ---------------------------------------------------------------------------------------------------------- making
     def _piece(self) -> str:
         name = f"piece{len(self.pieces)}"
-        self.pieces[name] = Piece(name)
+        self.pieces[name] = Portion(name)
         return name
 
     def _decision(self, **values: object) -> str:
@@ -115,12 +115,12 @@ class Pieces:
                 loop = self._piece()
                 self._flow(node.body, loop, self._count(loop, after, node.passes, node.line), leave)
                 return loop
-            case Branch():
+            case Fork():
                 then, otherwise = self._piece(), self._piece()
                 self._flow(node.then, then, after, leave)
                 self._flow(node.otherwise, otherwise, after, leave)
                 return self._decision(to=then, other=otherwise, inputs=node.inputs, line=node.line)
-            case States():
+            case Stages():
                 return self._states(node, leave)
             case RunProgram() | LeaveProgram():
                 inside = self._piece()
@@ -133,13 +133,13 @@ class Pieces:
         counter = f"{self._prefix}passes{1 + sum(bool(each.passes) for each in self.decisions.values())}"
         return self._decision(to=to, other=other, passes=passes, counter=counter, line=line)
 
-    def _states(self, node: States, leave: str) -> str:
+    def _states(self, node: Stages, leave: str) -> str:
         names = {each.number: self._piece() for each in node.states}
         for each in node.states:
             self._flow(each.body, names[each.number], self._next(each, names, leave), leave)
         return names[node.states[0].number]
 
-    def _next(self, state: State, names: dict[int, str], leave: str) -> str:
+    def _next(self, state: Stage, names: dict[int, str], leave: str) -> str:
         to, below = names.get(state.to, leave), names.get(state.below, leave)
         if state.inputs:
             return self._decision(to=to, other=below, inputs=state.inputs, line=state.line)

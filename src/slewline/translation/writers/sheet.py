@@ -44,7 +44,7 @@ MS = 10**9
 FAR = 1_000_000  # steps of a motion that an input shall end, where the target has no motion without end
 
 
-class Sheet:
+class Draft:
     """The lines of a result in the making, and the verdicts on the lines of the source."""
 
     def __init__(self, comment: Callable[[str], str], program: Program, indent: str = "  ") -> None:
@@ -232,7 +232,7 @@ def one_acceleration(actions: Iterable[Action]) -> float:
     return min(ramps, default=round((top_rate(known) or 1000.0) ** 2))
 
 
-def compare_times(sheet: Sheet, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
+def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
     """Note by how much the time of a move differs that starts from standstill."""
     profile, steps = action.profile, action.steps
     if profile is None or not steps:
@@ -244,8 +244,8 @@ def compare_times(sheet: Sheet, action: MoveBy | MoveTo, acceleration: float, wh
 
 
 # ----------------------------------------------------------------------------------------------------------- registers
-class Registers:
-    """What the registers of the source hold, as far as it is known at a place of the program."""
+class Held:
+    """What the registers of the source hold, at a place of the program, if that is known."""
 
     def __init__(self) -> None:
         self.distance: int | None = None
@@ -343,7 +343,7 @@ def inputs(program: Program) -> list[int]:
     return sorted(found)
 
 
-def unspoken(sheet: Sheet, action: Action, keeps: str) -> bool:
+def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
     """Handle what no target has to do: the host's own directives, queries, saving; return whether it was one.
 
     `keeps` says where the result is kept without power.

@@ -12,24 +12,32 @@ from collections.abc import Sequence
 from ..meaning import Action, Input, Label, Program, SetProfile
 from ..report import OutLine
 from ..writer import Target, WriterOptions
-from .flow import AsLongAs, Branch, Forever, Node, Repeat, States, counters, nodes
-from .sheet import Registers, Sheet, lines_of, with_comments
+from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, counters, nodes, structured
+from .sheet import Draft, Held, lines_of, with_comments
 
 
 class Structured(ABC):
-    """A writer at work on one program."""
+    """A writer at work on one program; `nothing` is what a language needs where nothing is done."""
+
+    nothing = ""
 
     def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
         self.target = target
         self.program = program
         self.options = options
-        self.sheet = Sheet(target.comment, program, indent)
-        self.registers = Registers()
+        self.sheet = Draft(target.comment, program, indent)
+        self.registers = Held()
         self.numbers = counters()
+        self.final: Action | None = None  # with which a stored program ends anyway
 
     def commented(self, block: int) -> list[OutLine]:
         """Return the lines written for a block, with the comments of the source."""
         return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
+
+    def program_tree(self, actions: Sequence[Action]) -> None:
+        """Write a stored program."""
+        self.final = actions[-1] if actions else None
+        self.tree(structured(actions))
 
     # ------------------------------------------------------------------------------------------------ the language
     @abstractmethod
@@ -73,7 +81,7 @@ class Structured(ABC):
         """Write the head of a branch; return the text for "else", and what closes it."""
 
     def negated(self, condition: str) -> str:
-        """Return the contrary of a condition."""
+        """Return the opposite of a condition."""
         return f"!({condition})"
 
     # ------------------------------------------------------------------------------------------------------ the walk
@@ -81,7 +89,10 @@ class Structured(ABC):
         """Write what is inside a loop or a branch, and what closes it."""
         self.forget(tree)
         self.sheet.depth += 1
+        before = len(self.sheet.lines)
         self.tree(tree)
+        if self.nothing and len(self.sheet.lines) == before:
+            self.sheet.add(self.nothing, source)
         self.sheet.depth -= 1
         if close:
             self.sheet.add(close, source)
@@ -106,10 +117,10 @@ class Structured(ABC):
                 case AsLongAs():
                     self.as_long_as(node)
                     self.sheet.same(node.line)
-                case Branch():
+                case Fork():
                     self._branch(node)
                     self.sheet.same(node.line)
-                case States():
+                case Stages():
                     self._states(node)
                 case Label():
                     pass
@@ -117,7 +128,7 @@ class Structured(ABC):
                     self.action(node)
                     self.registers.note(node)
 
-    def _branch(self, node: Branch) -> None:
+    def _branch(self, node: Fork) -> None:
         condition = self.condition(node.inputs, node.line)
         if not node.then:
             _, close = self.if_true(self.negated(condition), node.line)
@@ -129,7 +140,7 @@ class Structured(ABC):
             self.sheet.add(otherwise, node.line)
             self.inside(node.otherwise, close, node.line)
 
-    def _states(self, node: States) -> None:
+    def _states(self, node: Stages) -> None:
         """Write pieces that follow each other as each of them says: a loop around a branch for each."""
         number = next(self.numbers)
         state = "state" if number == 1 else f"state{number}"

@@ -7,8 +7,6 @@ parameters, their ranges and the commands are those of the TMCM-1290 TMCL firmwa
 
 from __future__ import annotations
 
-import re
-
 from ..meaning import (
     Action,
     Delay,
@@ -37,7 +35,7 @@ from ..report import OutLine
 from ..writer import Target, Trace, WriterOptions, Written
 from .sheet import (
     PS,
-    Sheet,
+    Draft,
     heading,
     inputs,
     lines_of,
@@ -52,15 +50,11 @@ from .sheet import (
     wired,
     with_comments,
 )
+from .tmcl_module import ACCELERATION, DECELERATION, LEAST_ACCELERATION, MANUAL, MOST, NAMES, label, parameters
 
 TICK_PS = 10 * 10**9  # of WAIT TICKS
-TOP, ACCELERATION, DECELERATION, START, STOP = 4, 5, 17, 19, 20  # axis parameters
-SLOWEST_STOP = 10
-MOST = {TOP: 7_999_774, ACCELERATION: 7_629_278, DECELERATION: 7_629_278, START: 249_999, STOP: 249_999}
-LEAST_ACCELERATION = 117
 LINES = 3  # GPIO0 to GPIO2, each an input or an output
 DISTANCE, DIRECTION, FIRST_LOOP = 0, 1, 2  # user variables
-MANUAL = "TMCM-1290 TMCL firmware manual V1.01"
 
 
 class Tmcl(Target):
@@ -77,7 +71,7 @@ class Tmcl(Target):
 
     def write(self, program: Program, options: WriterOptions) -> Written:
         """Return the program with labels and jumps."""
-        return _Writer(self, program).written()
+        return _TmclWriter(self, program).written()
 
     def read_back(self, text: str, options: WriterOptions) -> Trace | None:
         """Return what the program does, assembled and run."""
@@ -86,21 +80,22 @@ class Tmcl(Target):
         return read(text, options)
 
 
-class _Writer:
+class _TmclWriter:
     """A writer at work on one program."""
 
     def __init__(self, target: Target, program: Program) -> None:
         self.target, self.program = target, program
-        self.sheet = Sheet(target.comment, program)
+        self.sheet = Draft(target.comment, program)
         self.variable_distance, self.variable_sign = variables(program.actions)
         self.names = {each: "Program" if each == 0 else f"Program{each + 1}" for each in stored(program)}
         self.runs = runs(program)
         self.outputs = {output: at for at, (output, _) in enumerate(outputs(program))}
         self.inputs = {pin: len(self.outputs) + at for at, pin in enumerate(inputs(program))}
-        self.set: dict[int, int] = {}  # axis parameters, as far as they are known here
+        self.set: dict[int, int] = {}  # axis parameters that are known here
         self.ran_with: dict[int, dict[int, int]] = {}
         self.variable = FIRST_LOOP
-        self.loops: dict[str, list[tuple[str, int]]] = {}  # of a label: where a loop leads to, and its variable
+        self.loops: dict[int, int] = {}  # the variable of each
+        self.loops_again = False  # a loop may be entered more than once
         self.fresh = 0
         self.block = -1
         self._prefix = ""
@@ -141,14 +136,16 @@ class _Writer:
         self.block = block
         self.loops = {}
         prefix = "" if block == 0 else f"P{block + 1}"
-        for each in actions:
-            if isinstance(each, Loop):
-                at = f"{prefix}{_label(each.to)}Again{self.variable}"
-                self.loops.setdefault(each.to, []).append((at, self.variable))
-                self.variable += 1
+        jumps = [each for each in actions if isinstance(each, Loop | Jump)]
+        self.loops_again = len(jumps) > 1
         self._prefix = prefix
         entry = actions[0].line if actions else 0
         self.sheet.add(f"{name}:", entry)
+        for loop in jumps:
+            if isinstance(loop, Loop):
+                self.loops[id(loop)] = self.variable
+                self.sheet.add(f"SGP {self.variable}, 2, {loop.passes}", entry)
+                self.variable += 1
         for place, each in enumerate(actions):
             self._flow(each, actions[place + 1 :])
         if not actions or not isinstance(actions[-1], EndProgram):
@@ -173,8 +170,10 @@ class _Writer:
             case Label():
                 self._label(action.name, line, after)
             case Loop():
-                again, variable = self.loops[action.to].pop(0)
-                sheet.add(f"DJNZ {variable}, {again}", line)
+                variable = self.loops[id(action)]
+                sheet.add(f"DJNZ {variable}, {self._at(action.to)}", line)
+                if self.loops_again:
+                    sheet.add(f"SGP {variable}, 2, {action.passes}", line)
                 sheet.same(line)
             case Jump():
                 self._jump(action)
@@ -188,28 +187,19 @@ class _Writer:
             case _:
                 self.action(action)
 
-    def _passes(self, label: str, variable: int) -> int:
-        """Return the passes of the loop whose variable it is."""
-        found = [each for each in self.program.actions if isinstance(each, Loop) and each.to == label]
-        order = [which for _, which in self.loops[label]]
-        return found[len(found) - len(order) + order.index(variable)].passes
-
     def _label(self, name: str, line: int, after: list[Action]) -> None:
-        """Write a label to which something leads, and what its loops count with."""
+        """Write a label to which something leads."""
         block = [each for each in self.program.actions if each.block == self.block]
-        jumps = [each for each in block if isinstance(each, Jump) and each.to == name]
+        jumps = [each for each in block if isinstance(each, Jump | Loop) and each.to == name]
         entered = any(isinstance(each, RunProgram) and each.at == name for each in self.program.actions)
         if jumps or entered:
             self.sheet.add(f"{self._at(name)}:", line)
-        for again, variable in self.loops.get(name, ()):
-            self.sheet.add(f"SGP {variable}, 2, {self._passes(name, variable)}", line)
-            self.sheet.add(f"{again}:", line)
         forward = any(each not in after for each in jumps) or entered
         if forward or any(isinstance(each, SetProfile) for each in after):
             self.set = {}  # more than one path leads here, with different parameters
 
     def _at(self, name: str) -> str:
-        return f"{self._prefix}{_label(name)}"
+        return f"{self._prefix}{label(name)}"
 
     def _new(self, what: str) -> str:
         self.fresh += 1
@@ -297,19 +287,15 @@ class _Writer:
         block = self.runs[action.line]
         name = self.names.get(block, "Program")
         if isinstance(action, RunProgram) and action.at:
-            name = _label(action.at) if block == 0 else f"P{block + 1}{_label(action.at)}"
+            name = label(action.at) if block == 0 else f"P{block + 1}{label(action.at)}"
         self.sheet.add(f"CSUB {name}", action.line)
         self.sheet.same(action.line)
         self.ran_with[block] = dict(self.set) if self.ran_with.get(block, self.set) == self.set else {}
         self.set = {}
 
     def _prepare(self, profile: Profile, line: int) -> None:
-        """Write the axis parameters of a profile, as far as they are not set."""
-        start = profile.start if profile.ramped else profile.top
-        wanted = {TOP: profile.top, START: start, STOP: max(start, SLOWEST_STOP)}
-        if profile.ramped:
-            wanted |= {ACCELERATION: profile.acceleration, DECELERATION: profile.acceleration}
-        for parameter, value in wanted.items():
+        """Write the axis parameters of a profile, unless they are set."""
+        for parameter, value in parameters(profile).items():
             rounded = round(value)
             if parameter in (ACCELERATION, DECELERATION):
                 rounded = max(rounded, LEAST_ACCELERATION)
@@ -420,12 +406,3 @@ class _Writer:
             self.sheet.nearly(action.line, says, off / action.time_ps, off)
         else:
             self.sheet.same(action.line)
-
-
-NAMES = {TOP: "top rate", ACCELERATION: "acceleration", DECELERATION: "", START: "start rate", STOP: ""}
-
-
-def _label(name: str) -> str:
-    """Return a label as TMCL has it: a letter, then letters and digits."""
-    plain = re.sub(r"\W", "", name)
-    return plain[0].upper() + plain[1:] if plain.startswith(("line", "start", "end")) else f"Label{plain}"
