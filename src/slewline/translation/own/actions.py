@@ -130,10 +130,8 @@ class Actions(MotionWriter):
             return [ResultPiece(row)]
         row = rows[-1]
         if not action.runs:
-            self.note(
-                Verdict(action.line, Kind.NEARLY, f"{row.form} runs the program as well: enter it when it may run")
-            )
-            return [ResultPiece(row)]
+            limit = f"{row.form} runs the program as well ({row.where})"
+            raise Impossible("the program is stored alone", limit, "enter it when it may run")
         return [ResultPiece(row), *self.on_runprogram(RunProgram(line=action.line, text=action.text))]
 
     def on_runprogram(self, action: RunProgram) -> list[ResultPiece]:

@@ -83,6 +83,8 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
             found += program
             pending = []
             continue
+        elif getattr(step.action, "implied", False):  # part of a command that the host sends
+            (pending if pending else found).append(step)
         elif isinstance(step.action, STORABLE):
             pending.append(step)
         elif isinstance(step.action, SetPosition) and not any(acts(each) for each in pending):
@@ -101,7 +103,8 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
 
 def acts(step: StreamStep) -> bool:
     """Return whether a step does something, rather than set what a later one goes by."""
-    return isinstance(step.action, STORABLE) and not isinstance(step.action, (*SETTINGS, SetEndless))
+    implied = getattr(step.action, "implied", False)
+    return isinstance(step.action, STORABLE) and not implied and not isinstance(step.action, (*SETTINGS, SetEndless))
 
 
 def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
