@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..meaning import Delay, HostDirective, Jump, Motion, Program, SetProfile, WaitInput
@@ -55,7 +55,9 @@ def prove(done: Translation) -> Proof:
     source = play(done.source, program.part, program.where, scene, theirs, done.source_hz)
     if report.to in TARGETS:
         other = target(report.to)
-        trace = other.ran(done.text, done.options) or other.read_back(done.text, done.options)
+        waits = " ".join(map(str, scene.inputs))  # they change as those of the source do
+        options = replace(done.options, values={**done.options.values, "waits": waits})
+        trace = other.ran(done.text, options) or other.read_back(done.text, options)
         if trace is None:
             return Proof(source, None, None, None, "not run")
         return Proof(source, None, trace, compared(source.trace, trace, bounds_of(program, report)), trace.ran)

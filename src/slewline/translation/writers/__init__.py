@@ -9,7 +9,14 @@ from importlib import import_module
 
 from ..writer import Target
 
-TARGETS: dict[str, str] = {}
+TARGETS: dict[str, str] = {
+    "grbl": "grbl:Grbl",
+    "linuxcnc": "linuxcnc:LinuxCNC",
+    "klipper": "klipper:Klipper",
+    "tmcl": "tmcl:Tmcl",
+    "arduino": "arduino:Arduino",
+    "python": "host_script:HostScript",
+}
 
 
 def target(name: str) -> Target:
