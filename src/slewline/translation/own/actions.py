@@ -85,6 +85,9 @@ class Actions(MotionWriter):
         start = action.to in self.starts.get(action.block, ())
         if action.inputs:
             return self.conditions.branch(action.inputs, action.to, start)
+        again = self.sheet.commands.by_form.get(action.command)
+        if start and again is not None and again.role == "run" and again.flow == "0" and again.stored:
+            return [ResultPiece(again)]  # the source runs its program again by the same command
         return self.conditions.jump(action.to, start)
 
     def on_loop(self, action: Loop) -> list[ResultPiece]:

@@ -56,8 +56,8 @@ def prove(done: Translation) -> Proof:
     if report.to in TARGETS:
         other = target(report.to)
         waits = " ".join(map(str, scene.inputs))  # they change as those of the source do
-        levels = " ".join(f"{number}={level}" for number, level in scene.start)
-        options = replace(done.options, values={**done.options.values, "waits": waits, "inputs": levels})
+        begin = " ".join(f"{number}={level}" for number, level in scene.start)
+        options = replace(done.options, values={**done.options.values, "waits": waits, "inputs": begin})
         trace = other.ran(done.text, options) or other.read_back(done.text, options)
         if trace is None:
             return Proof(source, None, None, None, "not run")
