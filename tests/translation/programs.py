@@ -35,8 +35,8 @@ def old_cy512() -> dict[str, str]:
 def random_program(part: str, seed: int) -> str:
     """Return a program of a part, made of its motions, outputs, delays and a loop."""
     chance = Random(f"{part} {seed}")
-    family = part.rstrip("b") if part.startswith("cy545") else part.split("-e")[0] if part.startswith("mc") else part
-    return MAKERS[family if family in MAKERS else "mc1451a"](chance, part)
+    family = "mc1451a" if part.startswith("mc") else "cy545" if part.startswith("cy545") else part
+    return MAKERS[family](chance, part)
 
 
 def lettered(chance: Random, part: str) -> str:

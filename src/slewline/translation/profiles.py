@@ -121,13 +121,14 @@ class Profiles:
 
     def ends(self, role: str) -> tuple[float, float]:
         """Return the lowest and the highest rate of a command, steps/s."""
-        row, ramp = self.rows[role], self.rows["ramp"]
+        row, ramp, top = self.rows[role], self.rows["ramp"], self.rows["top_rate"]
+        first = self.rows.get("start_rate")
         found = []
         for value in (row.args[0].low, row.args[0].high):
-            others = {
-                each.form: each.args[0].high for each in self.rows.values() if each.args[0].high and each is not row
-            }
-            profile = self.read({**others, ramp.form: ramp.args[0].high, self.rows["top_rate"].form: value})
+            values = {top.form: value, ramp.form: ramp.args[0].high}
+            if first is not None:
+                values[first.form] = value if row is first else first.args[0].low
+            profile = self.read({**{each.form: 1 for each in self.rows.values()}, **values})
             found.append(0.0 if profile is None else profile.top)
         return min(found), max(found)
 

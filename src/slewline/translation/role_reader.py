@@ -193,7 +193,7 @@ class RoleReader:
             yield SetPosition(position=0, **common)  # type: ignore[arg-type]
         if statement.values[0] & 2:
             outputs = [n for n in (1, 2, 3) if self.sheet.role(f"output{n}") is not None]
-            yield from (SetOutput(number=n, level=0, implied=n > 1, **common) for n in outputs)  # type: ignore[arg-type]
+            yield from (SetOutput(number=n, level=0, implied=True, **common) for n in outputs)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_output_high(

@@ -12,7 +12,7 @@ from ...chips import chip_class
 from ...core.messages.whole import counted
 from ...errors import ProgramError, UsageError
 from ...record.pictures.pictures import SUFFIXES
-from ..files import STDIN, Outputs, chip_of, read_program
+from ..files import STDIN, Outputs, chip_of, is_bench, read_program
 
 if TYPE_CHECKING:
     from ...translation.proof.prove import Proof
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ...translation.translate import Translation
 
 COLOURS = {"same": None, "nearly": "yellow", "not possible": "red"}
+MOST_STEPS_PER_MM = 1e6
 WIDTH = 24  # of what was written for a line
 
 
@@ -27,8 +28,8 @@ def translate(
     file: str,
     to: str,
     chip: str | None,
-    crystal: int | None,
-    target_crystal: int | None,
+    crystal: str | None,
+    target_crystal: str | None,
     output: str | None,
     steps_per_mm: float | None,
     axis: str,
@@ -43,6 +44,11 @@ def translate(
     from ...translation.writer import WriterOptions
 
     known(to)
+    if is_bench(file):
+        remedy = "translate the program of each of its chips; the report lists which wire becomes which"
+        raise UsageError(f"{file}: is a bench file, by its name, and has no commands of its own: {remedy}")
+    if steps_per_mm is not None and not 0 < steps_per_mm < MOST_STEPS_PER_MM:
+        raise UsageError(f"--steps-per-mm {steps_per_mm:g}; allowed more than 0, below {MOST_STEPS_PER_MM:g}")
     text = read_program(file, source=True)
     part = chip_of(file, chip)
     if plot is not None and not prove:
@@ -53,7 +59,7 @@ def translate(
     options = WriterOptions(steps_per_mm=steps_per_mm or 1.0, axis=axis, unroll=unroll)
     try:
         done = translate_text(
-            text, part, to, where=file, options=options, crystal=hertz(crystal), target_crystal=hertz(target_crystal)
+            text, part, to, where=file, options=options, crystal=crystal, target_crystal=target_crystal
         )
     except ProgramError as error:
         raise ProgramError("\n".join(filter(None, (str(error), meant(text, file, part))))) from None
@@ -73,11 +79,6 @@ def translate(
     for path in outputs.written:
         click.echo(f"wrote {path}", err=aside)
     return status(done, proof)
-
-
-def hertz(crystal: int | None) -> str | None:
-    """Return a frequency as text."""
-    return None if crystal is None else f"{crystal} Hz"
 
 
 def meant(text: str, file: str, part: str) -> str:

@@ -85,6 +85,9 @@ class Actions(MotionWriter):
         start = action.to in self.starts.get(action.block, ())
         if action.inputs:
             return self.conditions.branch(action.inputs, action.to, start)
+        again = self.sheet.commands.by_form.get(action.command)
+        if start and again is not None and again.role == "run" and again.flow == "0" and again.stored:
+            return [ResultPiece(again)]  # the source runs its program again by the same command
         return self.conditions.jump(action.to, start)
 
     def on_loop(self, action: Loop) -> list[ResultPiece]:
@@ -130,10 +133,8 @@ class Actions(MotionWriter):
             return [ResultPiece(row)]
         row = rows[-1]
         if not action.runs:
-            self.note(
-                Verdict(action.line, Kind.NEARLY, f"{row.form} runs the program as well: enter it when it may run")
-            )
-            return [ResultPiece(row)]
+            limit = f"{row.form} runs the program as well ({row.where})"
+            raise Impossible("the program is stored alone", limit, "enter it when it may run")
         return [ResultPiece(row), *self.on_runprogram(RunProgram(line=action.line, text=action.text))]
 
     def on_runprogram(self, action: RunProgram) -> list[ResultPiece]:

@@ -54,6 +54,8 @@ class ActionWriter:
         self.fixed: dict[str, int] = {}  # distance and sign, where all relative moves have the same
         self.held: dict[str, int] = {}
         self.program = 0
+        self.cleared: set[int] = set()  # lines whose command was copied for its first action
+        self.nothing = ResultPiece()
         self.before: list[ResultPiece] = []  # what the first motion needs
         self.reset: Profile | None = None  # of the first motion, where nothing is set before it
 
@@ -145,6 +147,8 @@ class ActionWriter:
         theirs, mine = self.source.commands.by_form.get(action.command), self.sheet.commands.by_form.get(action.command)
         if theirs is None or mine is None or not alike(theirs, mine) or (action.block >= 0) > mine.stored:
             return None
+        if getattr(action, "implied", False):  # the command has been copied for its first action
+            return self.nothing if action.line in self.cleared else None
         if not all(arg.allows(value) for arg, value in zip(mine.args, action.values, strict=True)):
             return None
         if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
@@ -153,6 +157,8 @@ class ActionWriter:
             self.note(self.rates.motion(action))
         if mine.role == "run" and action.block >= 0:
             return None
+        if mine.role == "clear":
+            self.cleared.add(action.line)
         return ResultPiece(mine, action.values)
 
     def held_after(self, action: Action) -> None:

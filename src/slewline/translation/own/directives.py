@@ -31,6 +31,8 @@ class Directives:
 
     def translated(self, text: str) -> list[str] | str:
         """Return the directives for the target; a text says why there is none."""
+        if self.source is self.sheet or (self.source.enter is None and self.sheet.enter is None and "=" not in text):
+            return [text]  # the same host
         verb, _, rest = text.removeprefix("@").partition(" ")
         rest = rest.strip()
         if verb == "wait" and re.fullmatch(r"!?[A-Za-z_]+", rest):

@@ -57,8 +57,9 @@ class MotionWriter(ActionWriter):
 
     def on_setendless(self, action: SetEndless) -> list[ResultPiece]:
         """The next motion has no end: of a part whose runs say so themselves, with the run."""
-        row = self.rows.get("endless_next")
-        return [] if row is None else [ResultPiece(row)]
+        if "endless" in self.rows:
+            return []
+        return [ResultPiece(self.row("endless_next"))]
 
     def on_setposition(self, action: SetPosition) -> list[ResultPiece]:
         """The position counter."""
@@ -191,7 +192,14 @@ class MotionWriter(ActionWriter):
             raise Impossible(
                 "stops a motion", f"no command of the {self.sheet.part.upper()} stops a motion ({self.sheet.manual})"
             )
-        self.note(Verdict(action.line, Kind.NEARLY, f"by the pin, along its ramp: {', '.join(directive)}"))
+        if action.ramped:
+            self.note(Verdict(action.line, Kind.SAME, "by the pin, along the ramp"))
+        else:
+            limit = (
+                f"no command of the {self.sheet.part.upper()} stops a motion at the running step ({self.sheet.manual})"
+            )
+            remedy = "switch the driver off where a motion must stop immediately"
+            self.note(Verdict(action.line, Kind.IMPOSSIBLE, "stops along the ramp", limit, remedy))
         return [ResultPiece(text=text) for text in directive]
 
 

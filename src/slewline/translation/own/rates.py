@@ -82,6 +82,10 @@ class Rates:
     def setting(self, action: SetProfile) -> tuple[list[tuple[Row, int]], list[Verdict]]:
         """Return the commands of the target for a setting, and what became of it."""
         group = self.groups[id(action)]
+        if self.source is not None and self.target is not None and self.source.sheet is self.target.sheet:
+            row = self.target.sheet.commands.by_form[action.command]
+            self.held[row.form] = action.values[0]
+            return [(row, action.values[0])], [Verdict(action.line, Kind.SAME)]
         if self.target is None or group.profile is None:
             if self.target is not None and any(each.profile is not None for each in self._all()):
                 return [], [Verdict(action.line, Kind.SAME, "set together with the other values of the ramp")]
@@ -205,7 +209,7 @@ class Rates:
         return Verdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
-        """The steps of a motion; of one that is not known, lengths of all kinds: short, and just longer than both ramps.
+        """The steps of a motion; if they are not known, lengths of all kinds: short, and just longer than both ramps.
 
         A part that does not slew for a few steps makes those that are left at its first rate.
         """

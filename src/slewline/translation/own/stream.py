@@ -2,7 +2,7 @@
 
 A part whose motions are possible in a stored program alone gets one: what a host of the source sends is put into
 programs, and settings that it sends before or after the entry of a program go to the head of that program.  A part that
-acts immediately gets the settings at the head of a program before it, where they need no room.
+acts immediately gets the settings that such a part has at the head of a program before it, where they need no room.
 """
 
 from __future__ import annotations
@@ -54,13 +54,14 @@ def steps_of(program: Program) -> list[StreamStep]:
     return found
 
 
-def arranged(program: Program, sheet: Sheet) -> list[StreamStep]:
+def arranged(program: Program, source: Sheet, sheet: Sheet) -> list[StreamStep]:
     """Return the actions in the order of the target, one that stores programs."""
     steps = steps_of(program)
     move = next(iter((*sheet.acting("move"), *sheet.acting("absolute"))), None)
     if move is not None and "i" not in move.when:
         return stored_only(steps)
-    return hoisted(steps)
+    rates = next(iter(source.acting("top_rate")), None)
+    return hoisted(steps) if rates is not None and "i" not in rates.when else steps
 
 
 # ------------------------------------------------------------------------------------------------ programs for a module
@@ -83,6 +84,8 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
             found += program
             pending = []
             continue
+        elif getattr(step.action, "implied", False):  # part of a command that the host sends
+            (pending if pending else found).append(step)
         elif isinstance(step.action, STORABLE):
             pending.append(step)
         elif isinstance(step.action, SetPosition) and not any(acts(each) for each in pending):
@@ -101,7 +104,8 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
 
 def acts(step: StreamStep) -> bool:
     """Return whether a step does something, rather than set what a later one goes by."""
-    return isinstance(step.action, STORABLE) and not isinstance(step.action, (*SETTINGS, SetEndless))
+    implied = getattr(step.action, "implied", False)
+    return isinstance(step.action, STORABLE) and not implied and not isinstance(step.action, (*SETTINGS, SetEndless))
 
 
 def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:

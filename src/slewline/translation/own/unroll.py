@@ -34,24 +34,25 @@ def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
         if step.action is not None and step.action.block >= 0:
             blocks.setdefault(step.action.block, []).append(step)
     found: list[StreamStep] = []
-    current, inside = -1, False
+    current = -1
     for step in steps:
         action = step.action
         if isinstance(action, EnterProgram):
-            current, inside = action.number, True
+            current = action.number
         elif isinstance(action, LeaveProgram):
-            inside = False
             if action.runs:
                 found += executed(blocks.get(current, []), "", most)
         elif isinstance(action, RunProgram):
             found += executed(blocks.get(current, []), action.at, most)
-        elif action is None or (not inside and action.block < 0):
+        elif action is None or action.block < 0:
             found.append(step)
             continue
         else:
             continue
         found.append(StreamStep(None, step.line, step.first, ENTERED))
-    return followed(found)
+    kept = {step.line.number for step in found if step.first}
+    left = [step for step in steps if step.first and step.line.comment and step.line.number not in kept]
+    return followed([*found, *(StreamStep(None, step.line, True) for step in left)])
 
 
 def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:

@@ -72,7 +72,7 @@ class OwnWriter:
         self.source = sheet_of(program.part)
         self.hz = options.crystal_hz or self.sheet.crystal_hz
         if self.sheet.enter is not None:
-            self.steps = arranged(program, self.sheet)
+            self.steps = arranged(program, self.source, self.sheet)
         elif self.source.enter is not None:
             self.steps = unrolled(steps_of(program), options.unroll)
         else:

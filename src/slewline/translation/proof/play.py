@@ -1,8 +1,9 @@
 """One of our parts runs a text on a bench, and what it did becomes a trace.
 
-The inputs of a program that is to be proven are not wired.  So they begin at the level of an open input, and whenever
-the part has waited for longer than any delay of the program, one of those that the program tests changes: the same
-inputs in the same order on both sides, so that both take the same branches.  A script that drives them is left alone.
+The inputs of a program that is to be proven are not wired. So one that the program waits for begins at the other
+level, others are open, and whenever the part has waited for longer than any delay of the program, one of those that
+the program tests changes: the same inputs in the same order on both sides, so that both take the same branches. A
+script that drives them is left alone.
 """
 
 from __future__ import annotations
@@ -36,11 +37,13 @@ class Scene:
 
     Attributes:
         inputs: the numbers of the inputs that change when a part waits.
+        start: the levels of inputs at the start, by number; others are open.
         quiet_ps: a part that has done nothing for so long waits, ps.
         moves: a run ends after so many moves.
     """
 
     inputs: tuple[int, ...] = ()
+    start: tuple[tuple[int, int], ...] = ()
     quiet_ps: int = 2 * PS_PER_S
     moves: int = MOST_MOVES
 
@@ -77,6 +80,9 @@ def play(
     outputs = {int(role[-1]): name for role, name in wiring if role.startswith("output") and name}
     inputs = {int(role[-1]): name for role, name in wiring if role.startswith("input") and name}
     bench.record(*(f"x.{name}" for name in outputs.values()))
+    for number, level in scene.start:
+        if number in inputs:
+            chip.pin(inputs[number]).drive(level)
     run_script(bench, host, script)
     changes, stopped = passed(bench, chip, scene, inputs)
     levels: dict[int, int] = {}
@@ -96,7 +102,7 @@ def play(
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
     """Let time pass until all is done, or enough; return the changes of inputs, and whether the run was cut off."""
     changes: list[Happened] = []
-    levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs}
+    levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
     active = bench.now_ps
     while bench.now_ps < MOST_PS:
         before = made(chip)

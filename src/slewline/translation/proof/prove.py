@@ -56,7 +56,8 @@ def prove(done: Translation) -> Proof:
     if report.to in TARGETS:
         other = target(report.to)
         waits = " ".join(map(str, scene.inputs))  # they change as those of the source do
-        options = replace(done.options, values={**done.options.values, "waits": waits})
+        begin = " ".join(f"{number}={level}" for number, level in scene.start)
+        options = replace(done.options, values={**done.options.values, "waits": waits, "inputs": begin})
         trace = other.ran(done.text, options) or other.read_back(done.text, options)
         if trace is None:
             return Proof(source, None, None, None, "not run")
@@ -77,7 +78,13 @@ def scene_of(program: Program) -> Scene:
         isinstance(action, HostDirective) and action.text.startswith(("@drive", "@pulse")) for action in program.actions
     )
     longest = max((action.time_ps for action in program.actions if isinstance(action, Delay)), default=0)
-    return Scene(() if driven else tuple(sorted(inputs)), 2 * longest + EXTRA_PS)
+    if driven:
+        return Scene(quiet_ps=2 * longest + EXTRA_PS)
+    start: dict[int, int] = {}
+    for action in program.actions:
+        if isinstance(action, WaitInput):
+            start.setdefault(action.input.number, 1 - action.input.level)
+    return Scene(tuple(sorted(inputs)), tuple(start.items()), 2 * longest + EXTRA_PS)
 
 
 def bounds_of(program: Program, report: Report) -> StatedBounds:
