@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ..writer import Trace, WriterOptions
-from .sketch_steppers import Pin, Stepper
+from .sketch_steppers import SketchPin, SketchStepper
 from .sketch_tokens import SketchTokens
 from .surroundings import Enough, Surroundings
 
@@ -100,8 +100,8 @@ class _SketchMachine(SketchTokens):
         if self.here == "*":
             self.take()
         name = self.take()
-        axis = 1 + sum(isinstance(each, Stepper) for each in self.names.values())
-        self.names[name] = Stepper(axis, self.around)
+        axis = 1 + sum(isinstance(each, SketchStepper) for each in self.names.values())
+        self.names[name] = SketchStepper(axis, self.around)
         while self.take() != ";":
             pass
 
@@ -128,7 +128,7 @@ class _SketchMachine(SketchTokens):
         name = self.take()
         self.take("=")
         value = self.expression()
-        names[name] = Pin(value, name) if name.endswith("_PIN") else value
+        names[name] = SketchPin(value, name) if name.endswith("_PIN") else value
         self.take(";")
 
     # ----------------------------------------------------------------------------------------------------- statements
@@ -229,7 +229,7 @@ class _SketchMachine(SketchTokens):
             return False
         pin, level = self.value_of(words[3]), self.value_of(words[6])
         for each in self.names.values():
-            if isinstance(each, Stepper) and each.target != each.position:
+            if isinstance(each, SketchStepper) and each.target != each.position:
                 self.around.run(each.axis, 1 if each.target > each.position else -1)
         if (number := self._input_number(pin)) < INPUTS:
             self.around.wait(number, level)
@@ -340,7 +340,7 @@ class _SketchMachine(SketchTokens):
             self.around.delay(values[0] * (10**9 if name == "delay" else 10**6))
         return None
 
-    def _input_number(self, pin: Pin) -> int:
+    def _input_number(self, pin: SketchPin) -> int:
         if self.modes.get(int(pin)) != 2:
             raise self.refused(f"{pin.name} is no input")
         found = INPUT.match(pin.name)
@@ -348,12 +348,12 @@ class _SketchMachine(SketchTokens):
 
     def _method(self, name: str) -> Any:
         thing = self.value_of(name)
-        wanted = "->" if self.library == "FastAccelStepper" and isinstance(thing, Stepper) else "."
+        wanted = "->" if self.library == "FastAccelStepper" and isinstance(thing, SketchStepper) else "."
         self.take(wanted)
         method = self.take()
         values = self._values()
         if thing == "engine":
-            steppers = [each for each in self.names.values() if isinstance(each, Stepper)]
+            steppers = [each for each in self.names.values() if isinstance(each, SketchStepper)]
             return steppers[0] if method == "stepperConnectToPin" else None
         try:
             return thing.call(method, values)

@@ -8,19 +8,19 @@ from typing import Any
 from .surroundings import Surroundings
 
 
-class Pin(int):
+class SketchPin(int):
     """A pin, with the name of the constant that has its number."""
 
     name: str
 
-    def __new__(cls, value: int, name: str) -> Pin:
+    def __new__(cls, value: int, name: str) -> SketchPin:
         """Return a pin."""
         made = super().__new__(cls, value)
         made.name = name
         return made
 
 
-class Stepper:
+class SketchStepper:
     """A stepper of either library, as far as it moves."""
 
     def __init__(self, axis: int, around: Surroundings) -> None:
@@ -34,40 +34,40 @@ class Stepper:
         Raises:
             KeyError: it has no such method.
         """
-        return getattr(self, f"on_{name}", _unknown)(*values)
+        return getattr(self, f"_on_{name}", _unknown)(*values)
 
-    def on_setMaxSpeed(self, rate: float) -> None:
+    def _on_setMaxSpeed(self, rate: float) -> None:
         self.top = rate
 
-    def on_setSpeedInMilliHz(self, rate: float) -> None:
+    def _on_setSpeedInMilliHz(self, rate: float) -> None:
         self.top = rate / 1000
 
-    def on_setAcceleration(self, acceleration: float) -> None:
+    def _on_setAcceleration(self, acceleration: float) -> None:
         if acceleration <= 0:
             raise ValueError("no acceleration")
         self.acceleration = acceleration
 
-    def on_setDirectionPin(self, pin: int) -> None:
+    def _on_setDirectionPin(self, pin: int) -> None:
         del pin
 
-    def on_setSpeed(self, rate: float) -> None:
+    def _on_setSpeed(self, rate: float) -> None:
         if abs(rate) > self.top:
             raise ValueError("setSpeed above setMaxSpeed")
         self.even = rate
 
-    def on_move(self, steps: int, blocks: int = 0) -> None:
-        self.on_moveTo(self.position + steps, blocks)
+    def _on_move(self, steps: int, blocks: int = 0) -> None:
+        self._on_moveTo(self.position + steps, blocks)
 
-    def on_moveTo(self, position: int, blocks: int = 0) -> None:
+    def _on_moveTo(self, position: int, blocks: int = 0) -> None:
         self.target = position
         if blocks:
-            self.on_runToPosition()
+            self._on_runToPosition()
 
-    def on_runToPosition(self) -> None:
+    def _on_runToPosition(self) -> None:
         reached = math.sqrt(self.acceleration * abs(self.target - self.position))
         self._go(min(self.top, reached))
 
-    def on_runSpeedToPosition(self) -> None:
+    def _on_runSpeedToPosition(self) -> None:
         self._go(abs(self.even))
 
     def _go(self, rate: float) -> None:
@@ -76,30 +76,30 @@ class Stepper:
         self.around.move(self.axis, self.target - self.position, rate)
         self.position = self.target
 
-    def on_distanceToGo(self) -> int:
+    def _on_distanceToGo(self) -> int:
         return self.target - self.position
 
-    def on_currentPosition(self) -> int:
+    def _on_currentPosition(self) -> int:
         return self.position
 
-    on_getCurrentPosition = on_currentPosition
+    _on_getCurrentPosition = _on_currentPosition
 
-    def on_setCurrentPosition(self, position: int) -> None:
+    def _on_setCurrentPosition(self, position: int) -> None:
         self.position = self.target = position
 
-    def on_stop(self) -> None:
+    def _on_stop(self) -> None:
         self.target = self.position
 
-    def on_isRunning(self) -> int:
+    def _on_isRunning(self) -> int:
         return 0
 
-    def on_runForward(self) -> None:
+    def _on_runForward(self) -> None:
         self.target = self.position + 1
 
-    def on_runBackward(self) -> None:
+    def _on_runBackward(self) -> None:
         self.target = self.position - 1
 
-    on_stopMove = on_stop
+    _on_stopMove = _on_stop
 
 
 def _unknown(*values: Any) -> Any:

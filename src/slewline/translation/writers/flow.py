@@ -220,11 +220,6 @@ def nodes(tree: Sequence[Node]) -> list[Node]:
     return out
 
 
-def ends_inside(tree: Sequence[Node]) -> bool:
-    """Return whether a program ends anywhere but after its last action."""
-    return any(isinstance(each, EndProgram) for each in nodes(tree)[:-1]) or isinstance(tree[-1:] and tree[-1], Stages)
-
-
 def counters() -> count[int]:
     """Return numbers for names that have to be different: 1, 2 ..."""
     return count(1)

@@ -303,7 +303,6 @@ class _ScriptWriter(Structured):
         return " and ".join(f"grbl.level({each.number}) == {each.level}" for each in known) or "False"
 
     def negated(self, condition: str) -> str:
-        """Return the opposite of a condition."""
         return f"not ({condition})" if " and " in condition else condition.replace("==", "!=")
 
     def repeat(self, passes: int, source: int) -> str:

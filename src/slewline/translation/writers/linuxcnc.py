@@ -355,7 +355,6 @@ class _LinuxCncWriter(Structured):
         return " AND ".join(f"[#<_input{each.number}> EQ {each.level}]" for each in inputs)
 
     def negated(self, condition: str) -> str:
-        """Return the opposite of a condition."""
         if condition.startswith("#5399 EQ"):
             return condition.replace("EQ", "NE")
         return f"[{condition}] EQ 0"

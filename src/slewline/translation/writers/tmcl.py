@@ -104,11 +104,8 @@ class _TmclWriter:
         """Return the result."""
         host = self._host()
         out = [*heading(self.program)]
-        out.append(
-            OutLine(
-                f"SAP 140, 0, {int(self.program.half_steps)}", "half steps" * self.program.half_steps or "full steps"
-            )
-        )
+        half = self.program.half_steps
+        out.append(OutLine(f"SAP 140, 0, {int(half)}", "half steps" if half else "full steps"))
         out.append(OutLine("SAP 16, 0, 0", "one ramp from the start rate to the top rate"))
         out.append(OutLine("SAP 35, 0, 0"))
         for output, level in outputs(self.program):
@@ -118,8 +115,8 @@ class _TmclWriter:
         for block, name in self.names.items():
             out += [OutLine(""), *self._block(block, name)]
         assumed = (
-            ("module", "one with TMC5xxx, such as TMCM-1290"),
-            ("current", "set parameters 6 and 7 for your motor"),
+            ("module", "TMCM-1290, or another with TMC5xxx"),
+            ("current", "parameters 6 and 7, as your motor needs"),
         )
         return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), assumed)
 
