@@ -249,9 +249,7 @@ class _TmclWriter:
                     sheet.add(f"SGP {DIRECTION}, 2, {action.sign}", line)
                 sheet.same(line)
             case SetPosition():
-                sheet.add("MST 0", line)
-                sheet.add(f"SAP 1, 0, {action.position}", line)
-                sheet.add(f"SAP 0, 0, {action.position}", line)
+                self._all(line, "MST 0", f"SAP 1, 0, {action.position}", f"SAP 0, 0, {action.position}")
                 sheet.same(line)
             case MoveBy() | MoveTo():
                 self._move(action)
@@ -259,9 +257,7 @@ class _TmclWriter:
                 self._endless(action)
             case Home():
                 mode = 7 if action.sign > 0 else 8
-                sheet.add(f"SAP 193, 0, {mode}", line)
-                sheet.add("RFS START, 0", line)
-                sheet.add("WAIT RFS, 0, 0", line)
+                self._all(line, f"SAP 193, 0, {mode}", "RFS START, 0", "WAIT RFS, 0, 0")
                 sheet.nearly(line, "the module's own search for the home switch (parameters 193 to 195)")
             case SetOutput():
                 self._output(action)
@@ -336,12 +332,12 @@ class _TmclWriter:
     def _turn(self, position: int, line: int) -> None:
         """Write that the direction is from now on the one in which the motor moves to a position."""
         ahead = self._new("Ahead")
-        self.sheet.add(f"SGP {DIRECTION}, 2, 1", line)
-        self.sheet.add("GAP 1, 0", line)
-        self.sheet.add(f"COMP {position}", line)
-        self.sheet.add(f"JC LE, {ahead}", line)
-        self.sheet.add(f"SGP {DIRECTION}, 2, -1", line)
-        self.sheet.add(f"{ahead}:", line)
+        self._all(line, f"SGP {DIRECTION}, 2, 1", "GAP 1, 0", f"COMP {position}", f"JC LE, {ahead}")
+        self._all(line, f"SGP {DIRECTION}, 2, -1", f"{ahead}:")
+
+    def _all(self, line: int, *texts: str) -> None:
+        for text in texts:
+            self.sheet.add(text, line)
 
     def _product(self, action: MoveBy) -> None:
         line = action.line
@@ -378,10 +374,7 @@ class _TmclWriter:
         sheet.add(f"JC NE, {turning}", line)
         sheet.add("MST 0", line)
         slowing = self._new("Slowing")
-        sheet.add(f"{slowing}:", line)
-        sheet.add("GAP 3, 0", line)
-        sheet.add("COMP 0", line)
-        sheet.add(f"JC NE, {slowing}", line)
+        self._all(line, f"{slowing}:", "GAP 3, 0", "COMP 0", f"JC NE, {slowing}")
         sheet.nearly(line, "MST decelerates" if until else "what ends it goes to the home switch; MST decelerates")
 
     def _output(self, action: SetOutput) -> None:
