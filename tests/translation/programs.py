@@ -81,13 +81,13 @@ def lettered(chance: Random, part: str) -> str:
 def lines(chance: Random, part: str) -> str:
     """Return a program of a module."""
     body = [f"S{chance.randint(10, 40)}", f"T{chance.randint(60, 500)}", f"R{chance.randint(5, 300)}", "L0"]
-    position = 2000
+    position = 9000
     for _ in range(chance.randint(4, 9)):
         kind = chance.randrange(4)
         if kind == 0:
             body.append(f"{chance.choice('+-')}{chance.randint(2, 400)}")
         elif kind == 1:
-            position = chance.randint(0, 3000)
+            position = chance.randint(9000, 12000)
             body.append(f"G{position}")
         elif kind == 2:
             body.append(f"D{chance.randint(1, 9)}")
@@ -96,7 +96,7 @@ def lines(chance: Random, part: str) -> str:
             body += [f"A{output}", "D1", f"C{output}"]
     body += [f"L{chance.randint(2, 3)}", "G0"]
     enter = "Po" if part == "gs-c200s" else "P"
-    return "\n".join(["I3", enter, "S20", "T40", "R9", "+5000", *body, "E", "@until ready"]) + "\n"
+    return "\n".join(["I3", enter, "S20", "T40", "R9", "+19000", *body, "E", "@until ready"]) + "\n"
 
 
 def packets(chance: Random, part: str) -> str:
