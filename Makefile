@@ -1,7 +1,7 @@
 # The Python that .venv is made with:  PYTHON=python3.12 make demo
 # Without make, on Windows for example, all of this is:  python tools/setup.py demo
 PYTHON ?= python3
-TASKS := demo test test-system test-anywhere test-compiled test-long boards clients firmware physics check conformance mutations bench docs dist compiled clean
+TASKS := demo test test-system test-anywhere test-compiled test-long boards clients interpreters firmware physics check conformance mutations bench docs dist compiled clean
 
 .PHONY: help run-env dev-env $(TASKS)
 
@@ -16,6 +16,7 @@ test-compiled: ## Run the tests of the core and the laws over the compiled build
 test-long: ## Run the long tests, and all tests over the compiled build
 boards: ## Install what the firmware of boards is built and tested with, and build it
 clients: ## Install the clients of EPICS that a motor record is tested with
+interpreters: ## Unpack the interpreters of other controllers that translations are run in
 firmware: ## Build the firmware of boards into build/firmware
 physics: ## Print the table of the physics of motors: value, expected, tolerance
 check: ## Check style, types, imports, conformance table and documentation

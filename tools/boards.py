@@ -25,6 +25,7 @@ PACKAGES = (
     "/usr/include/stdio.h=libc6-dev",
     "avr-objcopy=binutils-avr",
     "/usr/lib/avr/include/avr/io.h=avr-libc",
+    "/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h=arduino-core-avr",  # for sketches, in tests
     "node=nodejs",
     "npm",
 )

@@ -265,6 +265,7 @@ def bytecode(work):
         kept["HYPOTHESIS_STORAGE_DIRECTORY"] = os.path.join(work, ".hypothesis")
         kept["SLEWLINE_BOARDS"] = os.path.join(work, "build", "boards")
         kept["SLEWLINE_CLIENTS"] = os.path.join(work, "build", "clients")
+        kept["SLEWLINE_INTERPRETERS"] = os.path.join(work, "build", "interpreters")
     return kept
 
 
@@ -343,6 +344,12 @@ TASKS = (
         "run",
         "Install the clients of EPICS that a motor record is tested with",
         lambda work: [["tools/clients.py", os.path.join(work, "build", "clients")]],
+    ),
+    (
+        "interpreters",
+        "run",
+        "Unpack the interpreters of other controllers that translations are run in",
+        lambda work: [["tools/interpreters.py", os.path.join(work, "build", "interpreters")]],
     ),
     (
         "firmware",

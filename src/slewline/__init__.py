@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .record.measuring.compare_edges import compare_edges
     from .record.waveforms.read_vcd import read_vcd
     from .record.waveforms.read_waveforms import read_waveforms
+    from .translation.translate import translate
     from .tuning.tune_ramp import tune
 
 _FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
@@ -56,6 +57,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "record.measuring.compare_edges": ("compare_edges",),
     "record.waveforms.read_vcd": ("read_vcd",),
     "record.waveforms.read_waveforms": ("read_waveforms",),
+    "translation.translate": ("translate",),
     "tuning.tune_ramp": ("tune",),
 }
 __all__ = [
@@ -82,6 +84,7 @@ __all__ = [
     "read_vcd",
     "read_waveforms",
     "replay",
+    "translate",
     "tune",
     "write_image",
 ]

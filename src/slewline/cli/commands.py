@@ -24,6 +24,7 @@ from .options.values import (
     TimeWithUnit,
     WholeNumber,
 )
+from .translation.commands import translate_command
 
 INTO = click.option(
     "--output", "-o", metavar="DIR", default=".", show_default=True, help="Where the files go.", type=DIRECTORY
@@ -184,6 +185,9 @@ def lint_command(**options: Any) -> int:
     from .programs import lint
 
     return lint(**options)
+
+
+cli.add_command(translate_command)
 
 
 @cli.command("ramp", short_help="What a ramp does, and which parameters give the ramp that is wanted.", epilog=EXIT)

@@ -200,20 +200,20 @@ def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, a
 # fmt: off
 ROWS = (
     # axis control
-    *(_do(f"SET_{n}", n, f"axis {n} becomes the current axis", reads=STATUS_WORD, acts="set", sets=("current", n), shows="axis.status") for n in range(1, 5)),
+    *(_do(f"SET_{n}", n, f"axis {n} becomes the current axis", reads=STATUS_WORD, acts="set", sets=("current", n), shows="axis.status", role="axis") for n in range(1, 5)),
     _do("SET_I", 0x08, "the interrupting axis becomes the current axis", reads=STATUS_WORD, acts="interrupting"),
     # profile generation
     _do("SET_PRFL_TRAP", 0x09, "profile mode: trapezoidal point to point", sets=("mode", 0)),
     _do("SET_PRFL_VEL", 0x0A, "profile mode: velocity contouring", sets=("mode", 1)),
     _do("SET_PRFL_S_CRV", 0x0B, "profile mode: S-curve point to point", sets=("mode", 2)),
     _do("SET_PRFL_GEAR", 0x0C, "profile mode: electronic gear", encoder=True, sets=("mode", 3)),
-    _do("SET_POS", 0x10, "destination position", POSITION, buffered=True, loads="position", bits=-31),
-    _do("SET_VEL", 0x11, "maximum velocity", VELOCITY, buffered=True, loads="velocity", bits=31),
-    _do("SET_ACC", 0x12, "acceleration; signed in velocity contouring", ACCELERATION, buffered=True, loads="acceleration", bits=-32),
+    _do("SET_POS", 0x10, "destination position", POSITION, buffered=True, loads="position", bits=-31, role="target"),
+    _do("SET_VEL", 0x11, "maximum velocity", VELOCITY, buffered=True, loads="velocity", bits=31, role="top_rate"),
+    _do("SET_ACC", 0x12, "acceleration; signed in velocity contouring", ACCELERATION, buffered=True, loads="acceleration", bits=-32, role="ramp"),
     _do("SET_JERK", 0x13, "jerk of the S-curve", JERK, buffered=True, loads="jerk", bits=31),
     _do("SET_RATIO", 0x14, "gear ratio", RATIO, buffered=True, encoder=True, loads="ratio", bits=-32),
     _do("SET_MAX_ACC", 0x15, "greatest acceleration of the S-curve", MAX_ACCELERATION, buffered=True, loads="max_acceleration", bits=15),
-    _do("SET_START_VEL", 0x6A, "lowest velocity of the trapezoidal and velocity profiles", START_VELOCITY, loads="start_velocity", bits=31),
+    _do("SET_START_VEL", 0x6A, "lowest velocity of the trapezoidal and velocity profiles", START_VELOCITY, loads="start_velocity", bits=31, role="start_rate"),
     _do("STOP", 0x46, "stop at once", buffered=True, at_once="stop", sets=("stop", True)),
     _do("SMOOTH_STOP", 0x4E, "slow down and stop", buffered=True, at_once="brake", sets=("smooth_stop", True)),
     _do("SYNCH_PRFL", 0x47, "the target becomes the actual position", buffered=True, encoder=True, sets=("synch_prfl", True)),
@@ -236,7 +236,7 @@ ROWS = (
     _do("SET_EXT_BRK", 0x5E, "breakpoint: HOME is low", sets=("breakpoint", "ext")),
     _do("SET_BRK_OFF", 0x6D, "no breakpoint", sets=("breakpoint", "")),
     _do("SET_BRK_PNT", 0x16, "comparison value of breakpoints", COMPARISON, loads="comparison", bits=32),
-    _do("UPDATE", 0x1A, "buffered values take effect with the next cycle"),
+    _do("UPDATE", 0x1A, "buffered values take effect with the next cycle", role="update"),
     _do("MULTI_UPDATE", 0x5B, "an update of several axes, in the same cycle", AXES, acts="mask"),
     _do("SET_AUTO_UPDATE_ON", 0x5C, "a breakpoint is an update", sets=("auto_update", True)),
     _do("SET_AUTO_UPDATE_OFF", 0x5D, "a breakpoint only sets its flag", sets=("auto_update", False)),
@@ -247,7 +247,7 @@ ROWS = (
     _do("RST_INTRPT", 0x32, "clear events of the interrupting axis and end the interrupt", CLEARING, acts="interrupting"),
     _do("GET_INTRPT_MASK", 0x56, "events that interrupt the host", reads=MASK, shows="mask"),
     # status and mode
-    _do("CLR_STATUS", 0x33, "clear all events"),
+    _do("CLR_STATUS", 0x33, "clear all events", role="clear_events"),
     _do("RST_STATUS", 0x34, "clear events", CLEARING),
     _do("GET_STATUS", 0x31, "status word", reads=STATUS_WORD, shows="status"),
     _do("GET_MODE", 0x48, "mode word", reads=MODE_WORD, shows="mode_word"),
@@ -269,7 +269,7 @@ ROWS = (
     _do("GET_POS_ERR", 0x55, "limit of the position error", reads=LIMIT, encoder=True, shows="pos_err"),
     _do("GET_ACTL_POS_ERR", 0x60, "position error: actual minus target, in counts", reads=POSITION_ERROR, encoder=True, shows="position_error"),
     # miscellaneous
-    _do("SET_ACTL_POS", 0x4D, "actual and target position become this; the position error 0", POSITION),
+    _do("SET_ACTL_POS", 0x4D, "actual and target position become this; the position error 0", POSITION, role="preset"),
     _do("SET_LMT_SENSE", 0x66, "limit inputs that are active low", SWITCHES, acts="global", loads="limit_sense", bits=8),
     _do("GET_LMT_SWTCH", 0x67, "levels of the limit inputs", reads=SWITCHES, acts="global"),
     _do("LMTS_ON", 0x70, "limit switches are sensed", acts="global", sets=("limits_on", True)),

@@ -1,0 +1,39 @@
+"""slewline translate: its options."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..options.shared import CHIP, CRYSTAL, EXIT, JSON, path
+from ..options.values import FILE, FREQUENCY, WholeNumber
+
+
+@click.command("translate", short_help="Move a program to another part or controller.", epilog=EXIT)
+@click.argument("file", type=FILE)
+@click.option("--to", required=True, metavar="TARGET", help="A part (slewline chips), or another controller.")
+@CHIP
+@CRYSTAL
+@click.option("--target-crystal", type=FREQUENCY, help="The crystal of the target; its usual one by default.")
+@path("--output", "-o", help="Write the result to a file, and the report to the standard output.")
+@click.option("--steps-per-mm", type=float, metavar="N", help="For targets that count millimetres; 1 by default.")
+@click.option("--axis", default="X", show_default=True, help="The axis, for targets that have several.")
+@click.option("--unroll", type=WholeNumber(1000, least=1), default=1000, metavar="N", show_default=True,
+              help="How many lines a loop may become where the target has none.")  # fmt: skip
+@click.option("--strict", is_flag=True, help="Write nothing unless every line is the same.")
+@click.option("--prove", is_flag=True, help="Run source and result, and compare steps, outputs and times.")
+@path("--plot", metavar="F.svg", help="With --prove: draw both runs over each other (SVG, PNG or PDF).")
+@JSON
+def translate_command(**options: Any) -> int:
+    """Translate a program for another part or controller, and report what became of each line.
+
+    A line is the same, nearly the same (by how much), or not possible (the limit of the target, and what a person can
+    do).  Without --output the result goes to the standard output and the report to the standard error.  Exit status 1
+    if a line is not possible, or if the runs differ by more than the report states.
+
+    Run a result first without load.  Try it with --prove, which runs both sides.
+    """
+    from .translate import translate
+
+    return translate(**options)

@@ -1,0 +1,196 @@
+"""slewline translate: a program for another part or controller, the report on each line, and the proof."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ...chips import chip_class
+from ...core.messages.whole import counted
+from ...errors import ProgramError, UsageError
+from ...record.pictures.picture_files import SUFFIXES
+from ..files import STDIN, Outputs, chip_of, is_bench, read_program
+
+if TYPE_CHECKING:
+    from ...translation.proof.prove import Proof
+    from ...translation.report import Report, Verdict
+    from ...translation.translate import Translation
+
+COLOURS = {"same": None, "nearly": "yellow", "not possible": "red"}
+MOST_STEPS_PER_MM = 1e6
+WIDTH = 24  # of what was written for a line
+
+
+def translate(
+    file: str,
+    to: str,
+    chip: str | None,
+    crystal: str | None,
+    target_crystal: str | None,
+    output: str | None,
+    steps_per_mm: float | None,
+    axis: str,
+    unroll: int,
+    strict: bool,
+    prove: bool,
+    plot: str | None,
+    as_json: bool,
+) -> int:
+    """Translate a program, print the result and the report; return the exit status."""
+    from ...translation.translate import known, refusal, translate_text
+    from ...translation.writer import WriterOptions
+
+    known(to)
+    if is_bench(file):
+        remedy = "translate the program of each of its chips; the report lists which wire becomes which"
+        raise UsageError(f"{file}: is a bench file, by its name, and has no commands of its own: {remedy}")
+    if steps_per_mm is not None and not 0 < steps_per_mm < MOST_STEPS_PER_MM:
+        raise UsageError(f"--steps-per-mm {steps_per_mm:g}; allowed more than 0, below {MOST_STEPS_PER_MM:g}")
+    text = read_program(file, source=True)
+    part = chip_of(file, chip)
+    if plot is not None and not prove:
+        raise UsageError("--plot: needs --prove, which runs what is drawn")
+    outputs = Outputs([file])
+    outputs.claim(output)
+    outputs.claim(plot, SUFFIXES)
+    options = WriterOptions(steps_per_mm=steps_per_mm or 1.0, axis=axis, unroll=unroll)
+    try:
+        done = translate_text(
+            text, part, to, where=file, options=options, crystal=crystal, target_crystal=target_crystal
+        )
+    except ProgramError as error:
+        raise ProgramError("\n".join(filter(None, (str(error), meant(text, file, part))))) from None
+    if strict and not done.report.same:
+        click.echo(f"slewline: {refusal(done.report)}", err=True)
+        return 1
+    proof = proven(done) if prove else None
+    if plot is not None and proof is not None:
+        outputs.save(plot, lambda path: drawn(proof, path, done))
+    if as_json:
+        click.echo(json.dumps(data(done, proof), indent=2, ensure_ascii=False))
+        return status(done, proof)
+    aside = output is None or output == STDIN
+    outputs.write(output or STDIN, done.text)
+    for line, colour in shown(done.report, proof):
+        click.secho(line, fg=colour, err=aside)
+    for path in outputs.written:
+        click.echo(f"wrote {path}", err=aside)
+    return status(done, proof)
+
+
+def meant(text: str, file: str, part: str) -> str:
+    """Return for which part a program may be that is refused; empty: for this one."""
+    from ..dialects import foreign
+
+    cls = chip_class(part)
+    return foreign(text, file, cls, cls.sheet)
+
+
+def proven(done: Translation) -> Proof:
+    """Run source and result."""
+    from ...translation.proof.prove import prove
+
+    return prove(done)
+
+
+def drawn(proof: Proof, path: str, done: Translation) -> None:
+    """Draw both runs."""
+    from ...translation.proof.picture import draw
+
+    draw(proof, path, (done.report.part, done.report.to))
+
+
+def status(done: Translation, proof: Proof | None) -> int:
+    """Return the exit status: 1 if something is not possible, or the runs differ."""
+    failed = proof is not None and proof.compared is not None and not proof.proven
+    return int(failed or done.report.counts[worst()] > 0 or any(each.kind is worst() for each in done.report.whole))
+
+
+def worst() -> Any:
+    """Return what a line is that is not possible."""
+    from ...translation.report import Kind
+
+    return Kind.IMPOSSIBLE
+
+
+# ---------------------------------------------------------------------------------------------------------------- text
+def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None]]:
+    """Yield the lines of a report, each with its colour."""
+    counts = ", ".join(f"{number} {kind.value}" for kind, number in report.counts.items())
+    yield f"{report.where}: {report.part} to {report.to}: {counted(len(report.lines), 'line')}: {counts}", None
+    for line in report.lines:
+        kind, written = line.kind.value, " | ".join(line.written) or "-"
+        yield f"{line.number:>4}  {line.code:<{WIDTH}}  {written:<{WIDTH}}  {kind}".rstrip(), COLOURS[kind]
+        for verdict in line.verdicts:
+            if says := described(verdict):
+                yield f"      {says}", COLOURS[verdict.kind.value]
+    for verdict in report.whole:
+        yield f"      {verdict.text}", COLOURS[verdict.kind.value]
+    for each in report.assumed:
+        yield f"assumed  {each.about}: {each.value}{f'; {each.remedy}' if each.remedy else ''}", None
+    for role, theirs, mine in report.wiring:
+        yield f"wire     {theirs} -> {mine or 'nothing'} ({role})", None if mine else "yellow"
+    if proof is not None:
+        yield f"proof    {proved(proof)}", None if proof.proven else "red"
+
+
+def described(verdict: Verdict) -> str:
+    """Return what a verdict says, its limit and its remedy; empty: it is the same."""
+    return "; ".join(filter(None, (verdict.says, verdict.limit, verdict.remedy)))
+
+
+def proved(proof: Proof) -> str:
+    """Return what a proof found, in a line."""
+    if proof.compared is None:
+        return "not run: this target cannot be run here"
+    lint = f"; the linter reports: {proof.lint[0]}" if proof.lint else ""
+    return f"{proof.compared.text} (run by {proof.by}){lint}"
+
+
+# ---------------------------------------------------------------------------------------------------------------- data
+def data(done: Translation, proof: Proof | None) -> dict[str, Any]:
+    """Return a translation as data."""
+    report = done.report
+    found: dict[str, Any] = {
+        "from": report.part,
+        "to": report.to,
+        "text": done.text,
+        "counts": {kind.value: number for kind, number in report.counts.items()},
+        "lines": [
+            {
+                "line": line.number,
+                "code": line.code,
+                "written": list(line.written),
+                "kind": line.kind.value,
+                "verdicts": [verdict_object(each) for each in line.verdicts],
+            }
+            for line in report.lines
+        ],
+        "whole": [verdict_object(each) for each in report.whole],
+        "assumed": [{"about": each.about, "value": each.value} for each in report.assumed],
+        "wiring": [{"role": role, "source": theirs, "target": mine} for role, theirs, mine in report.wiring],
+    }
+    if proof is not None:
+        compared = proof.compared
+        found["proof"] = {
+            "run_by": proof.by,
+            "proven": proof.proven,
+            "differences": [] if compared is None else list(compared.differences),
+            "moves": 0 if compared is None else compared.moves,
+        }
+    return found
+
+
+def verdict_object(verdict: Verdict) -> dict[str, Any]:
+    """Return a verdict as data."""
+    return {
+        "kind": verdict.kind.value,
+        "says": verdict.says,
+        "limit": verdict.limit,
+        "remedy": verdict.remedy,
+        "off": verdict.off,
+        "off_ps": verdict.off_ps,
+    }

@@ -1,0 +1,340 @@
+"""What a program does, in the field's terms: the form between the dialect of a program and that of its translation.
+
+    program   lines    each line of the text, with its comment, and the actions that it stands for
+              actions  set a rate, move, wait for an input, loop ...: in the order in which they are written
+              block    a program that the part stores and runs; -1: its host sends the command, which acts immediately
+
+A register that a command sets is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), since it has a
+line of its own; the motion after it has what the registers then hold, so that a target without registers reads the
+motions alone.  A value that depends on the path through the program, or on what came before it, is None.
+
+Times are whole picoseconds, rates are steps/s, accelerations steps/s^2, positions and distances steps; positive is
+clockwise.  Outputs and inputs count from 1, in the order of the part's roles `output1`, `input1` ...; what the wires
+of the source are called is in `Program.wiring`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+Part = Literal["start rate", "top rate", "ramp"]
+
+
+# ------------------------------------------------------------------------------------------------------------- motions
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The rates and the ramp of a motion.
+
+    Attributes:
+        start: the rate of the first and of the last step, steps/s.
+        top: the rate between the ramps, steps/s; equal to `start` if there is no ramp.
+        time_ps: the time from the first step to the first one at `top`, ps; 0 if there is no ramp.
+        steps: the number of steps in that time.
+        values: the parameters of the source, by the name of the command that sets them.
+    """
+
+    start: float
+    top: float
+    time_ps: int = 0
+    steps: float = 0
+    values: Mapping[str, int | str] = field(default_factory=dict, compare=False, hash=False)
+
+    @property
+    def ramped(self) -> bool:
+        """Whether the rate rises from `start` to `top`, and falls again."""
+        return self.time_ps > 0 and self.top > self.start
+
+    @property
+    def acceleration(self) -> float:
+        """The mean acceleration, steps/s^2: the gain in rate divided by the time of the ramp; 0 without a ramp."""
+        return (self.top - self.start) * 1e12 / self.time_ps if self.ramped else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A level of an input: the condition of a wait, of a branch, or of the end of a motion."""
+
+    number: int
+    level: int
+
+
+# ------------------------------------------------------------------------------------------------------------- actions
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Action:
+    """Something that a command does.
+
+    Attributes:
+        line: the line of the source, from 1 on; 0 for what no line of it says.
+        text: the command as the source has it.
+        block: the stored program that it belongs to, counted from 0; -1: a host sends it.
+        axis: the axis that it is about, from 1 on.
+        command: the form of the command in the sheet of the source, with its `values`; for our own parts.
+    """
+
+    line: int = 0
+    text: str = ""
+    block: int = -1
+    axis: int = 1
+    command: str = ""
+    values: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetProfile(Action):
+    """Set one value of the profile: `sets` says which, `profile` is what then holds, as far as that is known.
+
+    `value` is what the command sets: a rate, steps/s; for "ramp" the acceleration that results, steps/s^2.
+    """
+
+    sets: Part
+    value: float | None = None
+    profile: Profile | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetDistance(Action):
+    """Set the number of steps of the relative moves that follow."""
+
+    steps: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetTarget(Action):
+    """Set the position to which the next motion goes; the motion is a `MoveTo` of its own."""
+
+    position: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetDirection(Action):
+    """Set the direction of the relative moves that follow: 1 clockwise, -1 counter-clockwise."""
+
+    sign: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetEndless(Action):
+    """Let the next motion run until something stops it; the motion is a `RunEndless` of its own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetPosition(Action):
+    """Set the position counter, without motion."""
+
+    position: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion(Action):
+    """What steps: the profile it has, and the position at which it begins; None where that is not known."""
+
+    profile: Profile | None = None
+    begins: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MoveBy(Motion):
+    """Move by a number of steps.
+
+    `steps` has the sign of the direction; None if the number or the direction is not known.  `distance` and `sign` are
+    the two, as far as each is known.
+    """
+
+    distance: int | None
+    sign: int | None
+
+    @property
+    def steps(self) -> int | None:
+        """The number of steps with the sign of the direction; None if either is not known."""
+        return None if self.distance is None or self.sign is None else self.distance * self.sign
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MoveTo(Motion):
+    """Move to a position; None if it is not known."""
+
+    position: int | None
+
+    @property
+    def steps(self) -> int | None:
+        """The number of steps with the sign of the direction; None if the position before is not known."""
+        return None if self.position is None or self.begins is None else self.position - self.begins
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunEndless(Motion):
+    """Run in a direction until something ends it: an input `until`, or a `Stop`, an abort input or a host."""
+
+    sign: int | None
+    until: Input | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Home(Motion):
+    """Find the home position, in a direction, and count it as position 0."""
+
+    sign: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stop(Action):
+    """Stop the motion: `ramped` along its ramp, else with the running step.  A running program ends."""
+
+    ramped: bool
+
+
+# ---------------------------------------------------------------------------------------------- outputs, inputs, times
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SetOutput(Action):
+    """Set an output to a level; `implied`: the command sets all outputs of the part, whether they are used or not."""
+
+    number: int
+    level: int
+    implied: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaitInput(Action):
+    """Wait until an input has a level."""
+
+    input: Input
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Delay(Action):
+    """Wait for a time."""
+
+    time_ps: int
+
+
+# ---------------------------------------------------------------------------------------------------------------- flow
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Label(Action):
+    """A place to which a jump or a loop of the same block leads."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Jump(Action):
+    """Continue at a label; with `inputs`, only if all of them have their levels, else with the next action."""
+
+    to: str
+    inputs: tuple[Input, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loop(Action):
+    """Repeat from a label above, until there have been `passes` passes in all, then continue with the next action."""
+
+    to: str
+    passes: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndProgram(Action):
+    """The running program ends."""
+
+
+# --------------------------------------------------------------------------------------------------- host and programs
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnterProgram(Action):
+    """Begin to enter a stored program, which replaces the one before it: the actions of block `number` follow."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeaveProgram(Action):
+    """End the entry of a stored program; `runs`: the part runs it, too."""
+
+    runs: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunProgram(Action):
+    """Run the stored program, from its start or from a label."""
+
+    at: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SaveProgram(Action):
+    """Keep the stored program without power."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EraseProgram(Action):
+    """Erase the stored program, and set the registers to those of a reset."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HostDirective(Action):
+    """A line that is directed at the host: @wait 20 ms, @until ready."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Query(Action):
+    """Ask the part for a value; nothing moves."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Special(Action):
+    """A command of the part that no other part need have: `says` what it does."""
+
+    says: str
+
+
+# ------------------------------------------------------------------------------------------------------------- program
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of the source: its number, what precedes its comment, the comment without its mark, and its actions.
+
+    A line without `code` is a comment, or empty.
+    """
+
+    number: int
+    code: str = ""
+    comment: str = ""
+    actions: tuple[Action, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Assumed:
+    """Something that the text does not say, and what was taken for it: the crystal, the state at the start."""
+
+    about: str
+    value: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """What a program does.
+
+    Attributes:
+        part: the part it is for, "cy525".
+        where: the name of its file.
+        lines: all lines of the text, in order.
+        assumed: what the text does not say.
+        wiring: the pins of the source by what they are for: "step", "direction", "output1", "input1" ...
+        half_steps: a step of the source is half a step of the motor, from some command on or by option.
+    """
+
+    part: str
+    where: str
+    lines: tuple[Line, ...]
+    assumed: tuple[Assumed, ...] = ()
+    wiring: Mapping[str, str] = field(default_factory=dict)
+    half_steps: bool = False
+
+    @property
+    def actions(self) -> Iterator[Action]:
+        """The actions of all lines, in their order."""
+        return (action for line in self.lines for action in line.actions)
+
+    def block(self, number: int) -> list[Action]:
+        """Return the actions of a stored program, in their order; -1: those that a host sends."""
+        return [action for action in self.actions if action.block == number]

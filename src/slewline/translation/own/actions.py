@@ -1,0 +1,187 @@
+"""An action -> the instructions of the target, a method for each kind of action."""
+
+from __future__ import annotations
+
+from ...core.datasheet.roles import ROW_ROLES
+from ...core.time.timebase import readable
+from ..meaning import (
+    Delay,
+    EndProgram,
+    EnterProgram,
+    EraseProgram,
+    HostDirective,
+    Jump,
+    Label,
+    LeaveProgram,
+    Loop,
+    Query,
+    RunProgram,
+    SaveProgram,
+    SetOutput,
+    Special,
+    WaitInput,
+)
+from ..report import Kind, Verdict
+from ..role_reader import delay_unit_ps
+from .base import Impossible
+from .conditions import LOW_BIT
+from .layout import Goto, ResultPiece
+from .limits import no_command, no_pin, out_of
+from .motions import MotionWriter
+
+MOST_DELAYS = 20  # commands that one delay becomes
+
+
+class Actions(MotionWriter):
+    """Makes instructions of all actions."""
+
+    # ------------------------------------------------------------------------------------------ outputs, inputs, times
+    def on_setoutput(self, action: SetOutput) -> list[ResultPiece]:
+        """An output."""
+        if "bits" in self.rows:
+            return [ResultPiece(self.rows["bits"], (action.number - 1 + (0 if action.level else LOW_BIT),))]
+        row = self.row("output_high" if action.level else "output_low")
+        if self.sheet.role(f"output{action.number}") is None:
+            if action.implied:
+                return []
+            remedy = "use a part with more outputs, or let the host switch it"
+            raise Impossible(f"output {action.number}", no_pin(self.sheet, "output", action.number), remedy)
+        return [ResultPiece(row, (action.number,) if row.args else ())]
+
+    def on_waitinput(self, action: WaitInput) -> list[ResultPiece]:
+        """A wait for an input."""
+        return self.conditions.wait(action.input)
+
+    def on_delay(self, action: Delay) -> list[ResultPiece]:
+        """A delay: the nearest, or several one after the other."""
+        if self.sheet.enter is None and "delay" not in self.rows:
+            return [ResultPiece(text=f"@wait {readable(action.time_ps)}")]
+        row = self.row("delay")
+        arg, unit = row.args[0], delay_unit_ps(self.sheet, self.hz)
+        count = max(1, (2 * action.time_ps + unit) // (2 * unit))
+        off = count * unit - action.time_ps
+        whole, rest = divmod(count, arg.high)
+        if whole + bool(rest) > MOST_DELAYS:
+            raise Impossible(readable(action.time_ps), out_of(self.sheet, row, arg), "let the host wait")
+        if off:
+            share = abs(off) / action.time_ps
+            says = f"{readable(count * unit)} for {readable(action.time_ps)}, {100 * share:.2g} %"
+            self.note(Verdict(action.line, Kind.NEARLY, says, off=share, off_ps=off))
+        values = [arg.high] * whole + ([rest] if rest else [])
+        return [ResultPiece(row, (value,)) for value in values]
+
+    # ------------------------------------------------------------------------------------------------------------ flow
+    def on_label(self, action: Label) -> list[ResultPiece]:
+        """A place: paths meet, so that registers are no longer known; a mark, if loops of the target need one."""
+        self.rates.joined()
+        self.held = {name: value for name, value in self.held.items() if self.fixed.get(name) == value}
+        mark = self.rows.get("mark")
+        if mark is not None and (action.block, action.name) in self.loops:
+            return [ResultPiece(labels=[action.name]), ResultPiece(mark)]
+        return [ResultPiece(labels=[action.name])]
+
+    def on_jump(self, action: Jump) -> list[ResultPiece]:
+        """A jump, or a branch."""
+        start = action.to in self.starts.get(action.block, ())
+        if action.inputs:
+            return self.conditions.branch(action.inputs, action.to, start)
+        again = self.sheet.commands.by_form.get(action.command)
+        if start and again is not None and again.role == "run" and again.flow == "0" and again.stored:
+            return [ResultPiece(again)]  # the source runs its program again by the same command
+        return self.conditions.jump(action.to, start)
+
+    def on_loop(self, action: Loop) -> list[ResultPiece]:
+        """The end of a loop: by the command with the smallest count that is enough."""
+        rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
+        if not rows:
+            raise Impossible(
+                f"{action.passes} passes", no_command(self.sheet, "loop"), "let the host run the program so often"
+            )
+        row = next((row for row in rows if row.args[0].allows(action.passes)), None)
+        if row is None:
+            raise Impossible(
+                f"{action.passes} passes", out_of(self.sheet, rows[-1], rows[-1].args[0]), "write the loop twice"
+            )
+        goal = (Goto(action.to),) if len(row.args) > 1 else ()
+        return [ResultPiece(row, (action.passes, *goal))]
+
+    def on_endprogram(self, action: EndProgram) -> list[ResultPiece]:
+        """The end of the program: the last instruction of a part that ends without one."""
+        stop = self.rows.get("stop")
+        if stop is not None:
+            return [ResultPiece(stop)]
+        if id(action) in self.last or action.block < 0:
+            return []
+        return self.conditions.jump("the end", at_start=False)
+
+    # -------------------------------------------------------------------------------------------------- host, programs
+    def on_enterprogram(self, action: EnterProgram) -> list[ResultPiece]:
+        """Program entry begins."""
+        self.program = action.number
+        self.rates.joined()
+        self.held = {}
+        if self.sheet.enter is None:
+            raise Impossible("a stored program", no_command(self.sheet, "enter"))
+        pointer = self.rows.get("pointer")
+        return [*([ResultPiece(pointer, (0,))] if pointer is not None else []), ResultPiece(self.sheet.enter)]
+
+    def on_leaveprogram(self, action: LeaveProgram) -> list[ResultPiece]:
+        """Program entry ends; with a run, if the target's command does both."""
+        rows = self.sheet.leave
+        row = next((row for row in rows if row.starts == action.runs), None)
+        if row is not None:
+            return [ResultPiece(row)]
+        row = rows[-1]
+        if not action.runs:
+            limit = f"{row.form} runs the program as well ({row.where})"
+            raise Impossible("the program is stored alone", limit, "enter it when it may run")
+        return [ResultPiece(row), *self.on_runprogram(RunProgram(line=action.line, text=action.text))]
+
+    def on_runprogram(self, action: RunProgram) -> list[ResultPiece]:
+        """The program runs."""
+        row = self.rows.get("run")
+        if row is None:
+            row = next((row for row in self.sheet.leave if row.starts), None)
+        if row is None:
+            raise Impossible("runs the program", no_command(self.sheet, "run"))
+        if action.at and "jump" in self.rows and action.at not in self.starts.get(self.program, ()):
+            return [ResultPiece(self.rows["jump"], (Goto(action.at),))]
+        pointer = self.rows.get("pointer")
+        return [*([ResultPiece(pointer, (0,))] if pointer is not None else []), ResultPiece(row)]
+
+    def on_saveprogram(self, action: SaveProgram) -> list[ResultPiece]:
+        """The program is kept without power."""
+        return [ResultPiece(self.row("store"))]
+
+    def on_eraseprogram(self, action: EraseProgram) -> list[ResultPiece]:
+        """The program is erased, and registers are those of a reset."""
+        self.rates.restarted()
+        return [ResultPiece(self.row("erase"))]
+
+    def on_hostdirective(self, action: HostDirective) -> list[ResultPiece]:
+        """What a host does itself."""
+        found = self.directives.translated(action.text)
+        if isinstance(found, str):
+            raise Impossible(action.text, found, "write it by hand for this host")
+        return [ResultPiece(text=text) for text in found]
+
+    def on_query(self, action: Query) -> list[ResultPiece]:
+        """A question: each part answers its own."""
+        raise Impossible(
+            action.text,
+            f"the {self.sheet.part.upper()} is read in another way",
+            f"slewline describe {self.sheet.part} lists what it answers",
+        )
+
+    def on_special(self, action: Special) -> list[ResultPiece]:
+        """A command that no other part need have."""
+        theirs = self.source.commands.by_form.get(action.command)
+        role = theirs.role if theirs is not None else ""
+        if role == "clear_events" or (role == "axis" and int(action.command[-1]) == 1):
+            return []
+        says = ROW_ROLES.get(role, action.says)
+        raise Impossible(
+            action.text,
+            f"no command of the {self.sheet.part.upper()} does it: {says} ({self.sheet.manual})",
+            "leave it out, or let the host do it",
+        )

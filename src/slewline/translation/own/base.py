@@ -1,0 +1,207 @@
+"""What all actions have on their way to the target: commands that are copied, limits, and what a first motion needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+
+from ...core.datasheet.table import Arg, Row, Sheet
+from ..meaning import (
+    Action,
+    EnterProgram,
+    Jump,
+    Label,
+    LeaveProgram,
+    Loop,
+    Motion,
+    MoveBy,
+    MoveTo,
+    Profile,
+    RunEndless,
+    SetDirection,
+    SetDistance,
+    SetPosition,
+    SetProfile,
+)
+from ..registers import rows_by_role, takes_part
+from ..report import Kind, Verdict
+from .conditions import CannotTest, Conditions
+from .directives import Directives
+from .layout import ResultPiece
+from .limits import no_command, out_of
+from .rates import Rates
+
+
+class Impossible(Exception):
+    """The target cannot do this: its limit, and what a person can do."""
+
+    def __init__(self, says: str, limit: str, remedy: str = "") -> None:
+        super().__init__(says)
+        self.says, self.limit, self.remedy = says, limit, remedy
+
+
+class ActionWriter:
+    """Makes instructions of actions."""
+
+    def __init__(self, source: Sheet, sheet: Sheet, hz: int, rates: Rates, used: Mapping[str, Collection[int]]) -> None:
+        self.source, self.sheet, self.hz, self.rates = source, sheet, hz, rates
+        self.rows = rows_by_role(sheet)
+        self.conditions = Conditions(sheet, used["inputs"])
+        self.directives = Directives(source, sheet)
+        self.verdicts: list[Verdict] = []
+        self.starts: dict[int, set[str]] = {}  # labels at the start of a block
+        self.last: set[int] = set()  # actions that are the last one of their block
+        self.loops: set[tuple[int, str]] = set()  # labels to which loops lead
+        self.fixed: dict[str, int] = {}  # distance and sign, where all relative moves have the same
+        self.held: dict[str, int] = {}
+        self.program = 0
+        self.cleared: set[int] = set()  # lines whose command was copied for its first action
+        self.nothing = ResultPiece()
+        self.before: list[ResultPiece] = []  # what the first motion needs
+        self.reset: Profile | None = None  # of the first motion, where nothing is set before it
+
+    # ------------------------------------------------------------------------------------------------------ every kind
+    def pieces(self, action: Action) -> list[ResultPiece]:
+        """Return the instructions for an action, and note what became of it."""
+        if action.axis > self.sheet.axes:
+            has = "1 axis" if self.sheet.axes == 1 else f"{self.sheet.axes} axes"
+            limit = f"the {self.sheet.part.upper()} has {has} ({self.sheet.manual})"
+            return self.placed(
+                action, self.impossible(action, f"axis {action.axis}", limit, "use a part for each axis")
+            )
+        first = self.unset_before(action)
+        copied = self.copied(action)
+        if copied is not None:
+            self.held_after(action)
+            return self.placed(action, [*first, copied])
+        method: Callable[[Action], list[ResultPiece]] = getattr(self, f"on_{type(action).__name__.lower()}")
+        try:
+            found = method(action)
+        except CannotTest as cannot:
+            found = self.impossible(action, "", cannot.limit, cannot.remedy)
+        except Impossible as no:
+            found = self.impossible(action, no.says, no.limit, no.remedy)
+        return self.placed(action, self.in_order(action, first, found))
+
+    def unset_before(self, action: Action) -> list[ResultPiece]:
+        """Return the rates of the first motion, where the source moves with those of a reset."""
+        if not isinstance(action, EnterProgram | Motion):
+            return []
+        commands = self.rates.first(self.reset) if self.reset is not None else []
+        found = [*self.before, *(ResultPiece(row, (value,)) for row, value in commands)]
+        self.reset, self.before = None, []
+        return found
+
+    def start(self, actions: Sequence[Action]) -> None:
+        """Note what the target needs to begin as the source does: position 0, and the direction after a reset."""
+        relative = placed = False
+        for action in actions:
+            if isinstance(action, SetPosition):
+                placed = True
+            elif isinstance(action, SetDirection | MoveTo):
+                relative = True
+            if isinstance(action, MoveTo) and not placed:
+                placed = True
+                row = self.rows.get("preset")
+                theirs, mine = (
+                    next((each.default for each in sheet.registers if each.name in ("position", "trgt_pos")), 0)
+                    for sheet in (self.source, self.sheet)
+                )
+                if row is not None and mine and not theirs:
+                    self.before.append(ResultPiece(row, (0,) if row.args else ()))
+            if isinstance(action, MoveBy | RunEndless) and not relative and action.sign is not None:
+                relative = True
+                row = self.rows.get("plus" if action.sign > 0 else "minus")
+                if row is not None and after_reset(self.sheet) != action.sign:
+                    self.before.append(ResultPiece(row))
+                    self.held["sign"] = action.sign
+
+    def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
+        """Return pieces with those that set rates in front, or where the part takes them in a program alone, within."""
+        if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
+            for piece in first:
+                piece.block = action.number
+            return [*found, *first]
+        return [*first, *found]
+
+    def placed(self, action: Action, pieces: list[ResultPiece]) -> list[ResultPiece]:
+        """Return pieces with their place."""
+        for piece in pieces:
+            piece.source = action.line
+            if piece.block < 0:
+                piece.block = action.block
+        return pieces
+
+    def impossible(self, action: Action, says: str, limit: str, remedy: str) -> list[ResultPiece]:
+        """Note that an action is not possible; return the comment in its place."""
+        self.note(Verdict(action.line, Kind.IMPOSSIBLE, says or action.text, limit, remedy))
+        return [ResultPiece(comment=f"NOT POSSIBLE: {action.text}: {limit}")]
+
+    def note(self, verdict: Verdict) -> None:
+        """Keep a verdict."""
+        self.verdicts.append(verdict)
+
+    def copied(self, action: Action) -> ResultPiece | None:
+        """Return the command of the source, where the target has the same one; None: it has not."""
+        if not action.command or isinstance(action, SetProfile | Label | Jump | Loop | EnterProgram | LeaveProgram):
+            return None
+        theirs, mine = self.source.commands.by_form.get(action.command), self.sheet.commands.by_form.get(action.command)
+        if theirs is None or mine is None or not alike(theirs, mine) or (action.block >= 0) > mine.stored:
+            return None
+        if getattr(action, "implied", False):  # the command has been copied for its first action
+            return self.nothing if action.line in self.cleared else None
+        if not all(arg.allows(value) for arg, value in zip(mine.args, action.values, strict=True)):
+            return None
+        if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
+            return None
+        if isinstance(action, MoveBy | MoveTo | RunEndless):
+            self.note(self.rates.motion(action))
+        if mine.role == "run" and action.block >= 0:
+            return None
+        if mine.role == "clear":
+            self.cleared.add(action.line)
+        return ResultPiece(mine, action.values)
+
+    def held_after(self, action: Action) -> None:
+        """Follow distance and direction through a command that was copied."""
+        if isinstance(action, SetDistance):
+            self.held["distance"] = action.steps
+        elif isinstance(action, SetDirection):
+            self.held["sign"] = action.sign
+        elif isinstance(action, MoveTo):
+            self.held.pop("sign", None)
+
+    def row(self, role: str) -> Row:
+        """Return the command of a role; raise Impossible if the target has none."""
+        row = self.rows.get(role)
+        if row is None:
+            raise Impossible("", no_command(self.sheet, role))
+        return row
+
+    def fitting(self, row: Row, arg: Arg, value: int, remedy: str = "") -> int:
+        """Return a value that an argument may have; raise Impossible if it may not."""
+        if not arg.allows(value):
+            raise Impossible(f"{value}", out_of(self.sheet, row, arg), remedy)
+        return value
+
+
+def alike(theirs: Row, mine: Row) -> bool:
+    """Return whether a command means the same in two parts: role, flow and units, not the ranges."""
+    if takes_part(theirs, ()) or any(arg.name == "target" for arg in theirs.args):
+        return False
+    same = (theirs.role, theirs.flow, theirs.at_once, theirs.motion) == (
+        mine.role,
+        mine.flow,
+        mine.at_once,
+        mine.motion,
+    )
+    purpose = bool(theirs.role) or bool(theirs.at_once) or theirs.says == mine.says
+    shapes = [(arg.name, arg.unit, arg.size) for arg in theirs.args] == [
+        (arg.name, arg.unit, arg.size) for arg in mine.args
+    ]
+    return same and purpose and shapes
+
+
+def after_reset(sheet: Sheet) -> int:
+    """Return the direction after a reset: 1 clockwise, -1 counter-clockwise."""
+    pin = sheet.role("direction")
+    return 1 if pin is None or pin.reset == pin.sense else -1

@@ -1,0 +1,96 @@
+"""What a host does between the commands: pins by their roles, and what says that the part is ready."""
+
+from __future__ import annotations
+
+import re
+
+from ...core.datasheet.table import Pin, Sheet
+
+PIN = re.compile(r"@(drive|release|until|pulse)\s+(\w+)(?:\s*=\s*([01]))?\s*(.*)")
+NEUTRAL = ("wait", "note", "to", "tell", "power", "reset")
+IDLE = ("running", "moving", "motion_complete")
+ALIKE = {"motion_complete": "moving", "moving": "motion_complete"}
+
+
+class Directives:
+    """The directives of a script, from one part to another."""
+
+    def __init__(self, source: Sheet, sheet: Sheet) -> None:
+        self.source, self.sheet = source, sheet
+
+    def idle(self) -> str:
+        """Return the directive that waits until a part has done all."""
+        return idle(self.sheet)
+
+    def stop(self) -> list[str] | None:
+        """Return the directives that stop a motion by a pin; None: the part has none."""
+        pin = self.sheet.role("abort")
+        if pin is None or pin.active is None:
+            return None
+        return [f"@drive {pin.name}={pin.active}", self.idle(), f"@drive {pin.name}={1 - pin.active}"]
+
+    def translated(self, text: str) -> list[str] | str:
+        """Return the directives for the target; a text says why there is none."""
+        if self.source is self.sheet or (self.source.enter is None and self.sheet.enter is None and "=" not in text):
+            return [text]  # the same host
+        verb, _, rest = text.removeprefix("@").partition(" ")
+        rest = rest.strip()
+        if verb == "wait" and re.fullmatch(r"!?[A-Za-z_]+", rest):
+            return [self.idle()] if rest == "motion_complete" else f"the {self.sheet.part.upper()} has no status {rest}"
+        if verb in NEUTRAL and not (verb == "reset" and self.sheet.role("reset") is None):
+            return [text]
+        if verb == "until" and rest == "ready":
+            return [self.idle()]
+        if verb == "until" and rest.startswith("position"):
+            return [text]
+        match = PIN.fullmatch(text)
+        if match is None:
+            return f"@{verb} is for the host of a {self.source.part.upper()}"
+        return self._pin(*match.groups())
+
+    def _pin(self, verb: str, name: str, level: str | None, rest: str) -> list[str] | str:
+        """A directive about a pin of the source."""
+        theirs = next((pin for pin in self.source.pins if pin.name == name), None)
+        if theirs is None:
+            return [f"@{verb} {name}{f'={level}' if level else ''} {rest}".strip()]
+        if verb == "until" and theirs.role in IDLE and level is not None and int(level) == over(theirs):
+            return [self.idle()]
+        mine = self.sheet.role(theirs.role) if theirs.role else None
+        if mine is None and theirs.role in ALIKE:
+            mine = self.sheet.role(ALIKE[theirs.role])
+        if theirs.role == "abort" and mine is None:
+            return self._braked(theirs, verb, level)
+        if mine is None:
+            return f"the {self.sheet.part.upper()} has no pin that {theirs.role or name} is for ({self.sheet.manual})"
+        shown = "" if level is None else f"={self._level(theirs, mine, int(level))}"
+        return [f"@{verb} {mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
+
+    def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
+        """An abort by a pin, for a part that is stopped by a command."""
+        row = next((row for row in self.sheet.commands if row.at_once == "brake"), None)
+        if row is None:
+            return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
+        return [row.form] if verb == "drive" and level is not None and int(level) == theirs.active else []
+
+    @staticmethod
+    def _level(theirs: Pin, mine: Pin, level: int) -> int:
+        """The level of a pin that says the same."""
+        if theirs.role in ALIKE and mine.role != theirs.role:
+            return over(mine) if level == over(theirs) else 1 - over(mine)
+        if theirs.sense is None or mine.sense is None or theirs.role.startswith(("input", "output")):
+            return level
+        return mine.sense if level == theirs.sense else 1 - mine.sense
+
+
+def over(pin: Pin) -> int:
+    """Return the level of a pin that shows the end of a program or of a motion."""
+    sense = pin.sense if pin.sense is not None else 1
+    return sense if pin.role == "motion_complete" else 1 - sense
+
+
+def idle(sheet: Sheet) -> str:
+    """Return the directive that waits until a part has done all."""
+    if sheet.acting("state"):
+        return "@until ready"
+    pin = next(pin for role in IDLE if (pin := sheet.role(role)) is not None)
+    return f"@until {pin.name}={over(pin)}"

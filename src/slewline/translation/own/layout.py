@@ -1,0 +1,123 @@
+"""Instructions with symbolic targets -> lines of text: labels by letters where the part has them, else addresses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from ...core.datasheet.table import Row, Sheet
+from ...language.dialect import Dialect, dialect_of
+from ...language.statements import Statement
+
+ROUNDS = 8  # addresses as text have as many digits as they have: the lengths settle soon
+
+
+@dataclass(frozen=True, slots=True)
+class Goto:
+    """The place of an instruction, by the name of its label."""
+
+    name: str
+
+
+@dataclass(slots=True)
+class ResultPiece:
+    """A line of the result in the making: an instruction, or another text (`row` is None).
+
+    `labels` name the instruction; `source` is the line it comes from, `block` the stored program it belongs to;
+    `program` is the one that it enters, leaves or runs.
+    """
+
+    row: Row | None = None
+    values: tuple[int | Goto, ...] = ()
+    text: str = ""
+    comment: str = ""
+    source: int = 0
+    block: int = -1
+    program: int = -1
+    labels: list[str] = field(default_factory=list)
+
+
+class ResultLayout:
+    """The addresses and the labels of the result."""
+
+    def __init__(self, sheet: Sheet, pieces: Sequence[ResultPiece]) -> None:
+        self.sheet, self.pieces = sheet, pieces
+        self.dialect = dialect_of(sheet)
+        self.addresses: dict[tuple[int, str], int] = {}
+        self.letters: dict[tuple[int, str], str] = {}
+        blocks = dict.fromkeys(piece.block for piece in pieces if piece.block >= 0)
+        for block in blocks:
+            self._name(block)
+        for _ in range(ROUNDS):
+            before = dict(self.addresses)
+            self.sizes = {block: self._place(block) for block in blocks}
+            if before == self.addresses:
+                break
+
+    def text(self, piece: ResultPiece) -> str:
+        """Return a line of the result without its comment."""
+        if piece.row is None:
+            return piece.text  # another text, or what does not fit
+        names = [self.letters[piece.block, name] for name in piece.labels if (piece.block, name) in self.letters]
+        marks = "".join(map(self.dialect.label, dict.fromkeys(names)))
+        return marks + self._spelled(piece)
+
+    def _spelled(self, piece: ResultPiece) -> str:
+        assert piece.row is not None  # noqa: S101
+        values = [self._value(piece, value) for value in piece.values]
+        labels = "".join(dict.fromkeys(self.letters.values()))
+        return str(self.dialect.spell(piece.row, values, labels))
+
+    def _value(self, piece: ResultPiece, value: int | Goto) -> int:
+        if not isinstance(value, Goto):
+            return value
+        block = piece.block if piece.block >= 0 else max((each.block for each in self.pieces), default=0)
+        if (letter := self.letters.get((block, value.name))) is not None and piece.block >= 0:
+            return ord(letter)
+        return self.addresses.get((block, value.name), 0)
+
+    def _name(self, block: int) -> None:
+        """Give the labels of a program their letters, those of the source if the part has them; too many have none."""
+        inside = [piece for piece in self.pieces if piece.block == block and piece.row is not None]
+        used = dict.fromkeys(
+            value.name for piece in inside for value in piece.values if isinstance(value, Goto) and takes_label(piece)
+        )
+        if not used or len(used) > len(self.sheet.labels):
+            return
+        free = [letter for letter in self.sheet.labels if letter not in used]
+        for name in used:
+            self.letters[block, name] = name if name in self.sheet.labels else free.pop(0)
+
+    def _place(self, block: int) -> int:
+        """Give the labels of a program their addresses; return its size."""
+        address = 0
+        for piece in self.pieces:
+            if piece.block != block:
+                continue
+            for name in piece.labels:
+                self.addresses[block, name] = address
+            if piece.row is not None:
+                address += self._size(piece)
+        return address
+
+    def _size(self, piece: ResultPiece) -> int:
+        assert piece.row is not None  # noqa: S101
+        if not piece.row.stored:
+            return 0
+        statement = Statement(1, 1, self._spelled(piece), piece.row)
+        return piece.row.size if has_tokens(self.dialect) else len(self.dialect.stored(statement))
+
+
+def takes_label(piece: ResultPiece) -> bool:
+    """Return whether the target of an instruction may be written as a letter."""
+    return piece.row is not None and any(arg.label for arg in piece.row.args)
+
+
+def has_tokens(dialect: Dialect[Row]) -> bool:
+    """Return whether a program memory holds opcodes, not text."""
+    return type(dialect).stored is Dialect.stored
+
+
+def alone(pieces: Iterable[ResultPiece], source: int) -> list[ResultPiece]:
+    """Return pieces as coming from a line of the source."""
+    return [replace(piece, source=source) for piece in pieces]

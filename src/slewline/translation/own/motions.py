@@ -1,0 +1,208 @@
+"""Motions, and the settings of motions -> the instructions of the target."""
+
+from __future__ import annotations
+
+from ...core.datasheet.table import Sheet
+from ..meaning import (
+    Action,
+    Home,
+    MoveBy,
+    MoveTo,
+    RunEndless,
+    SetDirection,
+    SetDistance,
+    SetEndless,
+    SetPosition,
+    SetProfile,
+    SetTarget,
+    Stop,
+)
+from ..registers import rows_by_role
+from ..report import Kind, Verdict
+from .base import ActionWriter, Impossible
+from .layout import ResultPiece
+from .limits import no_command
+
+
+class MotionWriter(ActionWriter):
+    """Makes instructions of motions, and of what they go by."""
+
+    # ---------------------------------------------------------------------------------------------- settings of motions
+    def on_setprofile(self, action: SetProfile) -> list[ResultPiece]:
+        """A rate, or a value of the ramp."""
+        commands, verdicts = self.rates.setting(action)
+        self.verdicts += verdicts
+        return [ResultPiece(row, (value,)) for row, value in commands]
+
+    def on_setdistance(self, action: SetDistance) -> list[ResultPiece]:
+        """The steps of relative moves: of a part whose moves have them, with the move."""
+        row = self.rows.get("distance")
+        if row is None:
+            return []
+        self.held["distance"] = self.fitting(row, row.args[0], action.steps, "make several moves of it")
+        return [ResultPiece(row, (action.steps,))]
+
+    def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
+        """The direction of relative moves."""
+        row = self.rows.get("plus" if action.sign > 0 else "minus")
+        if row is None:
+            return []
+        self.held["sign"] = action.sign
+        return [ResultPiece(row)]
+
+    def on_settarget(self, action: SetTarget) -> list[ResultPiece]:
+        """The target of the next motion: of a part that moves there immediately, with the motion."""
+        row = self.rows.get("target")
+        return [] if row is None else [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
+
+    def on_setendless(self, action: SetEndless) -> list[ResultPiece]:
+        """The next motion has no end: of a part whose runs say so themselves, with the run."""
+        if "endless" in self.rows:
+            return []
+        return [ResultPiece(self.row("endless_next"))]
+
+    def on_setposition(self, action: SetPosition) -> list[ResultPiece]:
+        """The position counter."""
+        row, clear = self.rows.get("preset"), self.rows.get("clear")
+        if row is not None and (action.block < 0 or row.stored):
+            if row.args:
+                return [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
+            if not action.position:
+                return [ResultPiece(row)]
+            raise Impossible(f"position {action.position}", f"{row.form} makes the position zero ({row.where})")
+        if clear is not None and not action.position and (clear.stored or action.block < 0):
+            return [ResultPiece(clear, (1,))]
+        limit = (
+            no_command(self.sheet, "preset") if action.block < 0 else f"{no_command(self.sheet, 'preset')} in a program"
+        )
+        raise Impossible(f"position {action.position}", limit, "count positions from the home position")
+
+    # --------------------------------------------------------------------------------------------------------- motions
+    def on_moveby(self, action: MoveBy) -> list[ResultPiece]:
+        """A relative move."""
+        row = self.rows.get("move") or self.row("update")
+        if row.role == "update":
+            raise Impossible("", no_command(self.sheet, "move"))
+        if row.args:
+            if action.steps is None:
+                raise Impossible(
+                    "steps and direction depend on the path",
+                    f"{row.form} has both in one command ({row.where})",
+                    "write a move for each path",
+                )
+            found = [ResultPiece(row, (self.fitting(row, row.args[0], action.steps, "make several moves of it"),))]
+        else:
+            found = [*self.set_move(action), ResultPiece(row)]
+        self.note(self.rates.motion(action))
+        return found
+
+    def set_move(self, action: MoveBy) -> list[ResultPiece]:
+        """Set distance and direction before a move, where they are not what they shall be."""
+        found: list[ResultPiece] = []
+        if action.sign is not None and self.held.get("sign") != action.sign and not self.sets(SetDirection):
+            found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
+            self.held["sign"] = action.sign
+        row = self.row("distance")
+        if action.distance is not None and self.held.get("distance") != action.distance and not self.sets(SetDistance):
+            self.fitting(row, row.args[0], action.distance, "make several moves of it")
+            found.append(ResultPiece(row, (action.distance,)))
+            self.held["distance"] = action.distance
+        return found
+
+    def sets(self, kind: type[Action]) -> bool:
+        """Return whether the source sets distance and direction by commands of their own."""
+        return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
+
+    def on_moveto(self, action: MoveTo) -> list[ResultPiece]:
+        """A move to a position."""
+        row = self.rows.get("absolute") or self.rows.get("goto")
+        self.held.pop("sign", None)
+        if action.position is None:
+            raise Impossible("the position depends on the path", no_command(self.sheet, "goto"))
+        if row is None:
+            return self.targeted(action)
+        self.fitting(row, row.args[0], action.position, "count positions from another place")
+        self.note(self.rates.motion(action))
+        return [ResultPiece(row, (action.position,))]
+
+    def targeted(self, action: MoveTo) -> list[ResultPiece]:
+        """A move to a position by two commands, target and motion."""
+        assert action.position is not None  # noqa: S101
+        row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
+        if action.steps == 0 and go.role == "update":  # a motion that would never be complete
+            return []
+        if not isinstance_target(action, self.source):
+            found.append(ResultPiece(row, (self.fitting(row, row.args[0], action.position),)))
+        if "plus" in self.rows:
+            if action.steps is None:
+                raise Impossible(
+                    "the direction depends on the path",
+                    f"{row.form} does not find the direction by itself ({row.where})",
+                )
+            if action.steps and self.held.get("sign") != (sign := 1 if action.steps > 0 else -1):
+                found.append(ResultPiece(self.row("plus" if sign > 0 else "minus")))
+                self.held["sign"] = sign
+        self.note(self.rates.motion(action))
+        if go.role != "update":
+            return [*found, ResultPiece(go)]
+        return [
+            *found,
+            *(ResultPiece(row) for row in self.sheet.acting("clear_events")),
+            ResultPiece(go),
+            ResultPiece(text="wait motion_complete"),
+        ]
+
+    def on_runendless(self, action: RunEndless) -> list[ResultPiece]:
+        """A run without end, or until an input is low."""
+        if action.until is not None:
+            row = self.row("until_input")
+            self.conditions.check(action.until.number)
+            if action.sign is None or action.until.level:
+                raise Impossible("", f"{row.form} runs until the input is low ({row.where})")
+            return [ResultPiece(row, (action.sign, action.until.number))]
+        if "endless" in self.rows:
+            if action.sign is None:
+                raise Impossible("the direction depends on the path", no_command(self.sheet, "plus"))
+            return [ResultPiece(self.rows["endless"], (action.sign,))]
+        row, found = self.row("endless_next"), []
+        if not self.sets(SetDirection) and action.sign is not None:
+            found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
+        number = self.row("distance")
+        if not self.sets(SetDistance):
+            found.append(ResultPiece(number, (number.args[0].high,)))
+        self.held.clear()
+        stated = [] if "endless_next" in rows_by_role(self.source) else [ResultPiece(row)]
+        return [*found, *stated, ResultPiece(self.row("move"))]
+
+    def on_home(self, action: Home) -> list[ResultPiece]:
+        """A homing."""
+        row = self.row("home")
+        if row.args[0].sign == "alone" and action.block < 0:
+            return [ResultPiece(row, (action.sign,))]
+        raise Impossible("homing", f"{row.form} finds it by itself ({row.where})", "write the homing by hand")
+
+    def on_stop(self, action: Stop) -> list[ResultPiece]:
+        """The end of a motion."""
+        wanted = "brake" if action.ramped else "stop"
+        row = next((row for row in self.sheet.commands if row.at_once == wanted), None)
+        if row is not None:
+            return [ResultPiece(row, ())]
+        directive = self.directives.stop()
+        if directive is None:
+            raise Impossible(
+                "stops a motion", f"no command of the {self.sheet.part.upper()} stops a motion ({self.sheet.manual})"
+            )
+        if action.ramped:
+            self.note(Verdict(action.line, Kind.SAME, "by the pin, along the ramp"))
+        else:
+            limit = (
+                f"no command of the {self.sheet.part.upper()} stops a motion at the running step ({self.sheet.manual})"
+            )
+            remedy = "switch the driver off where a motion must stop immediately"
+            self.note(Verdict(action.line, Kind.IMPOSSIBLE, "stops along the ramp", limit, remedy))
+        return [ResultPiece(text=text) for text in directive]
+
+
+def isinstance_target(action: MoveTo, source: Sheet) -> bool:
+    """Return whether the source sets the target by a command of its own, so that it has been set."""
+    return "target" in rows_by_role(source) and action.command != "" and not action.values

@@ -1,0 +1,269 @@
+"""Rates and ramps of the target: settings that follow each other are one group, and set one profile together.
+
+A parameter of the source need not have one of its own at the target: CY512 R and S give a start rate, too, that the
+CY525 sets by F.  So a group is taken as a whole: its last profile is fitted, each command becomes the one that sets the
+same thing, and what else is different from before follows the last one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from ...core.datasheet.table import Row
+from ...core.time.timebase import readable
+from ..meaning import Motion, MoveBy, MoveTo, Profile, RunEndless, SetProfile
+from ..profiles import Fitted, Profiles
+from ..report import Kind, Verdict
+from .limits import no_command, out_of
+from .stream import SETTINGS, StreamStep
+
+ROLES = {"start rate": "start_rate", "top rate": "top_rate", "ramp": "ramp"}
+FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly what it was
+EXACT = 1e-6
+CLOSE = 1e-3  # of the time of a move that is the same
+FAR_MOVE = 1.0  # of the time of a move: one that takes twice as long is not even nearly the same
+JUST_LONGER = (0, 1, 64, 128, 192, 254, 255, 256)  # steps beyond both ramps
+SAMPLES = (2, 10, 50, 250, 1000, 5000)  # steps of moves of which nothing is known
+
+
+@dataclass(slots=True)
+class Group:
+    """Settings that no motion, label or command of the host comes between."""
+
+    actions: list[SetProfile] = field(default_factory=list)
+
+    @property
+    def profile(self) -> Profile | None:
+        """The profile that holds after them; None: it is not known."""
+        return self.actions[-1].profile
+
+
+class Rates:
+    """The rates and ramps of a result."""
+
+    def __init__(self, steps: Sequence[StreamStep], source: Profiles | None, target: Profiles | None) -> None:
+        self.source, self.target = source, target
+        self.groups: dict[int, Group] = {}
+        for group in groups(steps):
+            self.groups |= {id(action): group for action in group.actions}
+        self.forms = {row.form: row for row in target.rows.values()} if target is not None else {}
+        self.reset = self._defaults()
+        self.held: dict[str, int] = dict(self.reset)
+        self.constant = self._constants()
+        self.emitted: dict[int, set[str]] = {}  # forms, by group
+
+    def _defaults(self) -> dict[str, int]:
+        """The parameters of the target after a reset."""
+        if self.target is None:
+            return {}
+        sheet = self.target.sheet
+        letters = {register.letter: register.default for register in sheet.registers}
+        return {form: letters[form] for form in self.forms if letters.get(form)}
+
+    def _constants(self) -> dict[str, int]:
+        """The parameters that have one value in all of the program."""
+        values: dict[str, set[int]] = {}
+        for group in {id(each): each for each in self.groups.values()}.values():
+            if group.profile is not None and self.target is not None:
+                for form, value in self.target.fit(group.profile).values.items():
+                    values.setdefault(form, set()).add(value)
+        return {form: next(iter(found)) for form, found in values.items() if len(found) == 1}
+
+    def joined(self) -> None:
+        """Paths meet here: what one of them may have changed is not known."""
+        self.held = {form: value for form, value in self.held.items() if self.constant.get(form) == value}
+
+    def restarted(self) -> None:
+        """The registers are those of a reset."""
+        self.held = dict(self.reset)
+
+    # ------------------------------------------------------------------------------------------------------- settings
+    def setting(self, action: SetProfile) -> tuple[list[tuple[Row, int]], list[Verdict]]:
+        """Return the commands of the target for a setting, and what became of it."""
+        group = self.groups[id(action)]
+        if self.source is not None and self.target is not None and self.source.sheet is self.target.sheet:
+            row = self.target.sheet.commands.by_form[action.command]
+            self.held[row.form] = action.values[0]
+            return [(row, action.values[0])], [Verdict(action.line, Kind.SAME)]
+        if self.target is None or group.profile is None:
+            if self.target is not None and any(each.profile is not None for each in self._all()):
+                return [], [Verdict(action.line, Kind.SAME, "set together with the other values of the ramp")]
+            return [], [Verdict(action.line, Kind.IMPOSSIBLE, "the ramp depends on values that the text does not set")]
+        fitted = self.target.fit(group.profile)
+        done = self.emitted.setdefault(id(group), set())
+        forms = list(self._forms(action, fitted, done))
+        if action is group.actions[-1]:
+            forms += [
+                form
+                for form in self.forms
+                if form in fitted.values and form not in (*forms, *done) and self.held.get(form) != fitted.values[form]
+            ]
+        done |= set(forms)
+        self.held |= {form: fitted.values[form] for form in forms}
+        commands = [(self.forms[form], fitted.values[form]) for form in forms]
+        return commands, [self._verdict(action, group.profile, fitted)]
+
+    def _all(self) -> Iterator[Group]:
+        return iter(self.groups.values())
+
+    def _forms(self, action: SetProfile, fitted: Fitted, done: set[str]) -> Iterator[str]:
+        """The commands that set what a setting of the source sets, as far as the group has not set it yet."""
+        assert self.target is not None  # noqa: S101
+        role = ROLES[action.sets]
+        same = next((row for name, row in self.target.rows.items() if row.form == action.command), None)
+        if same is not None and same.role.removesuffix("_divisor") == role and same.form in fitted.values:
+            if same.form not in done:
+                yield same.form
+            return
+        row = self.target.rows.get(role)
+        if row is not None and row.form in fitted.values and row.form not in done:
+            yield row.form
+
+    def _verdict(self, action: SetProfile, wanted: Profile, fitted: Fitted) -> Verdict:
+        """What became of a rate or a ramp."""
+        assert self.target is not None  # noqa: S101
+        sheet, got = self.target.sheet, fitted.profile
+        role = ROLES[action.sets]
+        row = self.target.rows.get(role)
+        if action.sets == "ramp":
+            return self._ramp(action, wanted, got, row)
+        rate, found = (wanted.start, got.start) if action.sets == "start rate" else (wanted.top, got.top)
+        off = abs(found - rate) / rate if rate else 0.0
+        says = f"{found:.6g} steps/s for {rate:.6g}, {percent(off)}"
+        if off <= EXACT:
+            return Verdict(action.line, Kind.SAME)
+        if off <= FAR_OFF:
+            return Verdict(action.line, Kind.NEARLY, says, off=off)
+        limit = no_command(sheet, role) if row is None else f"{out_of(sheet, row, row.args[0])} is {self.span(role)}"
+        remedy = (
+            "check that the motor starts at this rate"
+            if action.sets == "start rate"
+            else "moves take longer; or choose a faster part"
+        )
+        if found > rate and action.sets == "top rate":
+            remedy = "a slower crystal of the target lowers all of its rates"
+        return Verdict(action.line, Kind.IMPOSSIBLE, says, limit, remedy, off=off)
+
+    def _ramp(self, action: SetProfile, wanted: Profile, got: Profile, row: Row | None) -> Verdict:
+        assert self.target is not None  # noqa: S101
+        if not wanted.ramped:
+            if not got.ramped:
+                return Verdict(action.line, Kind.SAME)
+            limit = "every motion of the target has a ramp"
+            return Verdict(action.line, Kind.IMPOSSIBLE, f"a ramp of {readable(got.time_ps)} for none", limit)
+        difference = got.time_ps - wanted.time_ps
+        off = abs(difference) / wanted.time_ps
+        steps = f", {got.steps:.0f} steps for {wanted.steps:.0f}" if round(got.steps) != round(wanted.steps) else ""
+        says = (
+            f"ramp {readable(round(got.time_ps, -6))} for {readable(round(wanted.time_ps, -6))}, {percent(off)}{steps}"
+        )
+        if off <= EXACT and not steps:
+            return Verdict(action.line, Kind.SAME)
+        if off <= FAR_OFF:
+            return Verdict(action.line, Kind.NEARLY, says, off=off, off_ps=difference)
+        sheet = self.target.sheet
+        limit = no_command(sheet, "ramp") if row is None else out_of(sheet, row, row.args[0])
+        remedy = (
+            "a shorter ramp is steeper: lower the top rate"
+            if difference < 0
+            else "a longer ramp is gentler; moves take longer"
+        )
+        return Verdict(action.line, Kind.IMPOSSIBLE, says, limit, remedy, off=off, off_ps=difference)
+
+    def span(self, role: str) -> str:
+        """Return the rates of a command of the target, in words."""
+        assert self.target is not None  # noqa: S101
+        low, high = self.target.ends(role)
+        return f"{low:.0f} to {high:.0f} steps/s"
+
+    # -------------------------------------------------------------------------------------------------------- motions
+    def motion(self, action: Motion) -> Verdict:
+        """Return what became of a motion: its time from the first step to the last one.
+
+        Of a motion whose profile or steps depend on the path, it is the worst of those that the program sets, and of
+        moves of any length.
+        """
+        steps = action.steps if isinstance(action, MoveBy | MoveTo) else None
+        if isinstance(action, MoveBy) and steps is None:
+            steps = action.distance
+        profiles = [action.profile] if action.profile is not None else self._profiles()
+        if self.source is None or self.target is None or not profiles or steps == 0 or isinstance(action, RunEndless):
+            return Verdict(action.line, Kind.SAME)
+        found = [self._off(profile, length) for profile in profiles for length in self._lengths(profile, steps)]
+        off, before, after = max(found, key=lambda each: each[0])
+        kind = Kind.SAME if off <= CLOSE else Kind.NEARLY if off <= FAR_MOVE else Kind.IMPOSSIBLE
+        upto = "" if len(found) == 1 else "up to "
+        says = (
+            f"{readable(round(after, -6))} for {readable(round(before, -6))}, {upto}{percent(off)}"
+            if after != before
+            else ""
+        )
+        if upto and says:
+            says = f"up to {percent(off)}, depending on its steps"
+        if kind is not Kind.IMPOSSIBLE:
+            return Verdict(action.line, kind, says, off=off, off_ps=after - before)
+        top = self.target.rows["top_rate"]
+        limit = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have another law"
+        remedy = "the steps are right: check what waits for the end of the move"
+        return Verdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
+
+    def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
+        """The steps of a motion; if they are not known, lengths of all kinds: short, and just longer than both ramps.
+
+        A part that does not slew for a few steps makes those that are left at its first rate.
+        """
+        if steps:
+            return (steps,)
+        assert self.target is not None  # noqa: S101
+        ramps = (2 * int(each.steps) for each in (profile, self.target.fit(profile).profile))
+        return (*SAMPLES, *(length + more for length in ramps for more in JUST_LONGER if length + more > 1))
+
+    def _profiles(self) -> list[Profile]:
+        """The profiles that the program sets."""
+        found = {
+            (each.start, each.top, each.time_ps): each for group in self._all() if (each := group.profile) is not None
+        }
+        return list(found.values())
+
+    def _off(self, profile: Profile, steps: int) -> tuple[float, int, int]:
+        """By how much the time of a move differs, as a fraction; the time before and after, ps."""
+        assert self.source is not None and self.target is not None  # noqa: S101
+        before = self.source.move_ps(profile, steps)
+        after = self.target.move_ps(self.target.fit(profile).profile, steps)
+        if not before or after is None:
+            return 0.0, 0, 0
+        return abs(after - before) / before, before, after
+
+    def first(self, profile: Profile) -> list[tuple[Row, int]]:
+        """Return the commands for a motion before which the source sets nothing: its registers are those of a reset."""
+        if self.target is None:
+            return []
+        values = self.target.fit(profile).values
+        forms = [form for form in self.forms if form in values and self.held.get(form) != values[form]]
+        self.held |= {form: values[form] for form in forms}
+        return [(self.forms[form], values[form]) for form in forms]
+
+
+def groups(steps: Sequence[StreamStep]) -> Iterator[Group]:
+    """Yield the groups of settings."""
+    group = Group()
+    for step in steps:
+        action = step.action
+        if action is None:
+            continue
+        if isinstance(action, SetProfile):
+            if group.actions and group.actions[-1].block != action.block:
+                yield group
+                group = Group()
+            group.actions.append(action)
+        elif not isinstance(action, SETTINGS) and group.actions:
+            yield group
+            group = Group()
+    if group.actions:
+        yield group
+
+
+def percent(off: float) -> str:
+    """Return a fraction as text."""
+    return f"{100 * off:.2g} %" if off < 1 else f"{100 * off:.0f} %"

@@ -1,0 +1,191 @@
+"""The actions of a program in the order in which the target takes them.
+
+A part whose motions are possible in a stored program alone gets one: what a host of the source sends is put into
+programs, and settings that it sends before or after the entry of a program go to the head of that program.  A part that
+acts immediately gets the settings that such a part has at the head of a program before it, where they need no room.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from ...core.datasheet.table import Sheet
+from ..meaning import (
+    Action,
+    Delay,
+    EnterProgram,
+    HostDirective,
+    LeaveProgram,
+    Line,
+    Motion,
+    Program,
+    RunEndless,
+    RunProgram,
+    SetDirection,
+    SetDistance,
+    SetEndless,
+    SetOutput,
+    SetPosition,
+    SetProfile,
+    SetTarget,
+    WaitInput,
+)
+
+SETTINGS = (SetProfile, SetDistance, SetDirection, SetTarget)
+STORABLE = (*SETTINGS, SetEndless, Motion, SetOutput, WaitInput, Delay)
+
+
+@dataclass(slots=True)
+class StreamStep:
+    """An action, or the comment of a line without any; `first`: the comment of the line belongs here."""
+
+    action: Action | None
+    line: Line
+    first: bool = False
+    moved: str = ""  # why it is not where it was
+
+
+def steps_of(program: Program) -> list[StreamStep]:
+    """Return all actions, in the order of the text."""
+    found = []
+    for line in program.lines:
+        actions = line.actions or (None,)
+        found += [StreamStep(action, line, first=n == 0) for n, action in enumerate(actions)]
+    return found
+
+
+def arranged(program: Program, source: Sheet, sheet: Sheet) -> list[StreamStep]:
+    """Return the actions in the order of the target, one that stores programs."""
+    steps = steps_of(program)
+    move = next(iter((*sheet.acting("move"), *sheet.acting("absolute"))), None)
+    if move is not None and "i" not in move.when:
+        return stored_only(steps)
+    rates = next(iter(source.acting("top_rate")), None)
+    return hoisted(steps) if rates is not None and "i" not in rates.when else steps
+
+
+# ------------------------------------------------------------------------------------------------ programs for a module
+def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
+    """Return steps of which all that moves, waits or sets an output is in a program."""
+    found: list[StreamStep] = []
+    pending: list[StreamStep] = []
+    number = max((step.action.number for step in steps if isinstance(step.action, EnterProgram)), default=-1)
+    at = 0
+    while at < len(steps):
+        step = steps[at]
+        if step.action is None:
+            (pending if pending else found).append(step)
+        elif isinstance(step.action, EnterProgram):
+            if any(isinstance(each.action, Motion) for each in pending):
+                number += 1
+                found += wrapped(pending, number)
+                pending = []
+            program, at = whole(steps, at, pending)
+            found += program
+            pending = []
+            continue
+        elif getattr(step.action, "implied", False):  # part of a command that the host sends
+            (pending if pending else found).append(step)
+        elif isinstance(step.action, STORABLE):
+            pending.append(step)
+        elif isinstance(step.action, SetPosition) and not any(acts(each) for each in pending):
+            found.append(step)
+        else:
+            if any(acts(each) for each in pending):
+                number += 1
+                found += wrapped(pending, number)
+                pending = []
+            found.append(step)
+        at += 1
+    if any(acts(each) for each in pending):
+        return [*found, *wrapped(pending, number + 1)]
+    return [*found, *pending]
+
+
+def acts(step: StreamStep) -> bool:
+    """Return whether a step does something, rather than set what a later one goes by."""
+    implied = getattr(step.action, "implied", False)
+    return isinstance(step.action, STORABLE) and not implied and not isinstance(step.action, (*SETTINGS, SetEndless))
+
+
+def wrapped(steps: list[StreamStep], number: int) -> list[StreamStep]:
+    """Return steps as a program that is entered and run."""
+    nowhere = Line(0)
+    inside = [replace(each, action=within(each.action, number)) for each in steps]
+    last = max((n for n, each in enumerate(steps) if each.action is not None), default=len(steps) - 1) + 1
+    endless = any(isinstance(each.action, RunEndless) and each.action.until is None for each in steps)
+    over = [] if endless else [StreamStep(HostDirective(text="@until ready"), nowhere)]
+    enter, leave = StreamStep(EnterProgram(number=number), nowhere), StreamStep(LeaveProgram(runs=True), nowhere)
+    return [enter, *inside[:last], leave, *over, *steps[last:]]
+
+
+def whole(steps: list[StreamStep], at: int, before: list[StreamStep]) -> tuple[list[StreamStep], int]:
+    """Return a program with the settings around it at its head, and the index of the first step after it."""
+    enter = steps[at]
+    assert isinstance(enter.action, EnterProgram)  # noqa: S101
+    number = enter.action.number
+    leave = at + 1
+    while leave < len(steps) and not isinstance(steps[leave].action, LeaveProgram):
+        leave += 1
+    after, trailing = leave + 1, []
+    while after < len(steps) and isinstance(steps[after].action, SETTINGS):
+        trailing.append(steps[after])
+        after += 1
+    run = after < len(steps) and isinstance(steps[after].action, RunProgram)
+    if not run or (leave < len(steps) and getattr(steps[leave].action, "runs", False)):
+        trailing, after = [], leave + 1
+    head = [replace(each, action=within(each.action, number)) for each in (*before, *trailing)]
+    for each in head[len(before) :]:
+        each.moved = "to the head of the program"
+    body = steps[at + 1 : leave]
+    end = steps[leave : leave + 1]
+    if run and end and isinstance(end[0].action, LeaveProgram) and not end[0].action.runs:
+        ran = steps[after]
+        end = [replace(end[0], action=replace(end[0].action, runs=True)), StreamStep(None, ran.line, ran.first)]
+        after += 1
+    more = next((each.action for each in steps[after:] if each.action is not None), None)
+    if more is not None and not isinstance(more, HostDirective):
+        end.append(StreamStep(HostDirective(text="@until ready"), Line(0)))
+    return [enter, *head, *body, *end], after
+
+
+def within(action: Action | None, number: int) -> Action | None:
+    """Return an action as part of a program."""
+    return None if action is None else replace(action, block=number)
+
+
+# ------------------------------------------------------------------------------------------- programs for other parts
+def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
+    """Return steps with the settings at the head of each program before it, unless the program changes them again."""
+    found: list[StreamStep] = []
+    at = 0
+    while at < len(steps):
+        step = steps[at]
+        found.append(step)
+        at += 1
+        if not isinstance(step.action, EnterProgram):
+            continue
+        end = at
+        while end < len(steps) and (steps[end].action is None or isinstance(steps[end].action, SetProfile)):
+            end += 1
+        head, body = (
+            steps[at:end],
+            [
+                each.action
+                for each in steps[end:]
+                if each.action is not None and each.action.block == step.action.number
+            ],
+        )
+        while head and head[-1].action is None:
+            head.pop()
+        again = any(isinstance(each, SetProfile) for each in body)
+        if not head or again:
+            continue
+        outside = [
+            replace(each, action=None if each.action is None else replace(each.action, block=-1)) for each in head
+        ]
+        for each in outside:
+            each.moved = "before the program, where it needs no room"
+        found[-1:] = [*outside, step]
+        at += len(head)
+    return found

@@ -1,0 +1,122 @@
+"""Stored programs as what a host sends, for a part that stores none: loops become as many lines as they have passes.
+
+Positions are followed, since such a part moves to positions alone; a program that never sets one begins at 0.  A branch
+on an input cannot be unrolled, and neither can a program that begins again for ever: they remain as they were, and the
+writer reports them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..meaning import (
+    Action,
+    EndProgram,
+    EnterProgram,
+    Jump,
+    Label,
+    LeaveProgram,
+    Loop,
+    MoveBy,
+    MoveTo,
+    RunProgram,
+    SetPosition,
+)
+from .stream import StreamStep
+
+ENTERED = "the host sends the commands of the program where it is run"
+
+
+def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
+    """Return steps without stored programs, `most` lines of each at most."""
+    blocks: dict[int, list[StreamStep]] = {}
+    for step in steps:
+        if step.action is not None and step.action.block >= 0:
+            blocks.setdefault(step.action.block, []).append(step)
+    found: list[StreamStep] = []
+    current = -1
+    for step in steps:
+        action = step.action
+        if isinstance(action, EnterProgram):
+            current = action.number
+        elif isinstance(action, LeaveProgram):
+            if action.runs:
+                found += executed(blocks.get(current, []), "", most)
+        elif isinstance(action, RunProgram):
+            found += executed(blocks.get(current, []), action.at, most)
+        elif action is None or action.block < 0:
+            found.append(step)
+            continue
+        else:
+            continue
+        found.append(StreamStep(None, step.line, step.first, ENTERED))
+    kept = {step.line.number for step in found if step.first}
+    left = [step for step in steps if step.first and step.line.comment and step.line.number not in kept]
+    return followed([*found, *(StreamStep(None, step.line, True) for step in left)])
+
+
+def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
+    """Return what a program does, line by line."""
+    places = {step.action.name: n for n, step in enumerate(block) if isinstance(step.action, Label)}
+    counts: dict[int, int] = {}
+    found: list[StreamStep] = []
+    seen: set[int] = set()
+    pc = places.get(at, 0)
+    while pc < len(block):
+        step, here = block[pc], pc
+        action = step.action
+        pc += 1
+        if isinstance(action, EndProgram):
+            found.append(outside(step, here, seen))
+            break
+        if isinstance(action, Loop):
+            counts[here] = counts.get(here, 0) + 1
+            if counts[here] < action.passes and action.to in places:
+                if len(found) > most:
+                    found.append(outside(step, here, seen))
+                    break
+                pc = places[action.to]
+                continue
+            counts[here] = 0
+            found.append(StreamStep(None, step.line, step.first and here not in seen))
+        elif isinstance(action, Jump):
+            found.append(outside(step, here, seen))
+            if not action.inputs:
+                break
+        elif not isinstance(action, Label):
+            found.append(outside(step, here, seen))
+        seen.add(here)
+    return found
+
+
+def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
+    """Return a step as what a host sends; its comment is beside the first of its lines alone."""
+    action: Action | None = step.action
+    return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
+
+
+def followed(steps: list[StreamStep]) -> list[StreamStep]:
+    """Return steps in which every move is one to a position."""
+    found: list[StreamStep] = []
+    position: int | None = 0
+    for step in steps:
+        action = step.action
+        if isinstance(action, SetPosition):
+            position = action.position
+        elif isinstance(action, MoveTo):
+            action = replace(action, begins=position)
+            position = action.position
+        elif isinstance(action, MoveBy):
+            goal = None if position is None or action.steps is None else position + action.steps
+            if goal is not None:
+                action = MoveTo(
+                    line=action.line,
+                    text=action.text,
+                    axis=action.axis,
+                    profile=action.profile,
+                    begins=position,
+                    position=goal,
+                )
+            position = goal
+        found.append(replace(step, action=action))
+    return found

@@ -1,0 +1,288 @@
+"""The writer for our own parts."""
+
+from __future__ import annotations
+
+from ...chips import checks_of, sheet_of
+from ...core.datasheet.table import Sheet
+from ...errors import UsageError
+from ...language.lint import lint
+from ..meaning import (
+    EndProgram,
+    EnterProgram,
+    Jump,
+    Label,
+    LeaveProgram,
+    Loop,
+    Motion,
+    MoveBy,
+    MoveTo,
+    Program,
+    RunProgram,
+    SetOutput,
+    SetProfile,
+    WaitInput,
+)
+from ..profiles import Profiles
+from ..report import Kind, OutLine, Verdict
+from ..writer import WriterOptions, Written
+from .actions import Actions
+from .layout import ResultLayout, ResultPiece
+from .limits import memory
+from .rates import Rates
+from .stream import StreamStep, arranged, steps_of
+from .unroll import unrolled
+
+WIRED = (
+    "step",
+    "direction",
+    "output1",
+    "output2",
+    "output3",
+    "input1",
+    "input2",
+    "input3",
+    "enable",
+    "abort",
+    "home",
+    "end",
+)
+MOST_ROUNDS = 5
+
+
+def profiles_of(sheet: Sheet, hz: int | None) -> Profiles | None:
+    """Return the profiles of a part; None: it has no ramp calculator."""
+    try:
+        return Profiles(sheet, hz or sheet.crystal_hz)
+    except UsageError:
+        return None
+
+
+class OwnWriter:
+    """Writes a program in the dialect of one of our parts.
+
+    Args:
+        program: what it does.
+        part: the target.
+        options: the crystal of the target among them.
+        source_hz: the crystal of the source; None: its usual one.
+    """
+
+    def __init__(self, program: Program, part: str, options: WriterOptions, source_hz: int | None = None) -> None:
+        self.program, self.sheet, self.options = program, sheet_of(part), options
+        self.source = sheet_of(program.part)
+        self.hz = options.crystal_hz or self.sheet.crystal_hz
+        if self.sheet.enter is not None:
+            self.steps = arranged(program, self.source, self.sheet)
+        elif self.source.enter is not None:
+            self.steps = unrolled(steps_of(program), options.unroll)
+        else:
+            self.steps = steps_of(program)
+        self.rates = Rates(self.steps, profiles_of(self.source, source_hz), profiles_of(self.sheet, self.hz))
+        self.actions = Actions(self.source, self.sheet, self.hz, self.rates, self._used())
+        self._learn()
+
+    def write(self) -> Written:
+        """Return the program in the dialect of the target."""
+        pieces = self._pieces()
+        layout = ResultLayout(self.sheet, pieces)
+        verdicts = [*self.actions.verdicts, *self._too_large(layout), *self._refused(pieces), *self._moved()]
+        layout = ResultLayout(self.sheet, pieces)
+        lines = [
+            OutLine(layout.text(piece), piece.comment, piece.source)
+            for piece in pieces
+            if piece.row is not None or piece.text or piece.comment or not piece.labels
+        ]
+        assumed = []
+        if self.sheet.crystal_high_hz:
+            assumed.append(("crystal of the target", f"{self.hz / 1e6:g} MHz"))
+        assumed += self._counted()
+        free = [
+            n for n in (1, 2, 3) if n not in self.actions.conditions.used and self.sheet.role(f"input{n}") is not None
+        ]
+        if "branch_inputs" in self.actions.rows and free and self.actions.conditions.used:
+            names = ", ".join(self.sheet.in_role(f"input{n}").name for n in free)
+            assumed.append(("inputs that the program does not test", f"{names} open, which is high"))
+        return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
+
+    def _refused(self, pieces: list[ResultPiece]) -> list[Verdict]:
+        """What the linter finds wrong with the result, such as an end of a counter: it becomes a comment."""
+        found: list[Verdict] = []
+        for _ in range(MOST_ROUNDS):
+            layout = ResultLayout(self.sheet, pieces)
+            texts = [layout.text(piece) for piece in pieces]
+            problems = lint("\n".join(texts), self.sheet, checks_of(self.sheet.part, self.sheet))
+            wrong = {problem.line - 1: problem for problem in problems if problem.severity == "error"}
+            wrong = {at: problem for at, problem in wrong.items() if pieces[at].row is not None}
+            for at, problem in wrong.items():
+                piece = pieces[at]
+                limit = f"{problem.allowed or problem.found} ({problem.where or self.sheet.manual})"
+                found.append(
+                    Verdict(piece.source, Kind.IMPOSSIBLE, problem.found, limit, problem.remedy or "write it by hand")
+                )
+                piece.row, piece.text, piece.comment = None, "", f"NOT POSSIBLE: {texts[at]}: {problem.found}"
+            if not wrong:
+                break
+        return found
+
+    def _counted(self) -> list[tuple[str, str]]:
+        """What is assumed of the position counters, if their ends differ and the program goes by them."""
+        if not {MoveBy, MoveTo} <= {type(action) for action in self.program.actions}:
+            return []
+        theirs, mine = counter_of(self.source), counter_of(self.sheet)
+        if theirs is None or mine is None or theirs == mine:
+            return []
+        ends = [f"{sheet.part} {low}..{high}" for sheet, (low, high) in ((self.source, theirs), (self.sheet, mine))]
+        return [("positions", f"never beyond an end of a counter ({'; '.join(ends)})")]
+
+    # ------------------------------------------------------------------------------------------------- what is learned
+    def _used(self) -> dict[str, set[int]]:
+        """The inputs and outputs that the program goes by; a branch on all inputs goes by those that it needs low."""
+        inputs, outputs = set(), set()
+        for action in self.program.actions:
+            if isinstance(action, WaitInput):
+                inputs.add(action.input.number)
+            elif isinstance(action, Jump):
+                inputs |= {one.number for one in action.inputs}
+            elif isinstance(action, SetOutput) and not action.implied:
+                outputs.add(action.number)
+        return {"inputs": inputs, "outputs": outputs}
+
+    def _learn(self) -> None:
+        """Learn what the actions need to know of the whole program."""
+        actions = [step.action for step in self.steps if step.action is not None]
+        blocks = {action.block for action in actions if action.block >= 0}
+        for block in blocks:
+            inside = [action for action in actions if action.block == block]
+            starts = set()
+            for action in inside:
+                if not isinstance(action, Label):
+                    break
+                starts.add(action.name)
+            body = self.program.block(block)
+            own = {action.name for action in body[:1] if isinstance(action, Label)}
+            again = any(isinstance(action, SetProfile) for action in body)  # what is at the head now is set again there
+            self.actions.starts[block] = starts | (set() if again and not starts else own)
+            self.actions.last.add(id(inside[-1]))
+            self.actions.loops |= {(block, action.to) for action in inside if isinstance(action, Loop)}
+        for action in actions:
+            if isinstance(action, SetProfile):
+                break
+            if isinstance(action, Motion) and action.profile is not None:
+                self.actions.reset = action.profile
+                break
+        self.actions.start(actions)
+        moves = [action for action in actions if isinstance(action, MoveBy)]
+        for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
+            if len(values) == 1 and None not in values:
+                self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
+
+    # --------------------------------------------------------------------------------------------------------- writing
+    def _pieces(self) -> list[ResultPiece]:
+        """Return the result, line by line, with its comments."""
+        found: list[ResultPiece] = []
+        labels: list[str] = []
+        for step in self.steps:
+            made = self._made(step)
+            comment = step.line.comment if step.first else ""
+            plain: list[ResultPiece] = []
+            for piece in made:
+                bare = piece.row is None and not piece.text and not piece.comment
+                if bare:
+                    labels += piece.labels
+                    continue
+                if piece.row is not None and labels and piece.block >= 0:
+                    piece.labels = [*labels, *piece.labels]
+                    labels = []
+                plain.append(piece)
+            if comment and plain and plain[0].row is not None and not plain[0].comment:
+                plain[0].comment = comment
+            elif comment or (step.action is None and step.first and not step.line.code):
+                plain.insert(0, ResultPiece(comment=comment, source=step.line.number))
+            if isinstance(step.action, LeaveProgram) and labels:
+                at = len(found)
+                found.insert(at, ResultPiece(labels=labels, block=self.actions.program))
+                labels = []
+            found += plain
+        return found
+
+    def _made(self, step: StreamStep) -> list[ResultPiece]:
+        """The instructions of a step; before the end of a program, what ends it."""
+        action = step.action
+        if action is None:
+            return []
+        made = self.actions.pieces(action)
+        if isinstance(action, EnterProgram | LeaveProgram | RunProgram):
+            for piece in made:
+                piece.program = self.actions.program
+        if isinstance(action, LeaveProgram) and self._runs_out():
+            return [ResultPiece(self.actions.rows["stop"], block=self.actions.program), *made]
+        if isinstance(action, LeaveProgram):
+            return [ResultPiece(labels=["the end"], block=self.actions.program), *made]
+        return made
+
+    def _runs_out(self) -> bool:
+        """Whether the target needs a command that ends the program, and the source has none at its end."""
+        if "stop" not in self.actions.rows:
+            return False
+        inside = [action for action in self.program.block(self.actions.program) if not isinstance(action, Label)]
+        last = inside[-1] if inside else None
+        labelled = bool(self.program.block(self.actions.program)) and isinstance(
+            self.program.block(self.actions.program)[-1], Label
+        )
+        return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
+
+    def _too_large(self, layout: ResultLayout) -> list[Verdict]:
+        """Programs that do not fit: they become comments, since a part of a program is worse than none."""
+        found = []
+        for block, size in layout.sizes.items():
+            if size <= self.sheet.buffer_bytes:
+                continue
+            limit, lines = memory(self.sheet), set()
+            for piece in layout.pieces:
+                if block in (piece.block, piece.program) and piece.row is not None:
+                    lines.add(piece.source)
+                    piece.row, piece.comment = None, f"DOES NOT FIT: {layout.text(piece)}"
+            says = f"{size} {self.sheet.memory_unit}s"
+            remedy = "split the program, and let the host run its parts one after the other"
+            found += [Verdict(line, Kind.IMPOSSIBLE, says, limit, remedy) for line in sorted(lines) if line]
+        return found
+
+    def _moved(self) -> list[Verdict]:
+        """What is not where it was."""
+        lines: dict[int, str] = {}
+        for step in self.steps:
+            if step.moved and step.action is not None:
+                lines[step.line.number] = step.moved
+        return [Verdict(number, Kind.SAME, f"moved {where}") for number, where in lines.items()]
+
+    def _wiring(self) -> list[tuple[str, str, str]]:
+        """Which wire of the source is which of the target."""
+        used = self._used()
+        found = []
+        for role in WIRED:
+            theirs, pin = self.program.wiring.get(role), self.sheet.role(role)
+            kind, number = role[:-1], role[-1:]
+            if kind in ("output", "input") and int(number) not in used[f"{kind}s"]:
+                continue
+            if theirs is not None:
+                mine = pin.name if pin is not None else self._bit(kind, number)
+                found.append((role, theirs, mine))
+        return found
+
+    def _bit(self, kind: str, number: str) -> str:
+        """The bit of a part whose outputs and inputs are bits."""
+        if kind not in ("output", "input") or "bits" not in self.actions.rows:
+            return ""
+        return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"
+
+
+def counter_of(sheet: Sheet) -> tuple[int, int] | None:
+    """Return the ends of the position counter, as far as a move to a position shows them."""
+    row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
+    return None if row is None else (row.args[0].low, row.args[0].high)
+
+
+def linted(text: str, part: str) -> list[str]:
+    """Return the errors that the linter finds in a result."""
+    sheet = sheet_of(part)
+    return [problem.says for problem in lint(text, sheet, checks_of(part, sheet)) if problem.severity == "error"]

@@ -1,0 +1,212 @@
+"""Profiles of motions and the parameters of a part, both ways: what its registers give, and which come nearest.
+
+read    values of the part's parameters -> start rate, top rate, ramp, by its own calculator
+fit     a profile -> the values of a part whose motions come nearest, by the inverse calculator
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from ..chips import ramps_of
+from ..core.datasheet.table import Row, Sheet
+from ..core.time.timebase import PS_PER_S
+from ..errors import UsageError
+from ..language.ramp_answers import Calculator, Ramp, RampParameter, Search, Value, Wanted, nearest, read
+from .meaning import Profile
+from .registers import PROFILE_ROLES, rows_by_role
+
+ODD_RATE = 1000  # steps/s: a rate that a part does not come near is too high above it, and too low below it
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """The values of a target whose motions come nearest to a profile, by the form of the command, and their profile."""
+
+    values: Mapping[str, int]
+    profile: Profile
+
+
+class Profiles:
+    """The profiles of a part, at a crystal."""
+
+    def __init__(self, sheet: Sheet, crystal_hz: int, calculator: Calculator | None = None) -> None:
+        self.sheet, self.hz = sheet, crystal_hz
+        self.calculator = calculator or ramps_of(sheet.part)
+        rows = rows_by_role(sheet)
+        self.rows: dict[str, Row] = {role: rows[role] for role in PROFILE_ROLES if role in rows}
+        self.names = {each.name for each in self.calculator.quantities}
+        self.values_of = self.names | {row.form for row in self.rows.values()}
+        self._moves = lru_cache(maxsize=4096)(self._move)
+        self._read = lru_cache(maxsize=4096)(self._profile)
+        self._fitted: dict[tuple[float, float, int], Fitted] = {}
+
+    # ------------------------------------------------------------------------------------------------------- reading
+    def read(self, values: Mapping[str, Value]) -> Profile | None:
+        """Return the profile of some values of the part's parameters; None: some that it needs are missing."""
+        return self._read(frozenset(values.items()))
+
+    def _profile(self, items: frozenset[tuple[str, Value]]) -> Profile | None:
+        values = dict(items)
+        top, ramp = self.rows["top_rate"].form, self.rows["ramp"].form
+        if top not in values:
+            return None
+        if not values.get(ramp, 0) and "rate_divisor" in self.rows:  # every step at R, divided by the factor
+            steepest = self.rows["ramp"].args[0].high
+            rate = self._ramp({top: values[top], ramp: steepest}).top / int(
+                values.get(self.rows["rate_divisor"].form, 1)
+            )
+            return Profile(rate, rate, values=values)
+        try:
+            found = self._ramp(values)
+        except UsageError:
+            return None
+        return self.profile_of(found, values)
+
+    def _ramp(self, values: Mapping[str, Value]) -> Ramp:
+        known = {name: value for name, value in values.items() if name in self.names}
+        return self.calculator.ramp(read(self.calculator, known, self.hz, search=False)[0], self.hz)
+
+    @staticmethod
+    def profile_of(ramp: Ramp, values: Mapping[str, Value]) -> Profile:
+        """Return a ramp as a profile."""
+        if not ramp.time_ps:
+            return Profile(ramp.top, ramp.top, values=dict(values))
+        return Profile(ramp.start, ramp.top, ramp.time_ps, ramp.steps, dict(values))
+
+    def move_ps(self, profile: Profile, steps: int) -> int | None:
+        """Return the time from the first step of a move to the last one, ps; None: it is not known.
+
+        When a part reports the end of a move differs: before or after the interval of the last step.
+        """
+        return self._moves(frozenset(profile.values.items()), 0.0 if profile.ramped else profile.top, abs(steps))
+
+    def _move(self, items: frozenset[tuple[str, Value]], constant: float, steps: int) -> int | None:
+        if steps < 2:
+            return 0
+        if constant and "rate_divisor" in self.rows:
+            return round((steps - 1) * PS_PER_S / constant)
+        try:
+            times = self._ramp(dict(items)).move(steps).times()
+        except UsageError:
+            return None
+        return int(times[-1] - times[0])
+
+    # ------------------------------------------------------------------------------------------------------- fitting
+    def fit(self, wanted: Profile) -> Fitted:
+        """Return the values whose profile comes nearest: first the rates, then the ramp by its time."""
+        key = wanted.start, wanted.top, wanted.time_ps
+        if key not in self._fitted:
+            self._fitted[key] = self._fit(wanted)
+        return self._fitted[key]
+
+    def _fit(self, wanted: Profile) -> Fitted:
+        if own := self._own(wanted):
+            return own
+        values: dict[str, Value] = {}
+        flat = not wanted.ramped
+        for role, rate in (("start_rate", wanted.start), ("top_rate", wanted.top)):
+            if role in self.rows:
+                values[self.rows[role].form] = self._nearest_rate(role, rate)
+        if flat:
+            return self._constant(wanted, values)
+        fixed, free = read(self.calculator, values, self.hz, search=True)
+        goal = Wanted("time", float(wanted.time_ps))
+        found = nearest(self.calculator, Search(goal, fixed, free, self.hz, 1))
+        best = found[0]
+        chosen = {name: int(value) for name, value in best.values.items() if self._written(name)}
+        return Fitted(dict(chosen), self.profile_of(best, best.values))
+
+    def ends(self, role: str) -> tuple[float, float]:
+        """Return the lowest and the highest rate of a command, steps/s."""
+        row, ramp, top = self.rows[role], self.rows["ramp"], self.rows["top_rate"]
+        first = self.rows.get("start_rate")
+        found = []
+        for value in (row.args[0].low, row.args[0].high):
+            values = {top.form: value, ramp.form: ramp.args[0].high}
+            if first is not None:
+                values[first.form] = value if row is first else first.args[0].low
+            profile = self.read({**{each.form: 1 for each in self.rows.values()}, **values})
+            found.append(0.0 if profile is None else profile.top)
+        return min(found), max(found)
+
+    def _own(self, wanted: Profile) -> Fitted | None:
+        """The values of the source, where the target has the same parameters and makes the same of them."""
+        mine = {name: int(value) for name, value in wanted.values.items() if self._written(name) and is_number(value)}
+        if mine.keys() != {name for name, value in wanted.values.items() if name.isupper()}:
+            return None
+        try:
+            if not all(self.sheet.commands.by_form[name].args[0].allows(value) for name, value in mine.items()):
+                return None
+            found = self.read(mine)
+        except (UsageError, KeyError):
+            return None
+        same = found is not None and (found.start, found.top, found.time_ps) == (
+            wanted.start,
+            wanted.top,
+            wanted.time_ps,
+        )
+        return Fitted(mine, found) if same and found is not None else None
+
+    def _constant(self, wanted: Profile, values: dict[str, Value]) -> Fitted:
+        """The values of motions without ramps."""
+        top = self.rows["top_rate"].form
+        if "rate_divisor" in self.rows:  # rate and factor, without a slope
+            factor, rate = self._divided(wanted.top)
+            ramp = self.rows["ramp"]
+            chosen = {top: rate, self.rows["rate_divisor"].form: factor}
+            if ramp.args[0].allows(0):
+                chosen[ramp.form] = 0
+            found = self.read({**chosen, ramp.form: 0})
+            assert found is not None  # noqa: S101  # both are within their ranges
+            return Fitted(chosen, found)
+        chosen = {name: int(value) for name, value in values.items()}
+        gentle = {
+            each.form: each.args[0].high if role == "ramp" else each.args[0].low
+            for role, each in self.rows.items()
+            if each.form not in chosen
+        }
+        found = self.read({**chosen, **gentle})
+        unset = {register.letter for register in self.sheet.registers if not register.default}
+        chosen |= {
+            form: value for form, value in gentle.items() if form in unset
+        }  # the part moves with none of them unset
+        return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
+
+    def _divided(self, rate: float) -> tuple[int, int]:
+        """Factor and rate parameter that come nearest to a rate; of equal ones that with the least factor."""
+        row, factor = self.rows["top_rate"].args[0], self.rows["rate_divisor"].args[0]
+        steepest = self.rows["ramp"].args[0].high
+        form, slope = self.rows["top_rate"].form, self.rows["ramp"].form
+        tops = {each: self._ramp({form: each, slope: steepest}).top for each in range(row.low, row.high + 1)}
+        pairs = (
+            (abs(tops[value] / by - rate), by, value)
+            for value in tops
+            for by in {max(factor.low, min(factor.high, round(tops[value] / rate) or 1)), 1}
+        )
+        _, by, value = min(pairs)
+        return by, value
+
+    def _nearest_rate(self, role: str, rate: float) -> int:
+        """The parameter whose rate comes nearest; at the ends of the range the end."""
+        row = self.rows[role]
+        quantity: RampParameter = self.calculator.quantity(row.form)
+        arg = self.calculator.arg(row.form)
+        if rate <= 0:
+            return arg.low
+        try:
+            found = self.calculator.spoken(quantity, f"{rate:.6f} steps/s", self.hz)
+        except UsageError:
+            found = arg.high if rate > ODD_RATE else arg.low
+        return min(max(int(found or 0), arg.low), arg.high)
+
+    def _written(self, name: str) -> bool:
+        """Whether a parameter is a command of the part."""
+        return name in self.values_of and name in self.sheet.commands.by_form
+
+
+def is_number(value: Value) -> bool:
+    """Return whether a value of a parameter is a number, not a name."""
+    return isinstance(value, int)

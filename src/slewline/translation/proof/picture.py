@@ -1,0 +1,45 @@
+"""A picture of a proof: velocity and position of source and result, one over the other."""
+
+from __future__ import annotations
+
+from ...core.motion.quantity import Position, Velocity
+from ...record.pictures.figures import Contents, description_of, figure
+from ...record.pictures.picture_files import save
+from ...record.pictures.tracks import Track
+from .play import Played
+from .prove import Proof
+
+MARGIN_PS = 10**9
+
+
+def draw(proof: Proof, path: str, names: tuple[str, str]) -> None:
+    """Draw both runs over each other, each from its first motion on.
+
+    Args:
+        path: the file, SVG, PNG or PDF.
+        names: of source and result.
+    """
+    runs = [(name, run) for name, run in zip(names, (proof.source, proof.result), strict=True) if run is not None]
+    tracks = [track(name, run) for name, run in runs]
+    stop = max(ends(run) - begins(run) for _, run in runs) + MARGIN_PS
+    contents = Contents(" and ".join(names), tracks, [], 0, stop, marks=False, zero_is="the first motion of each")
+    picture = figure(contents)
+    save(picture, path, contents.title, description_of(picture))
+
+
+def track(name: str, run: Played) -> Track:
+    """Return what an axis did in a run."""
+    axis = run.chip.axis(1)
+    motor, motions = axis.motor, axis.motions()
+    return Track(name, [Velocity(motor), Position(motor)], motions, zero=begins(run), until=run.bench.now_ps)
+
+
+def begins(run: Played) -> int:
+    """Return the start of the first motion of a run, ps."""
+    return min((motion.time_ps for motion in run.chip.motions()), default=0)
+
+
+def ends(run: Played) -> int:
+    """Return the end of the last motion of a run, ps."""
+    ends = [motion.end.time_ps for motion in run.chip.motions() if motion.end is not None]
+    return max(ends, default=run.bench.now_ps)

@@ -1,0 +1,157 @@
+"""One of our parts runs a text on a bench, and what it did becomes a trace.
+
+The inputs of a program that is to be proven are not wired. So one that the program waits for begins at the other
+level, others are open, and whenever the part has waited for longer than any delay of the program, one of those that
+the program tests changes: the same inputs in the same order on both sides, so that both take the same branches. A
+script that drives them is left alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from ...bench import Bench
+from ...bench.memories import put_memory
+from ...bench.scripts.program_file import program_script
+from ...bench.scripts.script import check_script, run_script
+from ...chips import sheet_of
+from ...core.time.timebase import PS_PER_S
+from ...errors import Timeout
+from ..writer import Happened, Trace
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+
+SLICE_PS = PS_PER_S // 2
+MOST_PS = 3600 * PS_PER_S  # virtual time
+MOST_CHANGES = 16  # of inputs
+MOST_MOVES = 200
+MOST_STEPS = 3_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What surrounds the parts of a proof, the same on both sides.
+
+    Attributes:
+        inputs: the numbers of the inputs that change when a part waits.
+        start: the levels of inputs at the start, by number; others are open.
+        quiet_ps: a part that has done nothing for so long waits, ps.
+        moves: a run ends after so many moves.
+    """
+
+    inputs: tuple[int, ...] = ()
+    start: tuple[tuple[int, int], ...] = ()
+    quiet_ps: int = 2 * PS_PER_S
+    moves: int = MOST_MOVES
+
+
+@dataclass(slots=True)
+class Played:
+    """A run: its trace, and the bench on which it was made."""
+
+    trace: Trace
+    bench: Bench
+    chip: Chip
+    started: dict[int, int] = field(default_factory=dict)  # levels of outputs at the start
+
+
+def play(
+    text: str, part: str, where: str, scene: Scene, wiring: Sequence[tuple[str, str]], crystal_hz: int | None = None
+) -> Played:
+    """Run a text on a bench.
+
+    Args:
+        wiring: pairs of what a pin is for, such as "output1", and its name.
+
+    Raises:
+        ProgramError: a line that no host can send.
+    """
+    sheet = sheet_of(part)
+    bench = Bench()
+    crystal = None if crystal_hz is None else f"{crystal_hz} Hz"
+    chip = bench.add(part, name="x", crystal=crystal, straps=sheet.fastest | sheet.plain)
+    put_memory(bench, chip)
+    host = bench.host(chip)
+    script = program_script(text, where, sheet)
+    check_script(bench, host, script)
+    outputs = {int(role[-1]): name for role, name in wiring if role.startswith("output") and name}
+    inputs = {int(role[-1]): name for role, name in wiring if role.startswith("input") and name}
+    bench.record(*(f"x.{name}" for name in outputs.values()))
+    for number, level in scene.start:
+        if number in inputs:
+            chip.pin(inputs[number]).drive(level)
+    run_script(bench, host, script)
+    changes, stopped = passed(bench, chip, scene, inputs)
+    levels: dict[int, int] = {}
+    happened = [*moves(chip), *changes]
+    for number, name in outputs.items():
+        times, values = bench.edges(f"x.{name}")
+        first = sheet.pin(name).reset
+        levels[number] = first if first is not None else 0
+        happened += [
+            Happened("output", number, int(value), int(ps)) for ps, value in zip(times, values, strict=True) if ps > 0
+        ]
+    order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
+    happened.sort(key=lambda each: (each.time_ps or 0, order[each.kind]))
+    return Played(Trace(f"the model of the {part}", tuple(happened), stopped), bench, chip, levels)
+
+
+def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
+    """Let time pass until all is done, or enough; return the changes of inputs, and whether the run was cut off."""
+    changes: list[Happened] = []
+    levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
+    active = bench.now_ps
+    while bench.now_ps < MOST_PS:
+        before = made(chip)
+        try:
+            bench.run_until_idle(f"{SLICE_PS} ps")
+            return changes, False
+        except Timeout:
+            pass
+        if made(chip) != before or chip.axis(1).motor.moving:
+            active = bench.now_ps
+        if made(chip)[0] > MOST_STEPS or len(chip.motions()) > scene.moves:
+            return changes, True
+        if bench.now_ps - active <= scene.quiet_ps:
+            continue
+        if len(changes) >= MOST_CHANGES or not levels:
+            return changes, True
+        number = scene.inputs[len(changes) % len(scene.inputs)]
+        levels[number] = 0 if levels.get(number) else 1
+        changes.append(Happened("input", number, levels[number] or 0, bench.now_ps))
+        if number in inputs:
+            chip.pin(inputs[number]).drive(levels[number] or 0)
+        active = bench.now_ps
+    return changes, True
+
+
+def made(chip: Chip) -> tuple[int, ...]:
+    """Return what shows that a part does something: its steps, and the levels of its outputs."""
+    outputs = (pin.name for pin in chip.sheet.pins if pin.way in ("out", "both") and pin.role.startswith("output"))
+    steps = [chip.axis(n).motor.made for n in range(1, chip.sheet.axes + 1)]
+    return (sum(steps), *(chip.pin(name).level or 0 for name in outputs))
+
+
+def moves(chip: Chip) -> list[Happened]:
+    """Return the motions of a part: steps, the time from the first to the last one, the greatest rate."""
+    found = []
+    for number in range(1, chip.sheet.axes + 1):
+        axis = chip.axis(number)
+        for motion in axis.motions():
+            if motion.end is None:
+                continue
+            steps = axis.steps(motion.time_ps or None, motion.end.time_ps)
+            if not len(steps):
+                continue
+            times = steps.times_ps
+            gaps = times[1:] - times[:-1]
+            net = int(steps.directions.sum())
+            rate = float(PS_PER_S / gaps.min()) if len(gaps) else None
+            if motion.end.why == "done":
+                found.append(Happened("move", number, net, motion.time_ps, int(times[-1] - times[0]), rate))
+            else:
+                found.append(Happened("run", number, 1 if net > 0 else -1, motion.time_ps, None, rate))
+    return found

@@ -1,0 +1,113 @@
+"""A text in the dialect of a part -> what it does (meaning.py), by the roles of its rows.
+
+Labels are named as the source names them; an instruction to which only its address leads is named for its line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..chips import ramps_of, sheet_of
+from ..errors import UsageError
+from ..language.assemble import RefusedProgram, link
+from ..language.ramp_answers import Calculator
+from ..language.source import mended, read
+from ..language.statements import Directive, Source
+from .bits import Numbers
+from .meaning import Action, Assumed, HostDirective, Label, Line, Program
+from .profiles import Profiles
+from .registers import KnownRegisterValues
+from .role_reader import RoleReader
+
+WIRES = (
+    "step",
+    "direction",
+    *(f"output{n}" for n in (1, 2, 3)),
+    *(f"input{n}" for n in (1, 2, 3)),
+    "enable",
+    "abort",
+    "home",
+    "end",
+    "moving",
+)
+
+
+def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | None = None) -> Program:
+    """Return what a program does.
+
+    Args:
+        text: what a host sends, a command a line.
+        part: the part it is for.
+        where: the name of the text in messages.
+        crystal_hz: the crystal of the part; None: its usual one.
+
+    Raises:
+        RefusedProgram: lines that the part does not take; all of them are in `.problems`.
+        UnknownName: there is no such part.
+    """
+    sheet = sheet_of(part)
+    source = read(text, sheet)
+    link(source)
+    errors = sorted(problem for problem in mended(source.problems, text) if problem.severity == "error")
+    if errors:
+        raise RefusedProgram(errors, text, where)
+    try:
+        calculator: Calculator | None = ramps_of(part)
+    except UsageError:
+        calculator = None
+    return ActionReader(text, source, calculator, where, crystal_hz).program()
+
+
+class ActionReader:
+    """Makes actions of the statements of a text."""
+
+    def __init__(
+        self, text: str, source: Source, calculator: Calculator | None, where: str, crystal_hz: int | None
+    ) -> None:
+        self.text, self.source, self.sheet, self.where = text, source, source.sheet, where
+        self.hz = crystal_hz or self.sheet.crystal_hz
+        self.stated = crystal_hz is not None
+        profiles = Profiles(self.sheet, self.hz, calculator) if calculator is not None else None
+        self.bits = Numbers(self.sheet, source)
+        self.roles = RoleReader(source, self.hz, profiles, KnownRegisterValues(source, calculator, {}), self.bits)
+
+    def program(self) -> Program:
+        """Return the program."""
+        actions: dict[int, list[Action]] = {}
+        for item in self.source.items:
+            found = actions.setdefault(item.line, [])
+            if isinstance(item, Directive):
+                found.append(HostDirective(line=item.line, text=item.text))
+            else:
+                found += self.roles.statement(item)
+        for number, block in enumerate(self.source.blocks):  # a label at the end leads out of the program
+            if (number, block.end) in self.roles.labels and block.statements:
+                last = block.statements[-1].line
+                actions[last].append(Label(name=self.roles.labels[number, block.end], line=last, block=number))
+        lines = []
+        for number, line in enumerate(self.text.splitlines(), 1):
+            code, mark, comment = line.partition(";")
+            lines.append(Line(number, code.strip(), comment.strip() if mark else "", tuple(actions.get(number, ()))))
+        half = any(statement.row.role == "half_steps" for statement in self.source.statements)
+        return Program(self.sheet.part, self.where, tuple(lines), tuple(self.assumed()), self.wiring(), half)
+
+    # ------------------------------------------------------------------------------------------------- what is assumed
+    def assumed(self) -> Iterable[Assumed]:
+        """Yield what the text does not say."""
+        if self.sheet.crystal_high_hz and not self.stated:
+            yield Assumed(
+                "crystal", f"{self.hz / 1e6:g} MHz, the usual one of the {self.sheet.part}", "state it with --crystal"
+            )
+        for n in (1, 2, 3):
+            pin = self.sheet.role(f"output{n}")
+            if pin is not None and pin.reset is not None:
+                yield Assumed(f"output {n} ({pin.name})", f"{'high' if pin.reset else 'low'} after reset")
+
+    def wiring(self) -> dict[str, str]:
+        """Return the pins by what they are for."""
+        found = {}
+        for role in WIRES:
+            pin = self.sheet.role(role)
+            if pin is not None:
+                found[role] = pin.name
+        return found | self.bits.wiring()

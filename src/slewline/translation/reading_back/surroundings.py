@@ -1,0 +1,107 @@
+"""The surroundings of a program that is read back: its inputs, and the record of what it did."""
+
+from __future__ import annotations
+
+from ..writer import Happened, Trace, WriterOptions
+
+MOST_EVENTS = 5_000
+MOST_STATEMENTS = 100_000
+MOST_CHANGES = 16  # of inputs
+IDLE_STATEMENTS = 500  # without anything that happens: the program waits
+
+
+class RefusedLine(Exception):
+    """A line that the target would not take: place and reason."""
+
+    def __init__(self, line: int, text: str, reason: str) -> None:
+        super().__init__(f"line {line}: {text.strip()}: {reason}")
+
+
+class Enough(Exception):
+    """The program has no end; what it did so far is the trace."""
+
+
+class Surroundings:
+    """Inputs, a counter for each axis, and what happened.
+
+    `options.values["inputs"]` has the levels at the start: "1=0 3=1"; the others are high, as open inputs are.
+    `options.values["waits"]` has the inputs that change, one after the other, whenever the program does nothing but
+    wait: "1 2"; without any a wait ends immediately.
+    """
+
+    def __init__(self, options: WriterOptions) -> None:
+        self.steps_per_mm = options.steps_per_mm
+        self.levels: dict[int, int] = {}
+        for pair in options.values.get("inputs", "").split():
+            number, _, level = pair.partition("=")
+            self.levels[int(number)] = int(level)
+        self.waits = [int(each) for each in options.values.get("waits", "").split()]
+        self.position: dict[int, int] = {}  # in steps since the start, whatever they are called
+        self.outputs: dict[int, int] = {}
+        self.happened: list[Happened] = []
+        self._statements = self._changes = 0
+        self._active = (0, 0)  # statements and happenings when something happened last
+
+    def statement(self) -> None:
+        """Count a statement; one that follows many others in which nothing happened lets an input change.
+
+        Raises:
+            Enough: there have been so many that the program has no end.
+        """
+        self._statements += 1
+        if self._statements > MOST_STATEMENTS or len(self.happened) >= MOST_EVENTS:
+            raise Enough
+        if self._active[1] != len(self.happened):
+            self._active = (self._statements, len(self.happened))
+        if self.waits and self._statements - self._active[0] > IDLE_STATEMENTS:
+            self._change()
+
+    def level(self, number: int) -> int:
+        """Return the level of an input."""
+        return self.levels.get(number, 1)
+
+    def wait(self, number: int, level: int) -> None:
+        """Wait for a level of an input.
+
+        Raises:
+            Enough: it never comes.
+        """
+        if not self.waits:
+            self.happened.append(Happened("input", number, level))
+            return
+        while self.level(number) != level:
+            self._change()
+
+    def _change(self) -> None:
+        """Let the next input change."""
+        if self._changes >= MOST_CHANGES:
+            raise Enough
+        number = self.waits[self._changes % len(self.waits)]
+        self._changes += 1
+        self.levels[number] = 1 - self.level(number)
+        self.happened.append(Happened("input", number, self.levels[number]))
+
+    def run(self, axis: int, sign: int) -> None:
+        """Record a motion that something ends from outside."""
+        self.happened.append(Happened("run", axis, sign))
+
+    def move(self, axis: int, steps: int, rate: float | None = None) -> None:
+        """Record a move from rest to rest."""
+        if steps:
+            self.position[axis] = self.position.get(axis, 0) + steps
+            self.happened.append(Happened("move", axis, steps, rate=rate))
+
+    def output(self, number: int, level: int) -> None:
+        """Record an output, if it changes; what sets it first sets its state at the start."""
+        if self.outputs.setdefault(number, level) != level:
+            self.outputs[number] = level
+            self.happened.append(Happened("output", number, level))
+
+    def delay(self, ps: int) -> None:
+        """Record a delay."""
+        if ps:
+            self.happened.append(Happened("delay", 1, ps))
+
+    def trace(self, ran: str, stopped: bool = False) -> Trace:
+        """Return what happened."""
+        return Trace(ran, tuple(self.happened), stopped)

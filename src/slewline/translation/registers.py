@@ -1,0 +1,169 @@
+"""What registers hold at every command of a program, as far as its text shows: all paths through it are followed.
+
+A register that holds several values at a command, since paths meet there, is not known there; nor is a position that
+comes from before a loop.  The rows say by their roles what a command does; a parameter of the ramp is what the part's
+calculator takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from ..core.datasheet.table import Row, Sheet
+from ..language.lint import explored
+from ..language.ramp_answers import Calculator
+from ..language.statements import Block, Source, Statement
+
+Key = tuple[int, str]  # axis (0: of the whole part), name
+State = frozenset[tuple[Key, int]]
+
+PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
+
+
+class KnownRegisterValues:
+    """The registers of a program, before and after each of its statements."""
+
+    def __init__(self, source: Source, calculator: Calculator | None, preset: Mapping[str, int | str]) -> None:
+        self.source, self.sheet = source, source.sheet
+        self.parameters = {each.name for each in calculator.quantities} if calculator is not None else set()
+        self.preset = preset
+        self._seen: dict[int, set[State]] = {}
+        self._follow()
+
+    def before(self, statement: Statement) -> dict[Key, int]:
+        """Return what is known of the registers when a statement begins."""
+        return merged(self._seen.get(id(statement), ()))
+
+    def after(self, statement: Statement) -> dict[Key, int]:
+        """Return what is known of them after it."""
+        return merged(self._step(statement, state) for state in self._seen.get(id(statement), ()))
+
+    # ----------------------------------------------------------------------------------------------------- following
+    def initial(self) -> State:
+        """Return the registers after a reset, as the sheet has them; a rate of 0 is none."""
+        found: dict[Key, int] = {(0, "axis"): 1}
+        for register in self.sheet.registers:
+            row = self.sheet.commands.by_form.get(register.letter)
+            if row is None or not takes_part(row, self.parameters) or not register.default:
+                continue
+            if row.args[0].allows(register.default):
+                found |= {(axis, row.form): register.default for axis in range(1, self.sheet.axes + 1)}
+        place = next((each for each in self.sheet.registers if each.name in ("position", "trgt_pos")), None)
+        if place is not None and not place.default:  # else it is undefined
+            found |= {(axis, "position"): 0 for axis in range(1, self.sheet.axes + 1)}
+        direction = self.sheet.role("direction")
+        if direction is not None and direction.reset is not None and direction.sense is not None:
+            found[1, "sign"] = 1 if direction.reset == direction.sense else -1
+        for name, value in self.preset.items():
+            found[1, name] = int(value)
+        return frozenset(found.items())
+
+    def _follow(self) -> None:
+        """Walk through the text as a host sends it; a program is followed where it is run."""
+        states: list[State] = [self.initial()]
+        blocks, block, ran = iter(self.source.blocks), None, True
+
+        def step(statement: Statement, state: State) -> State:
+            self._seen.setdefault(id(statement), set()).add(state)
+            return self._step(statement, state)
+
+        for statement in self.source.statements:
+            if statement.block >= 0:
+                continue
+            row = statement.row
+            states = list(dict.fromkeys(step(statement, state) for state in states))
+            if row.role == "enter":
+                if block is not None and not ran:
+                    explored(block, block.base, states, step)
+                block, ran = next(blocks, None), False
+            elif block is not None and runs(row, statement, block):
+                states, ran = explored(block, start_of(statement, block), states, step), True
+        if block is not None and not ran:
+            explored(block, block.base, states, step)
+
+    def _step(self, statement: Statement, before: State) -> State:
+        """Return the registers after a statement."""
+        row, values, state = statement.row, statement.values, dict(before)
+        axis = state.get((0, "axis"), 1)
+        value = values[0] if values else 0
+        if takes_part(row, self.parameters):
+            state[axis, row.form] = value
+            if row.role == "ramp" and value:  # S above 0 makes the factor 1
+                state |= {(axis, each.form): 1 for each in self.sheet.acting("rate_divisor")}
+        elif row.role in ("distance", "target"):
+            state[axis, row.role] = value
+            state.pop((axis, "distance" if row.role == "target" else "target"), None)
+        elif row.role in ("plus", "minus"):
+            state[axis, "sign"] = 1 if row.role == "plus" else -1
+        elif row.role in ("endless_next", "half_steps"):
+            state[axis, row.role] = 1
+        elif row.role == "axis":
+            state[0, "axis"] = int(row.form[-1])
+        elif row.role == "erase":
+            return self.initial()
+        else:
+            self._moved(row, value, axis, state)
+        if row.stored and row.flow != "n" and statement.block >= 0:
+            state = {key: held for key, held in state.items() if key[1] != "position"}  # what is repeated moves again
+        return frozenset(state.items())
+
+    def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
+        """What a command does to the position, and to what a motion uses up."""
+        here, place = state.get((axis, "position")), (axis, "position")
+        if row.role == "preset":
+            state[place] = value
+        elif row.role == "home" or (row.role == "clear" and value & 1):
+            state[place] = 0
+        elif row.role in ("absolute", "goto"):
+            self._reach(value, axis, state)
+        elif row.role in ("move", "single", "update"):
+            endless, target = state.pop((axis, "endless_next"), 0), state.get((axis, "target"))
+            steps = value if row.args else 1 if row.role == "single" else state.get((axis, "distance"))
+            sign = 1 if row.args else state.get((axis, "sign"))
+            if endless:
+                state.pop(place, None)
+            elif target is not None and row.role != "single":
+                self._reach(target, axis, state)
+            elif here is not None and steps is not None and sign is not None:
+                state[place] = here + steps * sign
+            else:
+                state.pop(place, None)
+        elif row.motion:
+            state.pop(place, None)
+
+    def _reach(self, position: int, axis: int, state: dict[Key, int]) -> None:
+        """A motion to a position turns the direction, which stays for the next one."""
+        here = state.get((axis, "position"))
+        if here is None:
+            state.pop((axis, "sign"), None)
+        else:
+            state[axis, "sign"] = 1 if position >= here else -1
+        state[axis, "position"] = position
+
+
+def takes_part(row: Row, parameters: Iterable[str]) -> bool:
+    """Return whether a command sets a parameter of the ramp."""
+    return bool(row.args) and (row.role in PROFILE_ROLES or row.form in parameters)
+
+
+def runs(row: Row, statement: Statement, block: Block) -> bool:
+    """Return whether a command of the host runs the program."""
+    return row.role == "run" or (row.role == "leave" and row.starts) or statement.target is not None
+
+
+def start_of(statement: Statement, block: Block) -> int:
+    """Return the address at which a command of the host starts the program."""
+    target = statement.target
+    address = None if target is None or statement.row.role == "run" else block.address_of(target)
+    return block.base if address is None else address
+
+
+def merged(states: Iterable[State]) -> dict[Key, int]:
+    """Return what all of some states have in common."""
+    found = list(states)
+    return dict(frozenset.intersection(*found)) if found else {}
+
+
+def rows_by_role(sheet: Sheet) -> dict[str, Row]:
+    """Return the command of each role; the first one of those that share it."""
+    return {row.role: row for row in reversed(list(sheet.commands)) if row.role}

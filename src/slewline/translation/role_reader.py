@@ -1,0 +1,395 @@
+"""Statements -> actions: a method for each role that a row may have, for all parts that have a command in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+from ..core.datasheet.table import Sheet
+from ..core.time.timebase import PS_PER_S
+from ..language.statements import Block, Source, Statement
+from .bits import Numbers
+from .meaning import (
+    Action,
+    Delay,
+    EndProgram,
+    EnterProgram,
+    EraseProgram,
+    Home,
+    Input,
+    Jump,
+    Label,
+    LeaveProgram,
+    Loop,
+    MoveBy,
+    MoveTo,
+    Part,
+    Profile,
+    Query,
+    RunEndless,
+    RunProgram,
+    SaveProgram,
+    SetDirection,
+    SetDistance,
+    SetEndless,
+    SetOutput,
+    SetPosition,
+    SetProfile,
+    SetTarget,
+    Special,
+    Stop,
+    WaitInput,
+)
+from .profiles import Profiles
+from .registers import Key, KnownRegisterValues, start_of, takes_part
+
+SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
+UNIT_TIMES = ("millisecond", "delay_unit")
+
+
+class RoleReader:
+    """Makes actions of statements, by the roles of their rows.
+
+    Args:
+        source: the text, read.
+        hz: the crystal.
+        profiles: of the part; None: it has no ramp calculator.
+        registers: what is known of them at every statement.
+        bits: which bit is which output and input.
+    """
+
+    def __init__(
+        self, source: Source, hz: int, profiles: Profiles | None, registers: KnownRegisterValues, bits: Numbers
+    ) -> None:
+        self.source, self.sheet, self.hz = source, source.sheet, hz
+        self.profiles, self.registers, self.bits = profiles, registers, bits
+        self.labels: dict[tuple[int, int], str] = {}  # block, address
+        self.loops: dict[tuple[int, int], str] = {}  # the same, of loops that begin at a mark
+        self._name_labels()
+
+    # ---------------------------------------------------------------------------------------------------- statements
+    def statement(self, statement: Statement) -> list[Action]:
+        """Return the actions of a command, after the label of its place."""
+        row, block = statement.row, statement.block
+        at = self.labels.get((block, statement.address)) if block >= 0 else None
+        before = self.registers.before(statement)
+        common = {
+            "line": statement.line,
+            "text": statement.text,
+            "block": block,
+            "axis": before.get((0, "axis"), 1),
+            "command": row.form,
+            "values": statement.values,
+        }
+        found: list[Action] = [Label(name=at, line=statement.line, block=block)] if at is not None else []
+        if self.profiles is not None and takes_part(row, self.profiles.names):
+            return [*found, self.set_profile(statement, common)]
+        method: Callable[..., Iterable[Action]] | None = getattr(self, f"on_{row.role}", None) if row.role else None
+        if method is None:
+            return [*found, *self.other(statement, common)]
+        return [*found, *method(statement, before, common)]
+
+    def set_profile(self, statement: Statement, common: dict[str, object]) -> Action:
+        """A rate, or a value of the ramp: with the profile that then holds."""
+        axis = int(str(common["axis"]))
+        profile = self.profile(self.registers.after(statement), axis)
+        sets = SETS.get(statement.row.role, "ramp")
+        value = None
+        if profile is not None:
+            value = {"start rate": profile.start, "top rate": profile.top, "ramp": profile.acceleration}[sets]
+        return SetProfile(sets=sets, value=value, profile=profile, **common)  # type: ignore[arg-type]
+
+    def profile(self, state: Mapping[Key, int], axis: int) -> Profile | None:
+        """Return the profile of what the registers hold; None: it is not known."""
+        if self.profiles is None:
+            return None
+        return self.profiles.read(
+            {name: value for (of, name), value in state.items() if of == axis and name in self.profiles.values_of}
+        )
+
+    def motion(self, before: Mapping[Key, int], common: Mapping[str, object]) -> dict[str, object]:
+        """Return what a motion has, of the registers before it."""
+        axis = int(str(common["axis"]))
+        return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
+
+    def on_move(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """A relative move: of as many steps as it says, or as were set."""
+        axis = int(str(common["axis"]))
+        its = self.motion(before, common)
+        sign = before.get((axis, "sign"))
+        if statement.values:
+            steps = statement.values[0]
+            yield MoveBy(distance=abs(steps), sign=1 if steps > 0 else -1, **its)  # type: ignore[arg-type]
+        elif before.get((axis, "endless_next")):
+            yield RunEndless(sign=sign, **its)  # type: ignore[arg-type]
+        elif (axis, "target") in before:
+            yield MoveTo(position=before[axis, "target"], **its)  # type: ignore[arg-type]
+        else:
+            yield MoveBy(distance=before.get((axis, "distance")), sign=sign, **its)  # type: ignore[arg-type]
+
+    def on_single(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """One step."""
+        yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
+
+    def on_update(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """Motions that were set begin."""
+        position = before.get((int(str(common["axis"])), "target"))
+        yield MoveTo(position=position, **self.motion(before, common))  # type: ignore[arg-type]
+
+    def on_goto(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """A move to a position."""
+        yield MoveTo(position=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
+
+    on_absolute = on_goto
+
+    def on_endless(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """A run without end."""
+        yield RunEndless(sign=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
+
+    def on_until_input(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """A run that ends when an input is low."""
+        sign, number = statement.values
+        yield RunEndless(sign=sign, until=Input(number, 0), **self.motion(before, common))  # type: ignore[arg-type]
+
+    def on_home(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """A homing."""
+        alone = statement.row.args[0].sign == "alone"
+        sign = statement.values[0] if alone else before.get((1, "sign"), 1)
+        yield Home(sign=sign, **self.motion(before, common))  # type: ignore[arg-type]
+
+    # ---------------------------------------------------------------------------------------------- settings of motions
+    def on_distance(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """The number of steps of relative moves."""
+        yield SetDistance(steps=statement.values[0], **common)  # type: ignore[arg-type]
+
+    def on_target(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The position to which the next motion goes."""
+        yield SetTarget(position=statement.values[0], **common)  # type: ignore[arg-type]
+
+    def on_plus(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The direction of relative moves."""
+        yield SetDirection(sign=1 if statement.row.role == "plus" else -1, **common)  # type: ignore[arg-type]
+
+    on_minus = on_plus
+
+    def on_endless_next(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """The next motion has no end."""
+        yield SetEndless(**common)  # type: ignore[arg-type]
+
+    def on_preset(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The position counter is set."""
+        yield SetPosition(position=statement.values[0] if statement.values else 0, **common)  # type: ignore[arg-type]
+
+    def on_clear(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """Position and outputs become zero."""
+        if statement.values[0] & 1:
+            yield SetPosition(position=0, **common)  # type: ignore[arg-type]
+        if statement.values[0] & 2:
+            outputs = [n for n in (1, 2, 3) if self.sheet.role(f"output{n}") is not None]
+            yield from (SetOutput(number=n, level=0, implied=True, **common) for n in outputs)  # type: ignore[arg-type]
+
+    # ------------------------------------------------------------------------------------------ outputs, inputs, times
+    def on_output_high(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """An output is set."""
+        number = statement.values[0] if statement.values else 1
+        yield SetOutput(number=number, level=int(statement.row.role == "output_high"), **common)  # type: ignore[arg-type]
+
+    on_output_low = on_output_high
+
+    def on_bits(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """Outputs are set by a number."""
+        outputs = self.bits.outputs(statement)
+        if outputs is None:
+            yield Special(says=f"{statement.text}: bits that are no single outputs", **common)  # type: ignore[arg-type]
+        else:
+            yield from (SetOutput(number=number, level=level, **common) for number, level in outputs)  # type: ignore[arg-type]
+
+    def on_wait_high(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """A wait for an input."""
+        number = statement.values[0] if statement.values else 1
+        yield WaitInput(input=Input(number, int(statement.row.role == "wait_high")), **common)  # type: ignore[arg-type]
+
+    on_wait_low = on_wait_high
+
+    def on_wait_bits(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """A wait for inputs that a number names."""
+        one = self.bits.input(statement)
+        if one is None:
+            yield Special(says=f"{statement.text}: waits for several inputs", **common)  # type: ignore[arg-type]
+        else:
+            yield WaitInput(input=one, **common)  # type: ignore[arg-type]
+
+    def on_delay(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """A delay, in the unit of the sheet."""
+        yield Delay(time_ps=statement.values[0] * delay_unit_ps(self.sheet, self.hz), **common)  # type: ignore[arg-type]
+
+    # ------------------------------------------------------------------------------------------------------------ flow
+    def on_jump(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """A jump; of a host, the start of the program at that place."""
+        to = self.goal(statement)
+        if statement.block < 0:
+            yield RunProgram(at=to, **common)  # type: ignore[arg-type]
+        else:
+            yield Jump(to=to, **common)  # type: ignore[arg-type]
+
+    def on_loop(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The end of a loop."""
+        passes = statement.values[0] or statement.row.args[0].modulus
+        yield Loop(to=self.goal(statement), passes=passes, **common)  # type: ignore[arg-type]
+
+    def on_mark(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The start of a loop: a label, if a loop leads to it."""
+        name = self.loops.get((statement.block, statement.end))
+        if name is not None:
+            yield Label(name=name, **common)  # type: ignore[arg-type]
+
+    def on_branch_low(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """A branch by the level of an input: its own, or the second one."""
+        level = int(statement.row.role == "branch_high")
+        number = statement.values[0] if statement.values and statement.target is None else 2
+        yield Jump(to=self.goal(statement), inputs=(Input(number, level),), **common)  # type: ignore[arg-type]
+
+    on_branch_high = on_branch_low
+
+    def on_branch_inputs(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """A branch where all inputs have their levels."""
+        levels = tuple(Input(n + 1, statement.values[0] >> n & 1) for n in range(3))
+        yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
+
+    def on_branch_bits(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """A branch until inputs match: it is taken at the other level."""
+        one = self.bits.input(statement)
+        if one is None:
+            yield Special(says=f"{statement.text}: tests several inputs", **common)  # type: ignore[arg-type]
+        else:
+            yield Jump(to=self.goal(statement), inputs=(Input(one.number, 1 - one.level),), **common)  # type: ignore[arg-type]
+
+    def on_stop(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The end of a program."""
+        yield EndProgram(**common)  # type: ignore[arg-type]
+
+    # -------------------------------------------------------------------------------------------------- host, programs
+    def on_enter(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """Program entry begins."""
+        number = next(n for n, block in enumerate(self.source.blocks) if block.entry is statement)
+        yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
+
+    def on_leave(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """Program entry ends, or a program that was entered runs."""
+        ends = any(block.quit is statement for block in self.source.blocks)
+        if ends:
+            yield LeaveProgram(runs=statement.row.starts, **common)  # type: ignore[arg-type]
+        elif statement.row.starts:
+            yield RunProgram(**common)  # type: ignore[arg-type]
+
+    def on_run(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The program runs from its start; in a program it begins again."""
+        if statement.block < 0:
+            yield RunProgram(**common)  # type: ignore[arg-type]
+        else:
+            yield Jump(to=self.labels[statement.block, self.source.blocks[statement.block].base], **common)  # type: ignore[arg-type]
+
+    def on_store(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The program is kept without power."""
+        yield SaveProgram(**common)  # type: ignore[arg-type]
+
+    def on_erase(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+        """The program is erased."""
+        yield EraseProgram(**common)  # type: ignore[arg-type]
+
+    def on_question(
+        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
+    ) -> Iterable[Action]:
+        """The part is asked for something."""
+        yield Query(**common)  # type: ignore[arg-type]
+
+    on_state = on_read = on_list = on_question
+
+    def other(self, statement: Statement, common: dict[str, object]) -> Iterable[Action]:
+        """What has no role that all parts share."""
+        row = statement.row
+        if row.at_once:
+            yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
+        elif row.form.startswith("GET_"):
+            yield Query(**common)  # type: ignore[arg-type]
+        else:
+            yield Special(says=row.says, **common)  # type: ignore[arg-type]
+
+    # ---------------------------------------------------------------------------------------------------------- labels
+    def goal(self, statement: Statement) -> str:
+        """Return the label to which a command leads."""
+        number, address = self._goal(statement)
+        if "l" in statement.row.flow and (number, address) in self.loops:
+            return self.loops[number, address]
+        return self.labels[number, address]
+
+    def _goal(self, statement: Statement) -> tuple[int, int]:
+        number = statement.block if statement.block >= 0 else self._block_before(statement)
+        block = self.source.blocks[number] if number >= 0 else Block()
+        if statement.block < 0:
+            return number, start_of(statement, block)
+        target, flow = statement.target, statement.row.flow
+        if target is not None:
+            return number, block.address_of(target) or 0
+        return number, block.loop_start(statement) if "l" in flow else block.base
+
+    def _mark(self, number: int, address: int) -> Statement | None:
+        """The command that marks the start of a loop at an address."""
+        marks = (each for each in self.source.blocks[number].statements if each.row.role == "mark")
+        return next((each for each in marks if each.end == address), None)
+
+    def _block_before(self, statement: Statement) -> int:
+        """The program that was entered last when the host sends a command."""
+        found = -1
+        for item in self.source.statements:
+            if item is statement:
+                break
+            found = max(found, item.block)
+        return found
+
+    def _name_labels(self) -> None:
+        """Name every instruction to which a branch leads."""
+        for number, block in enumerate(self.source.blocks):
+            for letter, address in block.labels.items():
+                self.labels[number, address] = letter
+        leads = [
+            statement
+            for statement in self.source.statements
+            if statement.target is not None or (statement.row.flow in ("0", "n0", "nl") and statement.block >= 0)
+        ]
+        for statement in leads:
+            number, address = self._goal(statement)
+            if "l" in statement.row.flow and (mark := self._mark(number, address)) is not None:
+                self.loops[number, address] = f"line{mark.line}"
+                continue
+            if number < 0 or (number, address) in self.labels:
+                continue
+            at = next((each for each in self.source.blocks[number].statements if each.address == address), None)
+            name = f"line{at.line}" if at is not None else f"end{number}" if address else f"start{number}"
+            taken = set(self.labels.values())
+            self.labels[number, address] = name if name not in taken else f"{name}_{address}"
+
+
+def delay_unit_ps(sheet: Sheet, hz: int) -> int:
+    """Return what a delay of 1 takes at a crystal, ps."""
+    time = next(sheet.times[name] for name in UNIT_TIMES if name in sheet.times)
+    return time.ticks * PS_PER_S // hz

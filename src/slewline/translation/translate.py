@@ -1,0 +1,205 @@
+"""Translation from Python: a program of one part becomes a program of another one.
+
+done = slewline.translate("weld.cy525", to="gs-c200s")
+print(done.text)
+for line in done.report:
+    print(line.number, line.code, line.kind.value)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+from ..bench.circuit import crystal_for
+from ..bench.scripts.program_file import program_text
+from ..chips import CATALOGUE, sheet_of
+from ..core.messages.near import hint
+from ..errors import UnknownName, UsageError
+from .meaning import Assumed, Program
+from .own.writer import OwnWriter
+from .reading import read_program
+from .report import Kind, OutLine, Report, ReportLine, Verdict
+from .writer import WARNING, Target, WriterOptions, Written
+from .writers import TARGETS, target
+
+COLUMN = 13  # of a comment beside a command
+
+
+@dataclass(frozen=True, slots=True)
+class Translation:
+    """A translated program.
+
+    Attributes:
+        text: the result, for the target.
+        report: what became of each line.
+        program: what the source does.
+        source: the text of the source.
+    """
+
+    text: str
+    report: Report
+    program: Program
+    source: str
+    options: WriterOptions
+    source_hz: int | None = None
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{number} {kind.value}" for kind, number in self.report.counts.items())
+        return f"<Translation of {self.report.where} for {self.report.to}: {counts}>"
+
+
+def translate(
+    file: str | PathLike[str],
+    *,
+    to: str,
+    part: str | None = None,
+    crystal: str | int | None = None,
+    target_crystal: str | int | None = None,
+    steps_per_mm: float = 1.0,
+    axis: str = "X",
+    unroll: int = 1000,
+    strict: bool = False,
+) -> Translation:
+    """Return a program for another part or controller, with a report of each line.
+
+    Args:
+        file: the program; its extension selects the part, unless `part` does.
+        to: the target: a part number, or the name of another controller.
+        part: the part of the source.
+        crystal, target_crystal: the crystals of source and target, such as "11 MHz"; by default the usual ones.
+        steps_per_mm: the steps of a millimetre, for targets that count millimetres.
+        axis: the axis, for targets that have several.
+        unroll: how many lines a loop may become where the target has none.
+        strict: refuse what is not the same.
+
+    Raises:
+        UnknownName: there is no such part or target.
+        UsageError: an argument is out of range, or `strict` and a line that is not the same.
+        ProgramError: lines that the part of the source does not take.
+        BenchFileError: the file cannot be read, or is no text.
+    """
+    path = str(file)
+    return translate_text(
+        program_text(path),
+        part or Path(path).suffix[1:],
+        to,
+        where=path,
+        crystal=crystal,
+        target_crystal=target_crystal,
+        options=WriterOptions(steps_per_mm=steps_per_mm, axis=axis, unroll=unroll),
+        strict=strict,
+    )
+
+
+def translate_text(
+    text: str,
+    part: str,
+    to: str,
+    *,
+    where: str = "<text>",
+    crystal: str | int | None = None,
+    target_crystal: str | int | None = None,
+    options: WriterOptions | None = None,
+    strict: bool = False,
+) -> Translation:
+    """Return a text for another part; arguments and errors as for `translate`."""
+    options = options or WriterOptions()
+    sheet = sheet_of(part)
+    source_hz = None if crystal is None else crystal_for(sheet, crystal)
+    program = read_program(text, part, where, source_hz)
+    name = known(to)
+    if name in TARGETS:
+        other: Target | None = target(name)
+        written = target(name).write(program, options)
+    else:
+        other, mine = None, sheet_of(name)
+        if target_crystal is not None:
+            options = WriterOptions(
+                options.steps_per_mm, options.axis, options.unroll, crystal_for(mine, target_crystal), options.values
+            )
+        written = OwnWriter(program, name, options, source_hz).write()
+    report = reported(program, name, written)
+    result = joined(program, name, other, written)
+    if strict and not report.same:
+        raise UsageError(refusal(report))
+    return Translation(result, report, program, text, options, source_hz)
+
+
+def known(to: str) -> str:
+    """Return the name of a target.
+
+    Raises:
+        UnknownName: there is none; the message lists the targets.
+    """
+    name = CATALOGUE.canonical(to) if isinstance(to, str) else ""
+    if name in CATALOGUE.names() or name in TARGETS:
+        return name
+    if ":" in name:
+        sheet_of(name)
+        return name
+    names = [*CATALOGUE.names(), *TARGETS]
+    raise UnknownName(f"no target {to!r}; there are: {', '.join(names)}{hint(str(to), names)}")
+
+
+def reported(program: Program, to: str, written: Written) -> Report:
+    """Return the report on what was written."""
+    verdicts: dict[int, list[Verdict]] = {}
+    for verdict in written.verdicts:
+        verdicts.setdefault(verdict.line, []).append(verdict)
+    texts: dict[int, list[str]] = {}
+    for line in written.lines:
+        if line.text:
+            texts.setdefault(line.source, []).append(line.text)
+    lines = tuple(
+        ReportLine(
+            line.number,
+            line.code,
+            tuple(texts.get(line.number, ())),
+            tuple(sorted(verdicts.get(line.number, ()), key=lambda each: -each.kind.worth)),
+        )
+        for line in program.lines
+        if line.code
+    )
+    assumed = (*program.assumed, *(Assumed(about, value) for about, value in written.assumed))
+    wiring = tuple((role, theirs, mine) for role, theirs, mine in written.wiring)
+    return Report(program.where, program.part, to, lines, tuple(verdicts.get(0, ())), assumed, wiring)
+
+
+def joined(program: Program, to: str, other: Target | None, written: Written) -> str:
+    """Return the text of a result, with the warning at its head."""
+
+    def comment(text: str) -> str:
+        return other.comment(text) if other is not None else f"; {text}".rstrip() if text else ";"
+
+    head = [
+        *map(comment, WARNING),
+        comment(f"{Path(program.where).name}, for the {program.part}, as a program for {to}."),
+    ]
+    return "\n".join([*head, *lines_of(written.lines, other)]) + "\n"
+
+
+def lines_of(lines: Iterable[OutLine], other: Target | None) -> Iterable[str]:
+    """Yield the lines of a result with their comments."""
+    for line in lines:
+        if other is not None:
+            yield other.joined(line)
+        elif line.text:
+            yield f"{line.text:<{COLUMN - 1}} ; {line.comment}" if line.comment else line.text
+        else:
+            yield f"; {line.comment}" if line.comment else ""
+
+
+def refusal(report: Report) -> str:
+    """Return which lines are not the same."""
+    wrong = [line for line in report.lines if line.kind is not Kind.SAME]
+    says = [f"{report.where}, line {line.number}: {line.code}: {line.verdicts[0].text}" for line in wrong]
+    says += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not Kind.SAME]
+    return "\n".join(
+        [
+            f"{report.where}: {len(says)} lines are not the same at the {report.to}; leave out --strict to allow it",
+            *says,
+        ]
+    )

@@ -1,0 +1,125 @@
+"""The face of a target: what writes a program in its language, and what reads that back to prove it.
+
+A writer goes through `program.lines` in order and returns lines of its own, each with the line of the source it comes
+from; comments are kept, beside what they were beside.  What it cannot write is a `Verdict` with the limit of the target
+and what a person can do, and a comment in the result at that place.  `translate` puts the warning at the head, and
+makes the report.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from .meaning import Program
+from .report import OutLine, Verdict
+
+WARNING = (
+    "WARNING: translated by a program. Run it first without load, with a hand on the power switch,",
+    "and compare steps, directions and times with the report before anything is coupled to the motor.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class WriterOptions:
+    """What a user says about the target.
+
+    Attributes:
+        steps_per_mm: for targets that count millimetres.
+        axis: the name of the axis for targets that have several: X.
+        unroll: how many lines a loop may become where the target has none.
+        crystal_hz: the crystal of the target; None: its usual one.
+        values: what else a target takes, by name, as text.
+    """
+
+    steps_per_mm: float = 1.0
+    axis: str = "X"
+    unroll: int = 1000
+    crystal_hz: int | None = None
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What a writer returns: the lines of the result, the verdicts on the lines of the source, and which wire is which.
+
+    `wiring` has triples: what a wire is for ("output1"), its name at the source, its name at the target; empty: the
+    target has none.  `assumed` are pairs of what the writer took for granted of the target, and its value.
+    """
+
+    lines: tuple[OutLine, ...]
+    verdicts: tuple[Verdict, ...]
+    wiring: tuple[tuple[str, str, str], ...] = ()
+    assumed: tuple[tuple[str, str], ...] = ()
+
+
+# --------------------------------------------------------------------------------------------------------------- traces
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """Something that a run did, as a proof compares it.
+
+    Attributes:
+        kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed, an
+            "input" that was waited for, or a "delay" that was asked for.
+        number: of the axis, of the output or of the input, from 1 on.
+        value: steps with their sign, or a level; of a delay its ps.
+        time_ps: when it began, ps from the start; None: what was read back does not say.
+        lasts_ps: of a move, from its first step to its last one, ps; None: not known.
+        rate: of a move, the greatest rate, steps/s; None: not known.
+    """
+
+    kind: Literal["move", "run", "output", "input", "delay"]
+    number: int
+    value: int
+    time_ps: int | None = None
+    lasts_ps: int | None = None
+    rate: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What a run did, in order; `ran` says what ran it, such as "rs274"; `stopped` that it was ended from outside."""
+
+    ran: str
+    happened: tuple[Happened, ...]
+    stopped: bool = False
+
+
+class Target(ABC):
+    """Something that a program can be translated to, other than our own parts.
+
+    Attributes:
+        name: the name that --to takes, "grbl".
+        title: in words, "G-code for grbl".
+        suffix: the ending of its files, ".nc".
+        language: what the limits refer to, "grbl 1.1 (documentation)".
+    """
+
+    name: str
+    title: str
+    suffix: str
+    language: str
+
+    @abstractmethod
+    def comment(self, text: str) -> str:
+        """Return a comment as a line of its own; empty text gives an empty line."""
+
+    @abstractmethod
+    def write(self, program: Program, options: WriterOptions) -> Written:
+        """Return a program in the language of the target."""
+
+    def joined(self, line: OutLine) -> str:
+        """Return a line of the result with its comment beside it."""
+        if not line.text:
+            return self.comment(line.comment) if line.comment else ""
+        return f"{line.text}  {self.comment(line.comment)}" if line.comment else line.text
+
+    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+        """Return what a text does, read by a parser that shares no code with `write`; None: there is none."""
+        return None
+
+    def ran(self, text: str, options: WriterOptions) -> Trace | None:
+        """Return what a text does in the real interpreter of the target; None: it cannot be run here."""
+        return None

@@ -1,0 +1,394 @@
+"""G-code for LinuxCNC: loops and branches are O-words, outputs M64 and M65, inputs M66.
+
+Each move is `G91 G1` or `G90 G1` with the feed of `F`, in exact stop mode (G61.1): a move ends before the next line
+begins, as at the source.  Jumps that make no loop or branch become a loop over `#<_state>`.  Ramps are those of the
+machine: MAX_ACCELERATION of the INI file, from standstill.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..meaning import (
+    Action,
+    Delay,
+    EndProgram,
+    EnterProgram,
+    Home,
+    Input,
+    LeaveProgram,
+    MoveBy,
+    MoveTo,
+    Profile,
+    Program,
+    RunEndless,
+    RunProgram,
+    SetDirection,
+    SetDistance,
+    SetOutput,
+    SetPosition,
+    SetProfile,
+    WaitInput,
+)
+from ..report import OutLine
+from ..writer import Target, Trace, WriterOptions, Written
+from .flow import AsLongAs
+from .sheet import (
+    FAR,
+    PS,
+    compare_times,
+    digits_for,
+    grouped,
+    heading,
+    number,
+    one_acceleration,
+    outputs,
+    runs,
+    stored,
+    top_rate,
+    unspoken,
+    variables,
+    wired,
+)
+from .structured import Structured
+
+LETTERS = "XYZABCUVW"
+INPUTS = OUTPUTS = 4  # of each kind, unless motmod is loaded with another num_dio
+FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
+
+
+class LinuxCNC(Target):
+    """G-code for LinuxCNC."""
+
+    name = "linuxcnc"
+    title = "G-code for LinuxCNC"
+    suffix = ".ngc"
+    language = "LinuxCNC 2.9 (G-code, M-code and O-code reference)"
+
+    def comment(self, text: str) -> str:
+        """Return a comment as a line of its own."""
+        return f"; {text}" if text else ""
+
+    def write(self, program: Program, options: WriterOptions) -> Written:
+        """Return the program with O-words."""
+        return _LinuxCncWriter(self, program, options).written()
+
+    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+        """Return what the text does, by a small interpreter of O-words."""
+        from ..reading_back.linuxcnc import read
+
+        return read(text, options)
+
+    def ran(self, text: str, options: WriterOptions) -> Trace | None:
+        """Return what `rs274` of LinuxCNC does with the text; None: it is not installed."""
+        from ..reading_back.rs274 import run
+
+        return run(text, options)
+
+
+class _LinuxCncWriter(Structured):
+    """A writer at work on one program."""
+
+    def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
+        super().__init__(target, program, options)
+        self.ran_with: dict[int, float | None] = {}  # F where the host runs a stored program
+        self.digits = digits_for(options.steps_per_mm)
+        self.feed: float | None = None  # as far as F is known here
+        self.variable_distance, self.variable_sign = variables(program.actions)
+        self.acceleration = one_acceleration(program.actions)
+        self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
+        self.runs = runs(program)
+        self.outputs = {output for output, _ in outputs(program)}
+
+    def written(self) -> Written:
+        """Return the result."""
+        out: list[OutLine] = []
+        host = self._host()
+        begins = "G21 G90 G94 G61.1"
+        out += heading(self.program)
+        spm = number(self.options.steps_per_mm)
+        speed = number(top_rate(self.program.actions) / self.options.steps_per_mm, 3)
+        acceleration = number(self.acceleration / self.options.steps_per_mm, 3)
+        ini = f"SCALE = {spm}, MAX_VELOCITY = {speed} or more, MAX_ACCELERATION = {acceleration}"
+        out.append(OutLine("", f"INI file, of the joint: {ini}"))
+        out.append(OutLine(begins, "mm, absolute, mm/min, exact stop: each move ends before the next begins"))
+        for output, level in outputs(self.program):
+            if output <= OUTPUTS:
+                says = f"output {output} at the start"
+                out.append(OutLine(f"M{64 if level else 65} P{output - 1}", says))
+        for block in self.names:
+            out += self._block(block)
+        if self.variable_distance:
+            out.append(OutLine("#<_steps> = 0"))
+        if self.variable_sign:
+            out.append(OutLine("#<_direction> = 1"))
+        out += host
+        out.append(OutLine("M2"))
+        assumed = (
+            ("steps per millimetre (SCALE)", spm),
+            ("MAX_ACCELERATION, mm/s^2", acceleration),
+            ("MAX_VELOCITY, mm/s", f"{speed} or more"),
+        )
+        return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), assumed)
+
+    def _block(self, block: int) -> list[OutLine]:
+        """Return a stored program as a subroutine."""
+        self.sheet.lines = []
+        self.feed = self.ran_with.get(block)
+        name = self.names[block]
+        actions = [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
+        first = next(
+            (each.line for each in self.program.actions if isinstance(each, EnterProgram) and each.number == block), 0
+        )
+        self.sheet.add(f"o<{name}> sub", first)
+        self.sheet.depth += 1
+        self.program_tree(actions)
+        self.sheet.depth -= 1
+        self.sheet.add(f"o<{name}> endsub", actions[-1].line if actions else first)
+        return self.commented(block)
+
+    def _host(self) -> list[OutLine]:
+        self.sheet.lines = []
+        self.feed = None
+        self.tree(self.program.block(-1))
+        return self.commented(-1)
+
+    def _wiring(self) -> tuple[tuple[str, str, str], ...]:
+        names = [("step", "joint 0, step"), ("direction", "joint 0, direction"), ("abort", "motion.probe-input")]
+        names += [(f"output{at + 1}", f"motion.digital-out-{at:02}") for at in range(OUTPUTS)]
+        names += [(f"input{at + 1}", f"motion.digital-in-{at:02}") for at in range(INPUTS)]
+        return wired(self.program, names)
+
+    # -------------------------------------------------------------------------------------------------------- actions
+    def action(self, action: Action) -> None:
+        sheet, line = self.sheet, action.line
+        match action:
+            case SetProfile():
+                self._profile(action)
+            case SetDistance():
+                if self.variable_distance:
+                    sheet.add(f"#<_steps> = {action.steps}", line)
+                sheet.same(line)
+            case SetDirection():
+                if self.variable_sign:
+                    sheet.add(f"#<_direction> = {action.sign}", line)
+                sheet.same(line)
+            case SetPosition():
+                sheet.add(f"G92 {self._word(action.axis, action.position)}", line)
+                sheet.same(line)
+            case MoveBy() | MoveTo():
+                self._move(action)
+            case RunEndless():
+                self._endless(action)
+            case Home():
+                letter = self._letter(action.axis)
+                sheet.add(f"G91 G38.3 {self._word(action.axis, action.sign * FAR)}", line)
+                sheet.add(f"G92 {letter}0", line)
+                sheet.nearly(line, f"searches {grouped(FAR)} steps at most, for the switch on motion.probe-input")
+            case SetOutput():
+                self._output(action)
+            case WaitInput():
+                self._wait(action)
+            case Delay():
+                sheet.add(f"G4 P{number(action.time_ps / PS)}", line)
+                sheet.same(line)
+            case EndProgram():
+                self.leave(action)
+            case LeaveProgram() | RunProgram():
+                self._run(action)
+            case _:
+                unspoken(sheet, action, "the result is a file, which is kept")
+
+    def _run(self, action: LeaveProgram | RunProgram) -> None:
+        if isinstance(action, LeaveProgram) and not action.runs:
+            return
+        if isinstance(action, RunProgram) and action.at:
+            limit = "a subroutine begins at its first line (O-codes, sub)"
+            self.sheet.impossible(
+                action.line, f"the program runs from {action.at} on", limit, "split the program there"
+            )
+            return
+        block = self.runs[action.line]
+        name = self.names.get(block, "program")
+        self.sheet.add(f"o<{name}> call", action.line)
+        self.sheet.same(action.line)
+        self.ran_with[block] = self.feed if self.ran_with.get(block, self.feed) == self.feed else None
+        self.feed = None
+
+    def leave(self, action: EndProgram) -> None:
+        """Write the end of a program: of a subroutine, its return."""
+        name = self.names.get(action.block)
+        if name and action is not self.final:
+            self.sheet.add(f"o<{name}> return", action.line)
+        self.sheet.same(action.line)
+
+    def _letter(self, axis: int) -> str:
+        return LETTERS[LETTERS.index(self.options.axis.upper()) + axis - 1]
+
+    def _word(self, axis: int, steps: int) -> str:
+        return f"{self._letter(axis)}{number(steps / self.options.steps_per_mm, self.digits)}"
+
+    def _f(self, rate: float) -> str:
+        return f"F{number(rate * 60 / self.options.steps_per_mm, 3)}"
+
+    def _profile(self, action: SetProfile) -> None:
+        profile = action.profile
+        rate = profile.top if profile else action.value if action.sets == "top rate" else None
+        if rate is not None and rate != self.feed and action.sets != "ramp":
+            self.sheet.add(self._f(rate), action.line)
+            self.feed = rate
+        if action.sets == "top rate":
+            self.sheet.same(action.line)
+        elif action.sets == "start rate":
+            self.sheet.nearly(action.line, "no start rate: " + FROM_REST)
+        else:
+            mm = number(self.acceleration / self.options.steps_per_mm, 1)
+            self.sheet.nearly(action.line, f"the ramp is that of the machine: MAX_ACCELERATION = {mm} mm/s^2")
+
+    def forget(self, tree: Sequence[object]) -> None:
+        """Forget F as well, where more than one path may lead."""
+        before = self.registers.profile
+        super().forget(tree)  # type: ignore[arg-type]
+        if before is not None and self.registers.profile is None:
+            self.feed = None
+
+    def _feed(self, profile: Profile | None) -> str:
+        """Return the F word of a move, with a space, unless F has that value."""
+        if profile is None or profile.top == self.feed:
+            return ""
+        self.feed = profile.top
+        return f" {self._f(profile.top)}"
+
+    def _move(self, action: MoveBy | MoveTo) -> None:
+        feed = self._feed(action.profile)
+        if isinstance(action, MoveTo):
+            if action.position is None:
+                self._unknown(action, "the position")
+                return
+            if self.variable_sign:  # a comparison is 1 or 0
+                ahead = f"[#5420 GT {number(action.position / self.options.steps_per_mm, self.digits)}]"
+                self.sheet.add(f"#<_direction> = [1 - 2 * {ahead}]", action.line)
+            self.sheet.add(f"G90 G1 {self._word(action.axis, action.position)}{feed}", action.line)
+        elif action.steps is not None:
+            self.sheet.add(f"G91 G1 {self._word(action.axis, action.steps)}{feed}", action.line)
+        else:
+            self.sheet.add(f"G91 G1 {self._letter(action.axis)}[{self._product(action)}]{feed}", action.line)
+        compare_times(self.sheet, action, self.acceleration, FROM_REST)
+
+    def _product(self, action: MoveBy) -> str:
+        """Return the number of millimetres of a move by the registers."""
+        factors = []
+        factors.append("#<_direction>" if action.sign is None else number(action.sign))
+        factors.append("#<_steps>" if action.distance is None else number(action.distance))
+        spm = self.options.steps_per_mm
+        return " * ".join(factors) + (f" / {number(spm)}" if spm != 1 else "")
+
+    def _unknown(self, action: Action, what: str) -> None:
+        remedy = "write the command with a number"
+        self.sheet.impossible(action.line, f"{what} is not known from the text", "a word needs a number", remedy)
+
+    def _endless(self, action: RunEndless) -> None:
+        if action.sign is None:
+            self._unknown(action, "the direction")
+            return
+        code = "G38.5" if action.until and action.until.level == 0 else "G38.3"
+        steps = self._word(action.axis, action.sign * FAR)
+        self.sheet.add(f"G91 {code} {steps}{self._feed(action.profile)}", action.line)
+        says = f"ends after {grouped(FAR)} steps at the latest; the input that ends it goes to motion.probe-input"
+        self.sheet.nearly(action.line, says)
+
+    def _output(self, action: SetOutput) -> None:
+        if action.implied and action.number not in self.outputs:
+            return
+        if action.number > OUTPUTS:
+            limit = f"{OUTPUTS} digital outputs (M62 to M65)"
+            self.sheet.impossible(action.line, f"output {action.number}", limit, "load motmod with a greater num_dio")
+            return
+        self.sheet.add(f"M{64 if action.level else 65} P{action.number - 1}", action.line)
+        self.sheet.same(action.line)
+
+    def _wait(self, action: WaitInput) -> None:
+        pin, level = action.input.number, action.input.level
+        if not self._is_input(pin, action.line):
+            return
+        loop = self._o()
+        self.sheet.add(f"o{loop} do", action.line)
+        self.sheet.depth += 1
+        self.sheet.add(f"M66 P{pin - 1} L{3 if level else 4} Q60", action.line)
+        self.sheet.depth -= 1
+        self.sheet.add(f"o{loop} while [#5399 EQ -1]", action.line)
+        self.sheet.same(action.line, "waits without end: after each minute it waits again")
+
+    def _is_input(self, pin: int, line: int) -> bool:
+        if pin <= INPUTS:
+            return True
+        limit = f"{INPUTS} digital inputs (M66)"
+        self.sheet.impossible(line, f"input {pin}", limit, "load motmod with a greater num_dio")
+        return False
+
+    # -------------------------------------------------------------------------------------------------- the language
+    def _o(self) -> int:
+        return 100 + next(self.numbers)
+
+    def assign(self, name: str, value: int, source: int) -> None:
+        """Write that a parameter becomes a number."""
+        self.sheet.add(f"#<_{name}> = {value}", source)
+
+    def count(self, name: str, source: int) -> None:
+        """Write that a parameter is increased by 1."""
+        self.sheet.add(f"#<_{name}> = [#<_{name}> + 1]", source)
+
+    def compare(self, name: str, sign: str, value: int) -> str:
+        """Return a comparison."""
+        return f"#<_{name}> {({'==': 'EQ', '>=': 'GE', '<': 'LT'})[sign]} {value}"
+
+    def condition(self, inputs: Sequence[Input], source: int) -> str:
+        """Return a condition; M66 reads each input before it."""
+        if len(inputs) == 1:
+            self._is_input(inputs[0].number, source)
+            self.sheet.add(f"M66 P{inputs[0].number - 1} L0", source)
+            return f"#5399 EQ {inputs[0].level}"
+        for each in inputs:
+            self._is_input(each.number, source)
+            self.sheet.add(f"M66 P{each.number - 1} L0", source)
+            self.sheet.add(f"#<_input{each.number}> = #5399", source)
+        return " AND ".join(f"[#<_input{each.number}> EQ {each.level}]" for each in inputs)
+
+    def negated(self, condition: str) -> str:
+        if condition.startswith("#5399 EQ"):
+            return condition.replace("EQ", "NE")
+        return f"[{condition}] EQ 0"
+
+    def repeat(self, passes: int, source: int) -> str:
+        """Write o repeat."""
+        loop = self._o()
+        self.sheet.add(f"o{loop} repeat [{passes}]", source)
+        return f"o{loop} endrepeat"
+
+    def forever(self, source: int) -> str:
+        """Write a loop without end."""
+        return self.while_true("1", source)
+
+    def while_true(self, condition: str, source: int) -> str:
+        """Write o while."""
+        loop = self._o()
+        self.sheet.add(f"o{loop} while [{condition}]", source)
+        return f"o{loop} endwhile"
+
+    def as_long_as(self, node: AsLongAs) -> None:
+        """Write o do ... while."""
+        loop = self._o()
+        self.sheet.add(f"o{loop} do", node.head)
+        self.sheet.depth += 1
+        self.forget(node.body)
+        self.tree(node.body)
+        condition = self.condition(node.inputs, node.line)
+        self.sheet.depth -= 1
+        self.sheet.add(f"o{loop} while [{condition}]", node.line)
+        self.forget(node.body)
+
+    def if_true(self, condition: str, source: int) -> tuple[str, str]:
+        """Write o if."""
+        branch = self._o()
+        self.sheet.add(f"o{branch} if [{condition}]", source)
+        return f"o{branch} else", f"o{branch} endif"

@@ -1,0 +1,379 @@
+"""What writers share: the lines and verdicts they collect, comments at their places, numbers, times of moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import replace
+
+from ...chips import ramps_of, sheet_of
+from ...errors import SlewlineError
+from ..meaning import (
+    Action,
+    EnterProgram,
+    EraseProgram,
+    HostDirective,
+    Jump,
+    LeaveProgram,
+    Line,
+    Motion,
+    MoveBy,
+    MoveTo,
+    Profile,
+    Program,
+    Query,
+    RunEndless,
+    RunProgram,
+    SaveProgram,
+    SetDirection,
+    SetDistance,
+    SetEndless,
+    SetOutput,
+    SetPosition,
+    SetProfile,
+    SetTarget,
+    Special,
+    Stop,
+    WaitInput,
+)
+from ..profiles import Profiles
+from ..report import Kind, OutLine, Verdict
+
+PS = 10**12
+MS = 10**9
+FAR = 1_000_000  # steps of a motion that an input shall end, where the target has no motion without end
+
+
+class Draft:
+    """The lines of a result in the making, and the verdicts on the lines of the source."""
+
+    def __init__(self, comment: Callable[[str], str], program: Program, indent: str = "  ") -> None:
+        self.lines: list[OutLine] = []
+        self.comment = comment
+        self.time_of = measured(program)
+        self.verdicts: list[Verdict] = []
+        self.depth = 0
+        self._indent = indent
+
+    def add(self, text: str, source: int = 0, comment: str = "") -> None:
+        """Add a line."""
+        self.lines.append(OutLine(self._indent * self.depth + text, comment, source))
+
+    def remark(self, text: str, source: int = 0) -> None:
+        """Add a comment as a line of its own."""
+        self.add(self.comment(text), source)
+
+    def same(self, line: int, says: str = "") -> None:
+        """Note that a line of the source is the same."""
+        self.verdicts.append(Verdict(line, Kind.SAME, says))
+
+    def nearly(self, line: int, says: str, off: float = 0.0, off_ps: int = 0) -> None:
+        """Note that a line of the source is nearly the same, and by how much it differs."""
+        verdict = Verdict(line, Kind.NEARLY, says, off=off, off_ps=off_ps)
+        if verdict not in self.verdicts:  # a loop that was unrolled, and each pass says so
+            self.verdicts.append(verdict)
+
+    def impossible(self, line: int, says: str, limit: str, remedy: str) -> None:
+        """Note that a line of the source is not possible, and leave a comment in its place."""
+        verdict = Verdict(line, Kind.IMPOSSIBLE, says, limit, remedy)
+        if verdict not in self.verdicts:
+            self.verdicts.append(verdict)
+            self.remark(f"NOT POSSIBLE, line {line}: {says}.", line)
+
+
+def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
+    """Return a result with the comments of the source: beside what they were beside, or before what follows them."""
+    found = list(out)
+    for line in lines:
+        if not line.comment:
+            continue
+        beside = next((at for at, each in enumerate(found) if line.code and each.source == line.number), None)
+        while beside is not None and beside + 1 < len(found) and found[beside + 1].source == line.number:
+            beside += (
+                1  # the last line of those that were written for it first: not the head of a loop that begins here
+            )
+        if beside is not None and not found[beside].comment:
+            found[beside] = replace(found[beside], comment=line.comment)
+            continue
+        before = next((at for at, each in enumerate(found) if each.source > line.number), len(found))
+        like = found[min(before, len(found) - 1)].text if found else ""
+        indent = like[: len(like) - len(like.lstrip())]
+        found.insert(before, OutLine(indent + comment(line.comment), "", line.number))
+    return found
+
+
+def heading(program: Program) -> list[OutLine]:
+    """Return the comments with which a program begins."""
+    return [OutLine("", line.comment, line.number) for line in _heading(program) if line.comment]
+
+
+def _heading(program: Program) -> list[Line]:
+    first = next((at for at, line in enumerate(program.lines) if line.code), len(program.lines))
+    return list(program.lines[:first])
+
+
+def lines_of(program: Program, block: int) -> list[Line]:
+    """Return the lines of a block but for the heading; a comment on a line of its own belongs to what follows it."""
+    found: list[Line] = []
+    waiting: list[Line] = []
+    belongs = -1
+    for line in program.lines[len(_heading(program)) :]:
+        if not line.actions:
+            waiting.append(line)
+            continue
+        belongs = line.actions[0].block
+        if belongs == block:
+            found += waiting
+            found.append(line)
+        waiting = []
+    return found + (waiting if belongs == block else [])
+
+
+# ------------------------------------------------------------------------------------------------------------- numbers
+def number(value: float, digits: int = 6) -> str:
+    """Return a number without an exponent, and without zeros at its end."""
+    text = f"{value:.{digits}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text in ("-0", "") else text
+
+
+def grouped(value: int) -> str:
+    """Return a whole number as a person writes it: 1,000,000."""
+    return f"{value:,}"
+
+
+def seconds(ps: float) -> str:
+    """Return a time with the unit that suits it: 1.25 s, 30 ms, 400 us."""
+    for size, unit in ((1e12, "s"), (1e9, "ms"), (1e6, "us")):
+        if abs(ps) >= size:
+            return f"{ps / size:.4g} {unit}"
+    return f"{ps / 1e6:.3g} us"
+
+
+def digits_for(steps_per_mm: float) -> int:
+    """Return how many decimals of a millimetre are less than an eighth of a step."""
+    return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
+
+
+# --------------------------------------------------------------------------------------------------------------- times
+def measured(program: Program) -> Callable[[Profile, int], float]:
+    """Return what finds the time of a move of the source, s: by the law of its part, or else by `source_time`."""
+    try:
+        sheet = sheet_of(program.part)
+        law = Profiles(sheet, sheet.crystal_hz, ramps_of(program.part))
+    except SlewlineError:
+        return source_time
+
+    def time_of(profile: Profile, steps: int) -> float:
+        usual = law.read(profile.values)  # with the usual crystal of the part
+        ps = law.move_ps(usual, steps) if usual is not None else None
+        if usual is None or ps is None or not profile.top:
+            return source_time(profile, steps)
+        return ps / PS * usual.top / profile.top
+
+    return time_of
+
+
+def source_time(profile: Profile, steps: int) -> float:
+    """Return the time of a move of the source from its first step to its last one, s."""
+    gaps = max(abs(steps) - 1, 0)
+    if not profile.ramped or profile.steps <= 0:
+        return gaps / profile.top if profile.top else 0.0
+    ramps = 2 * profile.steps
+    if gaps >= ramps:
+        return 2 * profile.time_ps / PS + (gaps - ramps) / profile.top
+    acceleration = (profile.top**2 - profile.start**2) / ramps
+    reached = math.sqrt(profile.start**2 + acceleration * gaps)
+    return 2 * (reached - profile.start) / acceleration
+
+
+def standing_time(top: float, acceleration: float, steps: int) -> float:
+    """Return the time of a move from standstill to standstill with a constant acceleration, s."""
+    steps = abs(steps)
+    if acceleration <= 0:
+        return max(steps - 1, 0) / top if top else 0.0
+    if steps >= top * top / acceleration:
+        return steps / top + top / acceleration
+    return 2 * math.sqrt(steps / acceleration)
+
+
+def started_time(profile: Profile, steps: int) -> float:
+    """Return the time of a move with one acceleration between start rate and top rate, from its first step on, s."""
+    gaps = max(abs(steps) - 1, 0)
+    acceleration = profile.acceleration
+    if not acceleration:
+        return gaps / profile.top if profile.top else 0.0
+    ramps = (profile.top**2 - profile.start**2) / acceleration  # both
+    if gaps >= ramps:
+        return 2 * (profile.top - profile.start) / acceleration + (gaps - ramps) / profile.top
+    reached = math.sqrt(profile.start**2 + acceleration * gaps)
+    return 2 * (reached - profile.start) / acceleration
+
+
+def profiles(actions: Iterable[Action]) -> list[Profile]:
+    """Return the profiles of the motions, or, if none of them is known, those that are set."""
+    known = list(actions)
+    found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
+    return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
+
+
+def top_rate(actions: Iterable[Action]) -> float:
+    """Return the greatest rate, steps/s; 0 if none is known."""
+    return max((each.top for each in profiles(actions)), default=0.0)
+
+
+def one_acceleration(actions: Iterable[Action]) -> float:
+    """Return the acceleration for a target that has one for all moves, steps/s^2: the least of the ramps.
+
+    Without any ramp it is so great that the top rate is reached within half a step.
+    """
+    known = list(actions)
+    ramps = [round(each.acceleration, 3) for each in profiles(known) if each.ramped]
+    return min(ramps, default=round((top_rate(known) or 1000.0) ** 2))
+
+
+def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
+    """Note by how much the time of a move differs that starts from standstill."""
+    profile, steps = action.profile, action.steps
+    if profile is None or not steps:
+        sheet.nearly(action.line, f"the steps are the same; {why}")
+        return
+    was, becomes = sheet.time_of(profile, steps), standing_time(profile.top, acceleration, steps)
+    says = f"{seconds(becomes * PS)} for {seconds(was * PS)}; {why}"
+    sheet.nearly(action.line, says, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
+
+
+# ----------------------------------------------------------------------------------------------------------- registers
+class Held:
+    """What the registers of the source hold, at a place of the program, if that is known."""
+
+    def __init__(self) -> None:
+        self.distance: int | None = None
+        self.sign: int | None = 1
+        self.position: int | None = 0
+        self.profile: Profile | None = None
+
+    def note(self, action: Action) -> None:
+        """Follow an action."""
+        match action:
+            case SetDistance():
+                self.distance = action.steps
+            case SetDirection():
+                self.sign = action.sign
+            case SetPosition():
+                self.position = action.position
+            case SetProfile():
+                self.profile = action.profile or self._changed(action)
+            case MoveBy() | MoveTo():
+                steps = self.steps(action)
+                # P turns the direction, and leaves it so.
+                if isinstance(action, MoveTo) and steps:
+                    self.sign = 1 if steps > 0 else -1
+                self.position = None if steps is None or self.position is None else self.position + steps
+            case _:
+                pass
+
+    def _changed(self, action: SetProfile) -> Profile | None:
+        """Return the profile after a change that the program has under more than one condition."""
+        old = self.profile
+        if old is None or action.value is None:
+            return None
+        if action.sets == "top rate":
+            return replace(old, top=action.value, start=min(old.start, action.value))
+        if action.sets == "start rate":
+            return replace(old, start=action.value, top=max(old.top, action.value))
+        return old
+
+    def steps(self, action: MoveBy | MoveTo) -> int | None:
+        """Return the steps of a move with their sign, from what is known here."""
+        if action.steps is not None:
+            return action.steps
+        if isinstance(action, MoveTo):
+            if action.position is None or self.position is None:
+                return None
+            return action.position - self.position
+        distance = self.distance if action.distance is None else action.distance
+        sign = self.sign if action.sign is None else action.sign
+        return None if distance is None or sign is None else distance * sign
+
+
+def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
+    """Return whether the distance, and whether the direction, are variables: the path through the program decides."""
+    moves = [each for each in actions if isinstance(each, MoveBy)]
+    return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
+
+
+def stored(program: Program) -> list[int]:
+    """Return the numbers of the stored programs, in their order."""
+    return sorted({each.block for each in program.actions if each.block >= 0})
+
+
+def runs(program: Program) -> dict[int, int]:
+    """Return which stored program each command of the host runs that runs one: by the number of its line."""
+    found: dict[int, int] = {}
+    entered = -1
+    for action in program.actions:
+        entered = max(entered, action.block, action.number if isinstance(action, EnterProgram) else -1)
+        if (isinstance(action, RunProgram) and action.block < 0) or (isinstance(action, LeaveProgram) and action.runs):
+            found[action.line] = entered
+    return found
+
+
+def axes(program: Program) -> list[int]:
+    """Return the axes that the program moves, from 1 on."""
+    return sorted({each.axis for each in program.actions}) or [1]
+
+
+def outputs(program: Program) -> list[tuple[int, int]]:
+    """Return the outputs that the program sets, each with its level after a reset of the source; low if not known."""
+    used = sorted({each.number for each in program.actions if isinstance(each, SetOutput) and not each.implied})
+    return [(each, _reset_level(program, each)) for each in used]
+
+
+def _reset_level(program: Program, output: int) -> int:
+    about = f"output {output} ("
+    return int(any(each.about.startswith(about) and each.value.startswith("high") for each in program.assumed))
+
+
+def inputs(program: Program) -> list[int]:
+    """Return the inputs that the program waits for, or decides by."""
+    found = {each.input.number for each in program.actions if isinstance(each, WaitInput)}
+    found |= {each.number for action in program.actions if isinstance(action, Jump) for each in action.inputs}
+    found |= {each.until.number for each in program.actions if isinstance(each, RunEndless) and each.until}
+    return sorted(found)
+
+
+def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
+    """Handle what no target has to do: the host's own directives, queries, saving; return whether it was one.
+
+    `keeps` says where the result is kept without power.
+    """
+    match action:
+        case HostDirective():
+            sheet.same(action.line, "directed at the host, not at the part: left out")
+        case Query():
+            sheet.nearly(action.line, "the query is left out; nothing moves by it")
+        case SaveProgram():
+            sheet.same(action.line, keeps)
+        case EraseProgram():
+            sheet.nearly(action.line, "nothing is erased: the result is a program of its own")
+        case Stop():
+            sheet.nearly(action.line, "nothing is left to stop: each move has ended before what follows it")
+        case Special():
+            sheet.impossible(
+                action.line,
+                action.says,
+                "the target has no such command",
+                "see the manual of the source for what it does",
+            )
+        case SetTarget() | SetEndless():
+            sheet.same(action.line, "it is in the motion")
+        case _:
+            return False
+    return True
+
+
+def wired(program: Program, names: Collection[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
+    """Return which wire of the source becomes which of the target; empty: the target has none."""
+    known = dict(names)
+    return tuple((role, name, known.get(role, "")) for role, name in program.wiring.items())

@@ -1,0 +1,194 @@
+"""What writers share whose language has loops and branches: the walk through the tree of a program (`flow.py`).
+
+A language says how it opens and closes a loop or a branch, how it sets a variable, and how it writes a condition on
+inputs; what a single action becomes is a method of the writer as well.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+from ..meaning import Action, Input, Label, Program, SetProfile
+from ..report import OutLine
+from ..writer import Target, WriterOptions
+from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, counters, nodes, structured
+from .sheet import Draft, Held, lines_of, with_comments
+
+
+class Structured(ABC):
+    """A writer at work on one program; `nothing` is what a language needs where nothing is done."""
+
+    nothing = ""
+
+    def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
+        self.target = target
+        self.program = program
+        self.options = options
+        self.sheet = Draft(target.comment, program, indent)
+        self.registers = Held()
+        self.numbers = counters()
+        self.final: Action | None = None  # with which a stored program ends anyway
+
+    def commented(self, block: int) -> list[OutLine]:
+        """Return the lines written for a block, with the comments of the source."""
+        return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
+
+    def program_tree(self, actions: Sequence[Action]) -> None:
+        """Write a stored program."""
+        self.final = actions[-1] if actions else None
+        self.tree(structured(actions))
+
+    # ------------------------------------------------------------------------------------------------ the language
+    @abstractmethod
+    def action(self, action: Action) -> None:
+        """Write an action."""
+
+    @abstractmethod
+    def assign(self, name: str, value: int, source: int) -> None:
+        """Write that a variable becomes a number."""
+
+    @abstractmethod
+    def count(self, name: str, source: int) -> None:
+        """Write that a variable is increased by 1."""
+
+    @abstractmethod
+    def compare(self, name: str, sign: str, value: int) -> str:
+        """Return the condition that a variable is equal to, at least, or less than a number: ==, >=, <."""
+
+    @abstractmethod
+    def condition(self, inputs: Sequence[Input], source: int) -> str:
+        """Return the condition that all inputs have their levels; write before it what that needs."""
+
+    @abstractmethod
+    def repeat(self, passes: int, source: int) -> str:
+        """Write the head of a loop; return what closes it."""
+
+    @abstractmethod
+    def forever(self, source: int) -> str:
+        """Write the head of an endless loop; return what closes it."""
+
+    @abstractmethod
+    def while_true(self, condition: str, source: int) -> str:
+        """Write the head of a loop that goes on as long as a condition holds; return what closes it."""
+
+    @abstractmethod
+    def as_long_as(self, node: AsLongAs) -> None:
+        """Write a loop whose condition is at its end."""
+
+    @abstractmethod
+    def if_true(self, condition: str, source: int) -> tuple[str, str]:
+        """Write the head of a branch; return the text for "else", and what closes it."""
+
+    def negated(self, condition: str) -> str:
+        """Return the opposite of a condition."""
+        return f"!({condition})"
+
+    # ------------------------------------------------------------------------------------------------------ the walk
+    def inside(self, tree: Sequence[Node], close: str, source: int) -> None:
+        """Write what is inside a loop or a branch, and what closes it."""
+        self.forget(tree)
+        self.sheet.depth += 1
+        before = len(self.sheet.lines)
+        self.tree(tree)
+        if self.nothing and len(self.sheet.lines) == before:
+            self.sheet.add(self.nothing, source)
+        self.sheet.depth -= 1
+        if close:
+            self.sheet.add(close, source)
+        self.forget(tree)
+
+    def forget(self, tree: Sequence[Node]) -> None:
+        """Forget what the registers hold, where more than one path may lead: what the tree sets is not known there."""
+        if any(isinstance(each, SetProfile) for each in nodes(tree)):
+            self.registers.profile = None
+        self.registers.position = None
+
+    def tree(self, tree: Sequence[Node]) -> None:
+        """Write a tree."""
+        for node in tree:
+            match node:
+                case Repeat():
+                    self.inside(node.body, self.repeat(node.passes, node.head), node.line)
+                    self.sheet.same(node.line)
+                case Forever():
+                    self.inside(node.body, self.forever(node.head), node.line)
+                    self.sheet.same(node.line)
+                case AsLongAs():
+                    self.as_long_as(node)
+                    self.sheet.same(node.line)
+                case Fork():
+                    self._branch(node)
+                    self.sheet.same(node.line)
+                case Stages():
+                    self._states(node)
+                case Label():
+                    pass
+                case _:
+                    self.action(node)
+                    self.registers.note(node)
+
+    def _branch(self, node: Fork) -> None:
+        condition = self.condition(node.inputs, node.line)
+        if not node.then:
+            _, close = self.if_true(self.negated(condition), node.line)
+            self.inside(node.otherwise, close, node.line)
+            return
+        otherwise, close = self.if_true(condition, node.line)
+        self.inside(node.then, "" if node.otherwise else close, node.line)
+        if node.otherwise:
+            self.sheet.add(otherwise, node.line)
+            self.inside(node.otherwise, close, node.line)
+
+    def _states(self, node: Stages) -> None:
+        """Write pieces that follow each other as each of them says: a loop around a branch for each."""
+        number = next(self.numbers)
+        state = "state" if number == 1 else f"state{number}"
+        counted = [piece.number for piece in node.states if piece.passes]
+        first = next((action.line for each in node.states for action in each.body), node.line)
+        self.assign(state, 0, first)
+        for piece_number in counted:
+            self.assign(f"passes{piece_number}", 0, first)
+        close = self.while_true(self.compare(state, ">=", 0), first)
+        self.forget([node])
+        self.sheet.depth += 1
+        for each in node.states:
+            here = each.body[0].line if each.body else each.line
+            _, end = self.if_true(self.compare(state, "==", each.number), here)
+            self.sheet.depth += 1
+            self.forget([node])
+            self.tree(each.body)
+            if each.inputs:
+                self._either(self.condition(each.inputs, each.line), state, each.to, each.below, each.line)
+            elif each.passes:
+                self.count(f"passes{each.number}", each.line)
+                self.assign(state, each.to, each.line)
+                _, done = self.if_true(self.compare(f"passes{each.number}", ">=", each.passes), each.line)
+                self.sheet.depth += 1
+                self.assign(f"passes{each.number}", 0, each.line)
+                self.assign(state, each.below, each.line)
+                self.sheet.depth -= 1
+                if done:
+                    self.sheet.add(done, each.line)
+            else:
+                self.assign(state, each.to, each.line)
+            if each.inputs or each.passes or each.to >= 0:
+                self.sheet.same(each.line)
+            self.sheet.depth -= 1
+            if end:
+                self.sheet.add(end, each.line)
+        self.sheet.depth -= 1
+        if close:
+            self.sheet.add(close, node.states[-1].line)
+
+    def _either(self, condition: str, state: str, to: int, below: int, source: int) -> None:
+        otherwise, close = self.if_true(condition, source)
+        self.sheet.depth += 1
+        self.assign(state, to, source)
+        self.sheet.depth -= 1
+        self.sheet.add(otherwise, source)
+        self.sheet.depth += 1
+        self.assign(state, below, source)
+        self.sheet.depth -= 1
+        if close:
+            self.sheet.add(close, source)

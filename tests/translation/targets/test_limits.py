@@ -1,0 +1,144 @@
+"""What a target cannot do: the limit, its place, and the remedy; and what is written out."""
+
+from __future__ import annotations
+
+import pytest
+
+from slewline.errors import UsageError
+from slewline.translation.meaning import Action, Line, MoveBy, Profile, Program, SetOutput
+from slewline.translation.reading import read_program
+from slewline.translation.report import Kind, Verdict
+from slewline.translation.writer import WriterOptions, Written
+from slewline.translation.writers import target
+
+LOOP = "R 80\nE\nC$N 5\n+\nG\nL 6,C\n0\nQX\n"
+FAST = "F 255\nR 200\nS 255\nN 10\nG\n"
+
+
+def written(text: str, name: str, part: str = "cy525", **options: object) -> Written:
+    return target(name).write(read_program(text, part, "text"), WriterOptions(**options))  # type: ignore[arg-type]
+
+
+def text_of(text: str, name: str, **options: object) -> list[str]:
+    return [line.text for line in written(text, name, **options).lines]
+
+
+def verdict(found: Written, line: int, kind: Kind) -> Verdict:
+    return next(each for each in found.verdicts if (each.line, each.kind) == (line, kind))
+
+
+def test_grbl_has_no_loops_so_they_are_written_out():
+    lines = text_of(LOOP, "grbl")
+    assert sum(line.startswith("G91 G1 X5") for line in lines) == 6
+    assert lines.count("G4 P0") == 5  # between two moves, or grbl would join them
+
+
+def test_a_loop_that_becomes_too_long_is_not_possible_and_says_how_long_it_would_be():
+    found = written(LOOP, "grbl", unroll=5)
+    judged = verdict(found, 6, Kind.IMPOSSIBLE)
+    assert "5 allowed (--unroll)" in judged.limit
+    assert "--to python" in judged.remedy
+    assert sum(line.text.startswith("G91 G1 X5") for line in found.lines) == 1
+
+
+def test_a_wait_for_an_input_stops_grbl_until_a_person_continues():
+    found = written("W\nN 5\nG\n", "grbl")
+    assert "M0" in [line.text for line in found.lines]
+    assert "--to python" in verdict(found, 1, Kind.IMPOSSIBLE).remedy
+
+
+def test_dwells_of_grbl_are_whole_steps_of_50_ms():
+    found = verdict(written("D 120\n", "grbl"), 1, Kind.NEARLY)
+    assert found.says.startswith("150 ms for 120 ms")
+    assert found.off_ps == 30 * 10**9
+    assert not [each for each in written("D 150\n", "grbl").verdicts if each.kind is not Kind.SAME]
+
+
+def test_ticks_of_tmcl_are_10_ms():
+    assert verdict(written("D 124\n", "tmcl"), 1, Kind.NEARLY).off_ps == 4 * 10**9
+    assert "WAIT TICKS, 0, 12" in text_of("D 124\n", "tmcl")
+
+
+def test_tmcl_has_the_start_rate_and_the_ramp():
+    lines = text_of("F 3\nR 80\nS 200\nN 9\nG\n", "tmcl")
+    assert "SAP 19, 0, 300" in lines and "SAP 4, 0, 5978" in lines and "SAP 5, 0, 32031" in lines
+
+
+def test_a_sketch_takes_the_faster_library_for_a_greater_rate():
+    assert "#include <AccelStepper.h>" in text_of("R 50\nN 5\nG\n".replace("R 50", "R 10"), "arduino")
+    assert "#include <FastAccelStepper.h>" in text_of("R 80\nN 5\nG\n", "arduino")
+    found = written("R 80\nN 5\nG\n", "arduino", values={"library": "accelstepper"})
+    judged = verdict(found, 1, Kind.IMPOSSIBLE)
+    assert judged.limit == "about 4,000 steps/s on an Uno (AccelStepper, description of the class)"
+
+
+def test_an_unknown_library_is_refused_with_the_known_ones():
+    with pytest.raises(UsageError, match="allowed: accelstepper or fastaccelstepper"):
+        written("N 5\nG\n", "arduino", values={"library": "stepper"})
+
+
+def test_a_move_without_a_ramp_runs_at_an_even_rate():
+    assert "  moveByEvenly(5, 299.997);" in text_of("F 3\nR 3\nN 5\nG\n", "arduino")
+    assert any("ACCEL=0" in line for line in text_of("F 3\nR 3\nN 5\nG\n", "klipper"))
+
+
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [
+        ("linuxcnc", "G91 G1 X0.0125"),
+        ("grbl", "G91 G1 X0.0125"),
+        ("klipper", "  MANUAL_STEPPER STEPPER=axis MOVE={ns.at / 400}"),
+    ],
+)
+def test_units_are_steps_per_millimetre(name, wanted):
+    assert any(line.startswith(wanted) for line in text_of("R 80\nN 5\nG\n", name, steps_per_mm=400))
+
+
+def of_actions(*actions: Action) -> Program:
+    lines = [Line(number, "code", actions=(action,)) for number, action in enumerate(actions, 1)]
+    return Program("mc1451a", "text", tuple(lines))
+
+
+PROFILE = Profile(start=100.0, top=1000.0, time_ps=10**11, steps=55)
+FOUR_AXES = of_actions(*(MoveBy(line=n, axis=n, distance=n, sign=1, profile=PROFILE) for n in (1, 2, 3, 4)))
+
+
+@pytest.mark.parametrize("name", ["grbl", "python"])
+def test_axes_beyond_three_are_not_possible_for_grbl(name):
+    found = target(name).write(FOUR_AXES, WriterOptions())
+    (judged,) = [each for each in found.verdicts if each.kind is Kind.IMPOSSIBLE]
+    assert (judged.line, judged.limit) == (4, "3 axes: X, Y, Z")
+
+
+def test_four_axes_go_to_linuxcnc_and_to_a_sketch():
+    lines = [line.text for line in target("linuxcnc").write(FOUR_AXES, WriterOptions()).lines]
+    assert [line[:9] for line in lines if line.startswith("G91")] == [
+        "G91 G1 X1",
+        "G91 G1 Y2",
+        "G91 G1 Z3",
+        "G91 G1 A4",
+    ]
+    three = of_actions(*(action for action in FOUR_AXES.actions if action.axis < 4))
+    text = "\n".join(line.text for line in target("arduino").write(three, WriterOptions()).lines)
+    trace = target("arduino").read_back(text, WriterOptions())
+    assert [(each.number, each.value) for each in trace.happened] == [(1, 1), (2, 2), (3, 3)]
+
+
+@pytest.mark.parametrize("name", ["grbl", "python", "tmcl", "linuxcnc", "arduino"])
+def test_outputs_beyond_those_of_the_target_are_not_possible(name):
+    five = of_actions(*(SetOutput(line=n, number=n, level=1) for n in (1, 2, 3, 4, 5)))
+    judged = [each for each in target(name).write(five, WriterOptions()).verdicts if each.kind is Kind.IMPOSSIBLE]
+    assert judged[-1].line == 5
+    assert judged[-1].limit and judged[-1].remedy
+
+
+def test_the_levels_of_outputs_at_the_start_are_written():
+    assert "M8" in text_of("C\nB\n", "grbl")  # high after a reset
+    assert "SIO 0, 2, 1" in text_of("C\nB\n", "tmcl")
+
+
+def test_a_program_that_is_entered_and_not_run_is_there_and_does_not_run():
+    text = "E\nN 5\n+\nG\n0\nQ\n"
+    lines = text_of(text, "grbl")
+    assert lines.index("M2") < lines.index(next(line for line in lines if "X5" in line))
+    assert "[gcode_macro STORED1]" in text_of(text, "klipper")

@@ -1,0 +1,108 @@
+"""What single commands become, by their roles."""
+
+from __future__ import annotations
+
+import pytest
+
+from slewline.translation.meaning import Delay, Jump, Loop, MoveBy, MoveTo, RunEndless, SetOutput
+from slewline.translation.reading import read_program
+from slewline.translation.report import Kind
+from slewline.translation.translate import translate_text
+from tests.rows import rows
+
+GSC = "Po\nS20\nT200\nR40\n{}\nE\n"
+CY = "A 0\nF 3\nR 40\nS 200\nE\n{}\n0\nQ\nX\n"
+
+
+def result(text: str, source: str, to: str) -> list[str]:
+    found = translate_text(text, source, to).text.splitlines()
+    return [line.split(";")[0].strip() for line in found if line.split(";")[0].strip()]
+
+
+@rows(
+    ("command", "becomes"),
+    [
+        ("+\nN 250\nG", ["+250"]),
+        ("-\nN 250\nG", ["-250"]),
+        ("P 700", ["G+700"]),
+        ("B", ["A1"]),
+        ("C", ["C1"]),
+        ("D 1500", ["D15"]),
+        ("D 60000", ["D255", "D255", "D90"]),
+        ("W", ["W1"]),
+        ("A$G\nL 3,A", ["L0", "L3"]),
+    ],
+)
+def test_a_command_of_the_cy525_for_the_gs_c200s(command: str, becomes: list[str]) -> None:
+    found = result(CY.format(command), "cy525", "gs-c200s")
+    body = [line for line in found[found.index("Po") + 4 : -1] if not line.startswith(("+0",))]
+    assert [line for line in body if line in becomes] == becomes, found
+
+
+@rows(
+    ("command", "becomes"),
+    [
+        ("+250", ["+", "N 250", "G"]),
+        ("-250\n-250", ["-", "N 250", "G", "G"]),
+        ("A1\nC1", ["B", "C"]),
+        ("D15", ["D 1500"]),
+        ("W1", ["W"]),
+        ("W2", ["A$T A"]),
+        ("L0\n+9\nL3", ["A$+", "N 9", "G", "L 3,A"]),
+    ],
+)
+def test_a_command_of_the_gs_c200s_for_the_cy525(command: str, becomes: list[str]) -> None:
+    found = result(GSC.format(command), "gs-c200s", "cy525")
+    assert found[found.index("E") + 1 : -3] == becomes
+
+
+def test_settings_go_to_the_head_of_a_program_of_a_module_and_before_that_of_a_cy525() -> None:
+    found = result(CY.format("P 9"), "cy525", "gs-c200s")
+    assert found.index("Po") < min(found.index(line) for line in found if line[0] in "STR")
+    back = result(GSC.format("+9"), "gs-c200s", "cy525")
+    assert back.index("E") > max(back.index(line) for line in back if line[0] in "FRS")
+
+
+def test_a_move_of_a_host_becomes_a_program_of_a_module() -> None:
+    found = result("R 40\nN 9\n+\nG\n", "cy525", "gs-c200s")
+    assert found[0] == "Po" and found[-3:] == ["+9", "E", "@until ready"]
+
+
+def test_what_a_part_needs_for_its_first_motion_is_set() -> None:
+    assert result("P 40\n", "cy525", "gs-c200s")[:5] == ["Po", "S30", "T30", "R999", "G+40"]
+    found = result("N 4\nG\n", "cy525", "cy545b")
+    assert found.index("+") < found.index("G")  # the part begins counter-clockwise
+    assert result(GSC.format("G0"), "gs-c200s", "cy525")[:5].count("A 0") == 1  # whose position is undefined
+
+
+def test_loops_are_unrolled_for_a_chipset_that_stores_no_program() -> None:
+    found = result(GSC.format("L0\n+9\nL3"), "gs-c200s", "mc1151a")
+    assert [line for line in found if line.startswith("SET_POS")] == ["SET_POS 9", "SET_POS 18", "SET_POS 27"]
+    assert found.count("wait motion_complete") == 3
+
+
+def test_an_endless_loop_is_not_possible_there() -> None:
+    report = translate_text("A 0\nR 9\nE\nP 9\nP 0\nJ 0\nQ\nX\n", "cy525", "mc1151a").report
+    (line,) = [line for line in report if line.code == "J 0"]
+    assert line.kind is Kind.IMPOSSIBLE and "continues elsewhere" in line.verdicts[0].limit
+
+
+@pytest.mark.parametrize(
+    ("text", "part", "kinds"),
+    [
+        ("E\nB$N 5\n+\nG\nL 3,B\nT B\n0\nQ\nX\n", "cy525", [MoveBy, Loop, Jump]),
+        ("Po\nS9\nT99\nR9\nL0\n-7\nL2\nG+40\nA3\nE\n", "gs-c200s", [MoveBy, Loop, MoveTo, SetOutput]),
+        ("Po\nS9\nT99\nR9\nD2\ng-\nE\n", "gs-c200s", [Delay, RunEndless]),
+        ("SET_VEL 9999\nSET_ACC 99\nSET_POS 5\nUPDATE\n", "mc1151a", [MoveTo]),
+        ("B 3\nB 19\nN 4\n+\nG\nP 9\n", "cy545", [SetOutput, SetOutput, MoveBy, MoveTo]),
+    ],
+)  # fmt: skip
+def test_a_text_is_read_as_what_it_does(text: str, part: str, kinds: list[type]) -> None:
+    found = [type(action) for action in read_program(text, part).actions]
+    assert [kind for kind in found if kind in kinds] == kinds
+
+
+def test_a_value_that_depends_on_the_path_is_not_known() -> None:
+    program = read_program("R 80\nE\nC$N 5\n+\nG\nT C\nR 60\nJ C\nQ\nX\n", "cy525")
+    (move,) = [action for action in program.actions if isinstance(action, MoveBy)]
+    assert move.steps == 5 and move.profile is None
