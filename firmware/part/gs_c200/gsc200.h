@@ -4,13 +4,13 @@
  *     inputs ---> gsc_set_inputs()  gsc_on_pin(), gsc_on_step() -> RDY, MOV, RAMP, DIR, RESET, UO; CLOCK
  *     EEPROM <--> gsc_recall(), gsc_on_store(), gsc_stored()
  *
- * Nothing here reads a clock, a register or the heap.  Whoever uses it
+ * Nothing here reads a clock, a register or the heap.  The caller
  *
- *     calls gsc_power_up() once, then gsc_advance() whenever the deadline of gsc_next() has come, and tells of every input
- *     and character when it comes; each of these calls may make any of the gsc_on_ calls, in the order of time;
+ *     calls gsc_power_up(), then gsc_advance() whenever the deadline of gsc_next() has come, and passes on every input and
+ *     every character when it comes; each of these calls may make any of the gsc_on_ calls, in the order of time;
  *
- * so the same files are the part on a board, and a library that tests compare with the model.  No call comes from within
- * another one, and no instant lies before that of the call before.
+ * so the same files are the part on a board, and a library that tests compare with the model.  No call may come from a
+ * gsc_on_ call, and no instant may be earlier than that of the call before.
  *
  * Sections named in these files are those of the GS-C200/GS-C200S data sheet, June 1994; decisions where it is silent
  * carry the names of docs/reference/gs-c200.md, such as GSC-UND-TURNAROUND.
@@ -24,8 +24,8 @@
 #define GSC_LOCATIONS 119 /* of the program memory: program storage area */
 #define GSC_LONGEST 11    /* characters of a string, without its carriage return: GSC-UND-MAXLEN */
 
-/* An instant: picoseconds modulo 2^64, from any instant on.  No two that a part deals with at a time lie further apart
-   than 2^63 ps, 106 days; so a part may stay switched on for longer than the 213 days after which they begin again. */
+/* An instant: picoseconds modulo 2^64, from any instant on.  No two that a part deals with at a time are further apart
+   than 2^63 ps, 106 days; so a part may be switched on for longer than the 213 days after which they begin again. */
 typedef uint64_t gsc_time;
 
 static inline bool gsc_is_before(gsc_time one, gsc_time other)
@@ -64,98 +64,115 @@ enum gsc_pin {
     GSC_UO1,   /* pin 31 */
     GSC_UO2,   /* pin 33 */
     GSC_UO3,   /* pin 35 */
-    GSC_TALK,  /* no pin: 1 while TXD is driven, 0 while it is left to other modules (pin 13) */
+    GSC_TALK,  /* no pin: 1 while TXD is driven, 0 while it is left to others (pin 13) */
     GSC_PINS
 };
 
 /* What was wrong with a character. */
 enum gsc_fault { GSC_PARITY = 1, GSC_FRAMING = 2 };
 
-struct gsc_line { /* a string of the host, or an answer that comes late */
-    gsc_time due;                   /* it is obeyed at this instant, or as soon as the one before it has its answer */
+/* A string of the host without its carriage return; or the answer to M, which waits for its turn. */
+struct gsc_line {
+    gsc_time due; /* it is obeyed at this instant, or when the one before it has its answer */
     uint8_t text[GSC_LONGEST];
     uint8_t length;
-    bool is_faulty, is_first_faulty, is_too_long; /* it came with a fault; its first character did; it was cut off */
-    bool is_checked;                /* CHS was high at its carriage return */
-    bool is_answer;                 /* `text` is the answer to M */
+    bool is_faulty;       /* a character had a fault */
+    bool is_first_faulty; /* the first one had */
+    bool is_too_long;     /* there were more characters */
+    bool is_checked;      /* CHS was high at its carriage return */
+    bool is_answer;
 };
 
-/* Everything that a part knows.  To look at, not to change; what each field means is said where it is used. */
+enum gsc_timer {
+    GSC_RESET_TIMER,  /* the end of the RESET pulse */
+    GSC_RUN_TIMER,    /* the program, and its motion */
+    GSC_WATCH_TIMER,  /* the next sample of the input that ends a run */
+    GSC_EEPROM_TIMER, /* the end of a write */
+    GSC_SERIAL_TIMER, /* a string is to be obeyed; the next character of its answer */
+    GSC_TIMERS
+};
+
+/* Everything that a part knows: to read, not to change.  The files named here say more. */
 struct gsc {
     enum gsc_part part;
     gsc_time now;
-    uint16_t inputs;
-    uint16_t levels, shown; /* of the outputs, a bit for each gsc_pin: now, and as last told */
+    uint16_t inputs;        /* levels, bits of gsc_input */
+    uint16_t levels, shown; /* of the outputs, a bit for each gsc_pin: now, and as last reported */
+    uint8_t work;           /* what RDY is low for: pins.h */
+    bool is_unsettled;      /* of this instant only what is timed has been done: part.c */
 
-    struct { /* the registers of S, T and R, 0: never set; and what F reports once */
+    struct {
+        bool is_on;
+        gsc_time at;
+    } timer[GSC_TIMERS];
+
+    struct { /* what S, T and R set, 0: never; and what F reports once */
         uint16_t start_stop, top_speed, ramp;
         bool is_over; /* E5 */
-    } reg;
+    } registers;
     int32_t position;
 
-    struct { /* the serial port: serial.c */
-        uint8_t rate;    /* of RATES */
+    struct { /* serial.c */
+        uint8_t rate;    /* of the table of rates */
         uint8_t address; /* 0: point to point */
         bool listens;
-        uint8_t waiting; /* strings in `queue`, the first of which is in progress */
-        uint8_t phase, list_at;
-        uint8_t answer_length, sent;
-        gsc_time due;
-        struct gsc_line coming, queue[3];
-        uint8_t answer[GSC_LONGEST + 4];
+        uint8_t phase;
+        uint8_t waiting;         /* in `queue`; the first one is in progress */
+        struct gsc_line coming;  /* the string that is being received */
+        struct gsc_line queue[3]; /* two strings, and an answer to M */
+        uint8_t answer[GSC_LONGEST + 2];
+        uint8_t length, sent; /* of it */
+        uint8_t list_at;      /* where Q is in the program memory */
     } serial;
 
-    struct { /* the program memory and its run: program.c */
+    struct { /* program.c */
+        uint8_t phase;
         uint8_t memory[GSC_LOCATIONS];
-        uint8_t size, pc, at;
-        bool entering, ending;
-        uint8_t until;       /* user input of U at location 0, 0: none */
-        bool loops;          /* a loop has begun, at `loop`, and made `passes` */
-        uint8_t loop, passes;
+        uint8_t size;
+        bool is_entering;   /* between Po and Px or E */
+        uint8_t at;         /* the instruction in progress */
+        uint8_t next;       /* the one after it */
+        bool is_ending;     /* there is none after it */
+        uint8_t until;      /* the user input of a U at location 0; 0: none */
+        bool has_loop;      /* L0 has been executed, or an L without one */
+        uint8_t loop;       /* where it repeats from */
+        uint8_t passes;     /* made so far */
+        uint8_t waits_for;  /* the user input of W */
+        uint8_t watched;    /* the user input that ends the run; 0: none */
+        bool runs_on_after; /* a stand-alone start: after the homing the program runs */
     } program;
 
-    struct { /* what runs besides a string of the host: program.c, motion.c */
+    struct { /* motion.c, profile.c */
         uint8_t phase;
-        bool homes_first; /* a stand-alone start */
-        bool is_timed;
-        gsc_time due;
-        gsc_time origin; /* of the looks of W */
-        uint8_t watched; /* user input of W */
-    } run;
-
-    struct { /* the motion: motion.c, profile.c */
-        bool moving, is_endless, stopping, stopped, homing;
-        bool stop;          /* it shall come to rest; told to the motion with the other changes of an instant */
-        int8_t sign;
-        uint8_t way;        /* of a homing: out to EOT, or back to HOME */
-        uint16_t start_stop, top_speed, ramp; /* as the motion began */
-        uint16_t up, down;  /* intervals of the two ramps */
-        bool no_ramp;
-        uint32_t steps, step; /* of the plan, and the one that comes next; see OPEN in profile.c */
-        uint64_t interval;
-        gsc_time begun, end; /* of the last step, and of its interval */
+        bool is_moving;   /* MOV is high */
+        int8_t direction; /* 1 clockwise */
+        uint8_t homing;   /* the way to EOT, or to HOME; 0: no homing */
+        bool is_endless;
+        bool is_stop;     /* it shall come to rest */
+        bool is_stopping; /* it does */
+        bool is_stopped;  /* it did, before the end of the position counter */
+        uint16_t start_stop, top_speed, ramp; /* as it began */
+        bool is_flat;                         /* no ramps */
+        uint16_t up, down;                    /* intervals of the ramps */
+        uint32_t down_from, steps, step;      /* where the way down begins; all; the next one */
+        uint64_t slew_ps;                     /* the interval between the ramps */
+        gsc_time pulse_end, end;              /* of the last step */
     } motion;
 
-    struct { /* the looks at the input that ends a run */
-        uint8_t input;
-        bool is_on;
-        gsc_time due;
-    } watch;
-
-    struct { /* the EEPROM: eeprom.c */
-        bool writing, is_checked;
+    struct { /* eeprom.c */
+        bool is_writing;
         uint8_t result;
-        gsc_time due;
+        bool is_checked; /* M came with a checksum, and its answer has one */
     } eeprom;
 };
 
 /* ---------------------------------------------------------------------------------------------------------- what comes */
 
-/* The supply has come: forget everything, and begin with the RESET pulse.  All outputs are told.  It may be called again
-   at any instant: then the supply has been gone. */
+/* The supply has come: forget everything, and begin with the RESET pulse.  All outputs are reported.  It may be called
+   again at any instant: then the supply has been gone. */
 void gsc_power_up(struct gsc *g, enum gsc_part part, uint16_t inputs, gsc_time now);
 
-/* The inputs have new levels, bits of gsc_input.  Looks of this very instant have seen the levels before. */
+/* The inputs have new levels, bits of gsc_input.  What is sampled in this very instant has the levels before. */
 void gsc_set_inputs(struct gsc *g, uint16_t inputs, gsc_time now);
 
 /* The receiver has a character: now is the middle of its first stop bit, `end` the end of the second one.  Before
@@ -165,8 +182,8 @@ void gsc_receive(struct gsc *g, uint8_t character, uint8_t faults, gsc_time end,
 /* Let time pass up to an instant, and do what is due at it. */
 void gsc_advance(struct gsc *g, gsc_time now);
 
-/* What gsc_on_store() has begun is over.  The part answers after its own time for it, and no sooner than it has looked
-   here, every 10 ms from then on. */
+/* What gsc_on_store() has begun is over.  The part answers after its own time for a write; where the EEPROM takes longer,
+   it asks again every 10 ms. */
 void gsc_stored(struct gsc *g, bool is_good);
 
 /* ---------------------------------------------------------------------------------------------------------- what is next */
@@ -174,9 +191,10 @@ void gsc_stored(struct gsc *g, bool is_good);
 /* Return whether anything is due as things stand, and when; it may be now. */
 bool gsc_next(const struct gsc *g, gsc_time *due);
 
-/* Return whether the deadline of gsc_next() is a step, and will be one unless an input or a string changes it before:
-   a board may prepare its pulse, and must be able to take it back.  The direction is at DIR already. */
-bool gsc_step_ahead(const struct gsc *g);
+/* Return whether a step follows unless an input or a string changes it before, and when; DIR shows its direction already.
+   A board may prepare its pulse, and must be able to take it back when this is no longer so; gsc_advance() is called at
+   that instant all the same. */
+bool gsc_step_ahead(const struct gsc *g, gsc_time *when);
 
 /* Return the rate at which the part listens, 110 to 9600 baud, 7 data bits, odd parity, 2 stop bits; 0: it does not. */
 uint16_t gsc_baud(const struct gsc *g);

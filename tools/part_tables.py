@@ -1,0 +1,187 @@
+"""Write the tables of the part in C from the data sheet in Python: python tools/part_tables.py [--check].
+
+Commands, ranges, times, rates, addresses, pins and answers of a GS-C200 and GS-C200S are written once, in
+src/slewline/chips/gs_c200/sheet.py.  What the part does with them is in firmware/part/gs_c200, written by hand.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "src"))
+
+from slewline.chips.gs_c200 import sheet  # noqa: E402  # of this checkout
+from slewline.chips.gs_c200.eeprom import INVALID, LOOK_PS  # noqa: E402
+from slewline.core.datasheet.rows import LineRow  # noqa: E402
+from slewline.core.datasheet.table import Arg, Sheet  # noqa: E402
+from slewline.core.wires.serial import CharacterFormat, bit_clock  # noqa: E402
+from slewline.language.lines import KEPT  # noqa: E402
+
+FOLDER = ROOT / "firmware" / "part" / "gs_c200"
+SAYS = "Written by tools/part_tables.py from src/slewline/chips/gs_c200/sheet.py: change it there."
+SIGNS = {"no": "UNSIGNED", "may": "SIGNED", "must": "WITH_SIGN", "alone": "SIGN_ALONE"}
+STATES = {"i": "IDLE", "p": "ENTERING", "r": "RUNNING"}
+OUTPUTS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3")  # as gsc200.h numbers them
+PARTS = (("C200", sheet.GS_C200), ("C200S", sheet.GS_C200S))
+
+
+def main(args: list[str]) -> int:
+    """Write the files; with --check, report those that are not up to date, and return 1 if there are any."""
+    old = [path for path, text in files().items() if not path.exists() or path.read_text("ascii") != text]
+    if args == ["--check"]:
+        for path in old:
+            print(f"{path.relative_to(ROOT)} is not up to date: run python tools/part_tables.py")
+        return int(bool(old))
+    for path in old:
+        path.write_text(files()[path], "ascii")
+        print(path.relative_to(ROOT))
+    return 0
+
+
+def files() -> dict[Path, str]:
+    """Return the files, by path."""
+    return {FOLDER / "sheet.h": "\n".join(header()) + "\n", FOLDER / "sheet.c": "\n".join(tables()) + "\n"}
+
+
+def names() -> list[str]:
+    """Return the names of all commands, in the order of the sheet."""
+    return list(dict.fromkeys(row.name for _, each in PARTS for row in each.rows(LineRow)))
+
+
+def header() -> Iterator[str]:
+    """Yield the lines of sheet.h."""
+    port, times = sheet.PORT, sheet.TIMES
+    yield f"/* The GS-C200/GS-C200S data sheet as tables.  {SAYS} */"
+    yield from ("#ifndef SHEET_H", "#define SHEET_H", "", "#include <stdbool.h>", "#include <stdint.h>", "")
+    yield "/* Times, in picoseconds: what they are, and the section. */"
+    for name, time in times.items():
+        yield f"#define {name.upper()}_PS {time.ticks}ULL /* {ascii_of(time.says)}: {time.where} */"
+    yield f"#define STORE_LOOK_PS {LOOK_PS}ULL /* after which an EEPROM that is still busy is sampled again */"
+    yield ""
+    yield f"#define RATE_UNIT {sheet.RATE_UNIT}U /* steps/s: motion characteristics */"
+    yield f"#define CHECKSUM_BIT 0x{KEPT:02x}U /* always set: data exchange protocol */"
+    yield f"#define INVALID_BYTE 0x{INVALID[0]:02x}U /* no opcode: what a write that was cut off leaves first */"
+    for name, each in PARTS:
+        positions = sheet.POSITIONS[each.part]
+        yield f"#define {name}_LEAST ({positions[0]}) /* of the position counter */"
+        yield f"#define {name}_MOST {positions[-1]}"
+    yield ""
+    yield "enum command {"
+    yield from (f"    {name}," for name in names())
+    yield from ("    FOREIGN /* of the other part */", "};", "")
+    yield "/* How an argument is written: a number, one that may have or has a sign, a sign alone. */"
+    yield "enum sign { UNSIGNED, SIGNED, WITH_SIGN, SIGN_ALONE };"
+    yield ""
+    yield "/* When a command is executed directly. */"
+    yield "enum state { " + ", ".join(f"{name} = {1 << bit}" for bit, name in enumerate(STATES.values())) + " };"
+    yield from ("", *STRUCTS, "")
+    for name, each in PARTS:
+        yield f"#define {name}_ROWS {len(rows(each))}"
+        yield f"extern const struct row {name.lower()}_rows[{name}_ROWS];"
+    yield f"extern const struct rate rates[{len(port.bauds)}]; /* by BR2, BR1, BR0 as a number */"
+    yield f"extern const uint8_t addresses[{len(port.addresses)}]; /* by SEL2, SEL1, SEL0 as a number */"
+    yield ""
+    yield "#define LEVELS_AT_RESET (" + " | ".join(at_reset()) + ") /* pin description */"
+    yield from ("", "#endif")
+
+
+STRUCTS = (
+    "struct arg {",
+    "    int32_t low, high;",
+    "    uint8_t sign;",
+    "    uint8_t size;     /* bytes in the program memory; 0: it is added to the opcode */",
+    "    bool is_zero;     /* 0 is within the range */",
+    "    bool is_optional; /* without it, it is `high` */",
+    "};",
+    "",
+    "/* One form of a command.  Forms with the same letters follow each other; the first that fits is meant. */",
+    "struct row {",
+    "    char head[3]; /* empty: the sign of the argument */",
+    "    char tail[3]; /* letters any of which ends it, the proper one first */",
+    "    uint8_t command;",
+    "    uint8_t args;",
+    "    uint8_t code; /* in the program memory; the codes are the model's own */",
+    "    uint8_t size; /* locations there; 0: it is never stored */",
+    "    uint8_t when; /* states in which it is executed directly */",
+    "    bool is_motion;",
+    "    struct arg arg[2];",
+    "};",
+    "",
+    "struct rate {",
+    "    uint16_t baud;",
+    "    uint64_t character_ps; /* start bit, 7 data bits, parity, 2 stop bits */",
+    "};",
+)
+
+
+def at_reset() -> Iterator[str]:
+    """Yield the outputs that are high after reset; RDY is low then, since the start is work."""
+    by_name = {pin.name: pin for pin in sheet.PINS}
+    for number, name in enumerate(OUTPUTS):
+        if by_name[name].reset:
+            yield f"1U << {number} /* {name.upper()} */"
+
+
+def tables() -> Iterator[str]:
+    """Yield the lines of sheet.c."""
+    port = sheet.PORT
+    yield f"/* {SAYS} */"
+    yield from ('#include "sheet.h"', "")
+    for name, each in PARTS:
+        yield f"const struct row {name.lower()}_rows[{name}_ROWS] = {{"
+        yield from (f"    {line}" for line in rows(each))
+        yield from ("};", "")
+    word = CharacterFormat(port.bits, port.parity, port.stop)
+    yield f"const struct rate rates[{len(port.bauds)}] = {{"
+    for number in range(len(port.bauds)):
+        baud = port.bauds[tuple(number >> bit & 1 for bit in range(len(port.baud_pins)))]
+        yield f"    {{{baud}, {bit_clock(baud, '').ps(word.ticks)}ULL}},"
+    yield from ("};", "")
+    order = [int(name[-1]) for name in port.address_pins]
+    found = [port.addresses[tuple(number >> bit & 1 for bit in order)] for number in range(len(port.addresses))]
+    yield f"const uint8_t addresses[{len(found)}] = {{{', '.join(map(str, found))}}};"
+
+
+def rows(of: Sheet) -> list[str]:
+    """Return the rows of a part as initializers: those with the longest letters first, as a line is read."""
+    found = sorted(
+        [*of.rows(LineRow), *of.foreign],
+        key=lambda row: (lambda head: (-len(head), head))(row if isinstance(row, str) else row.head),
+    )
+    return [foreign(row) if isinstance(row, str) else initializer(row) for row in found]
+
+
+def foreign(head: str) -> str:
+    """Return the initializer of letters that only the other part knows."""
+    return f'{{.head = "{head}", .command = FOREIGN}},'
+
+
+def initializer(row: LineRow) -> str:
+    """Return a row as an initializer."""
+    head = "" if row.head == "±" else row.head
+    when = " | ".join(STATES[letter] for letter in row.when) or "0"
+    tail = f', .tail = "{"".join(row.tail)}"' if row.tail else ""
+    size = row.size if row.stored else 0
+    stored = f", .code = 0x{row.code:02x}, .size = {size}" if size else ""
+    motion = ", .is_motion = true" if row.motion else ""
+    args = ", ".join(argument(arg) for arg in row.args)
+    taken = f", .args = {len(row.args)}, .arg = {{{args}}}" if row.args else ""
+    return f'{{.head = "{head}"{tail}, .command = {row.name}{stored}, .when = {when}{motion}{taken}}},'
+
+
+def argument(arg: Arg) -> str:
+    """Return an argument as an initializer."""
+    flags = f"{str(arg.zero).lower()}, {str(arg.optional).lower()}"
+    return f"{{{arg.low}, {arg.high}, {SIGNS[arg.sign]}, {arg.size}, {flags}}}"
+
+
+def ascii_of(text: str) -> str:
+    """Return a text with no letters but those of ASCII."""
+    return text.replace("µ", "u")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
