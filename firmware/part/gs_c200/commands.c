@@ -48,9 +48,9 @@ uint8_t list_program(struct gsc *g, uint8_t *at, uint8_t *answer)
 {
     struct command_line found;
 
-    if (*at < g->program.size && unpack(g, g->program.memory + *at, (uint8_t)(g->program.size - *at), &found)) {
+    if (*at < g->program.size && unpack_instruction(g, g->program.memory + *at, (uint8_t)(g->program.size - *at), &found)) {
         *at = (uint8_t)(*at + found.row->size);
-        return spell(&found, answer);
+        return spell_instruction(&found, answer);
     }
     *at = GSC_LOCATIONS + 1;
     return say(answer, "END");
@@ -95,7 +95,7 @@ static enum outcome zero_speed(struct gsc *g, gsc_time *until)
 /* I1 and I3 are answered after the RESET pulse. */
 static enum outcome initialize_now(struct gsc *g, int32_t what, gsc_time *until)
 {
-    if (!initialize(g, what))
+    if (!initialize_module(g, what))
         return IS_ANSWERED;
     *until = g->now + RESET_PS;
     return TAKES_TIME;

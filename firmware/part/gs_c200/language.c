@@ -142,7 +142,7 @@ uint8_t spell_number(int32_t number, bool has_plus, uint8_t *text)
     return length;
 }
 
-uint8_t spell(const struct command_line *instruction, uint8_t *text)
+uint8_t spell_instruction(const struct command_line *instruction, uint8_t *text)
 {
     const struct row *row = instruction->row;
     uint8_t length = 0;
@@ -164,7 +164,7 @@ uint8_t spell(const struct command_line *instruction, uint8_t *text)
 }
 
 /* ------------------------------------------------------------------------------------------------ the program memory */
-void pack(const struct command_line *instruction, uint8_t *bytes)
+void pack_instruction(const struct command_line *instruction, uint8_t *bytes)
 {
     const struct row *row = instruction->row;
     uint8_t at = 1;
@@ -203,7 +203,7 @@ static int32_t number_of(const struct arg *arg, const uint8_t *bytes)
     return arg->low < 0 && (value & sign) ? (int32_t)(value - sign) - (int32_t)sign : (int32_t)value;
 }
 
-bool unpack(const struct gsc *g, const uint8_t *bytes, uint8_t length, struct command_line *found)
+bool unpack_instruction(const struct gsc *g, const uint8_t *bytes, uint8_t length, struct command_line *found)
 {
     const struct row *row = length ? row_of(g, bytes[0]) : 0;
     uint8_t at = 1;

@@ -16,13 +16,13 @@ enum reading { IS_COMMAND, IS_UNKNOWN, IS_WRONG_ARGUMENT };
 enum reading read_command(const struct gsc *g, const uint8_t *text, uint8_t length, struct command_line *found);
 
 /* Write an instruction in its one spelling; return the number of characters, 10 at most. */
-uint8_t spell(const struct command_line *instruction, uint8_t *text);
+uint8_t spell_instruction(const struct command_line *instruction, uint8_t *text);
 uint8_t spell_number(int32_t number, bool has_plus, uint8_t *text);
 
 /* Write an instruction as bytes: opcode, arguments with the low byte first, as many locations as the sheet counts. */
-void pack(const struct command_line *instruction, uint8_t *bytes);
+void pack_instruction(const struct command_line *instruction, uint8_t *bytes);
 
 /* Read the instruction that begins with some bytes, of which there are so many.  Return false if there is none. */
-bool unpack(const struct gsc *g, const uint8_t *bytes, uint8_t length, struct command_line *found);
+bool unpack_instruction(const struct gsc *g, const uint8_t *bytes, uint8_t length, struct command_line *found);
 
 #endif

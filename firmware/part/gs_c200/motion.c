@@ -16,7 +16,7 @@ enum phase {
 enum homing { NO_HOMING, TO_EOT, TO_HOME };
 
 /* ---------------------------------------------------------------------------------------------- the position counter */
-uint32_t room(const struct gsc *g, int8_t direction)
+uint32_t room_ahead(const struct gsc *g, int8_t direction)
 {
     if (g->part == GSC_C200S)
         return OPEN;
@@ -199,10 +199,11 @@ bool motion_settled(struct gsc *g)
     return g->motion.is_stop && !g->motion.is_stopping && sample(g);
 }
 
+/* An order to come to rest leaves a step only where there is a ramp to go down. */
 bool is_step_ahead(const struct gsc *g)
 {
     bool is_next = g->motion.phase == SETTING_UP || g->motion.phase == STEPPING || g->motion.phase == RELEASED;
-    bool is_changed = (g->motion.homing && is_at_switch(g)) || (g->motion.is_stop && !g->motion.is_stopping);
+    bool is_last = g->motion.is_stop && !g->motion.is_stopping && (g->motion.is_flat || g->motion.step == 0);
 
-    return is_next && !is_changed && is_high(g, GSC_ENABLE);
+    return is_next && !is_last && !(g->motion.homing && is_at_switch(g)) && is_high(g, GSC_ENABLE);
 }

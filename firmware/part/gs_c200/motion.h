@@ -28,6 +28,6 @@ void end_motion(struct gsc *g);
 bool is_step_ahead(const struct gsc *g);
 
 /* Steps to the end of the position counter in a direction, or OPEN. */
-uint32_t room(const struct gsc *g, int8_t direction);
+uint32_t room_ahead(const struct gsc *g, int8_t direction);
 
 #endif

@@ -43,7 +43,7 @@ static void reset_timed(struct gsc *g)
     end_reset_pulse(g);
     if (g->work & START_WORK) {
         end_work(g, START_WORK);
-        listen(g);
+        listen_to_host(g);
         start_alone(g);
     }
 }

@@ -21,7 +21,7 @@ enum phase {
 /* The instruction at a location; false: none begins there. */
 static bool instruction_at(const struct gsc *g, uint8_t at, struct command_line *found)
 {
-    return at < g->program.size && unpack(g, g->program.memory + at, (uint8_t)(g->program.size - at), found);
+    return at < g->program.size && unpack_instruction(g, g->program.memory + at, (uint8_t)(g->program.size - at), found);
 }
 
 void begin_program_entry(struct gsc *g)
@@ -34,7 +34,7 @@ bool store_instruction(struct gsc *g, const struct command_line *command)
 {
     if (g->program.size + command->row->size > GSC_LOCATIONS)
         return false;
-    pack(command, g->program.memory + g->program.size);
+    pack_instruction(command, g->program.memory + g->program.size);
     g->program.size = (uint8_t)(g->program.size + command->row->size);
     return true;
 }
@@ -45,7 +45,7 @@ static bool is_program(const struct gsc *g, const uint8_t *program, uint8_t size
     uint8_t at = 0;
 
     while (at < size) {
-        if (!unpack(g, program + at, (uint8_t)(size - at), &found))
+        if (!unpack_instruction(g, program + at, (uint8_t)(size - at), &found))
             return false;
         at = (uint8_t)(at + found.row->size);
     }
@@ -227,7 +227,7 @@ static bool move_by(struct gsc *g, int32_t steps)
 
     if (!steps || !is_ready_to_move(g))
         return false;
-    if (room(g, direction) < number)
+    if (room_ahead(g, direction) < number)
         return overflow(g);
     plan_move(g, number);
     begin_motion(g, direction, false);
@@ -237,7 +237,7 @@ static bool move_by(struct gsc *g, int32_t steps)
 /* The input is sampled once in an instruction time (GSC-UND-GX-STOP). */
 static bool run_endless(struct gsc *g, int8_t direction, uint8_t watched)
 {
-    uint32_t limit = room(g, direction);
+    uint32_t limit = room_ahead(g, direction);
 
     if (!is_ready_to_move(g) || (watched && !is_user_input_high(g, watched)))
         return false;
@@ -266,13 +266,13 @@ static void end_of_motion(struct gsc *g)
         end_homing(g);
         return;
     }
-    if (g->motion.is_endless && !room(g, g->motion.direction) && !g->motion.is_stopped)
+    if (g->motion.is_endless && !room_ahead(g, g->motion.direction) && !g->motion.is_stopped)
         overflow(g);
     go_on(g);
 }
 
 /* ------------------------------------------------------------------------------------------- the other instructions */
-bool initialize(struct gsc *g, int32_t what)
+bool initialize_module(struct gsc *g, int32_t what)
 {
     if (what & 2) {
         set_pin(g, GSC_UO1, false);
@@ -369,7 +369,7 @@ static void act(struct gsc *g)
     case CONTROLLED_VELOCITY: is_moving = run_endless(g, (int8_t)first, (uint8_t)second); break;
     case FORCE: g->position = first; break;
     case INITIALIZE:
-        if (initialize(g, first)) {
+        if (initialize_module(g, first)) {
             pass(g, PAUSING, RESET_PS);
             return;
         }

@@ -32,6 +32,6 @@ void watch_timed(struct gsc *g);
 void run_settled(struct gsc *g);
 
 /* I, also outside a program.  Return whether the RESET pulse has begun, for which whatever executes it waits. */
-bool initialize(struct gsc *g, int32_t what);
+bool initialize_module(struct gsc *g, int32_t what);
 
 #endif

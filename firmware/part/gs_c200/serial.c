@@ -16,7 +16,7 @@ enum phase {
     ANSWERING
 };
 
-void listen(struct gsc *g)
+void listen_to_host(struct gsc *g)
 {
     g->serial.rate = (uint8_t)(g->inputs / GSC_BR0 & 7);
     g->serial.address = addresses[g->inputs / GSC_SEL0 & 7];

@@ -10,7 +10,7 @@
 
 #include "gsc200.h"
 
-void listen(struct gsc *g);      /* read rate and address from the straps (GSC-UND-STRAPS), and begin */
+void listen_to_host(struct gsc *g);      /* read rate and address from the straps (GSC-UND-STRAPS), and begin */
 void receive_character(struct gsc *g, uint8_t character, uint8_t faults, gsc_time end);
 void serial_timed(struct gsc *g); /* the timer has come */
 void obey_strings(struct gsc *g); /* those whose time has come */

@@ -1,0 +1,144 @@
+"""The core as a shared library: built by the compiler of the system, given what came in at the pins of a module.
+
+    Events in ----> replay.c, firmware/part/gs_c200 ----> Outcome: steps, characters, edges of each output
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+ROOT = Path(__file__).resolve().parents[3]
+CORE = ROOT / "firmware" / "part" / "gs_c200"
+HERE = Path(__file__).parent
+FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off")
+COMPILER = os.environ.get("CC", "cc")
+MOST = 1 << 21  # steps, characters, edges that are kept
+PINS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3", "talk")  # as gsc200.h numbers them
+INPUTS = ("sel0 sel1 sel2 br0 br1 br2 chs rec rxd enable home eot ui1 ui2 ui3").split()
+ON, OFF, INPUTS_NOW, INPUTS_AFTER, CHARACTER, FAULT, END = range(7)
+PARITY, FRAMING = 1, 2
+EVENT = np.dtype([("at", np.int64), ("end", np.int64), ("kind", np.int32), ("value", np.int32)])
+
+
+class Event(NamedTuple):
+    """What comes in at an instant (ps); `end` is that of a character."""
+
+    at: int
+    kind: int
+    value: int = 0
+    end: int = 0
+
+
+class Out(ctypes.Structure):
+    """As in replay.c."""
+
+    _fields_ = (
+        *((name, ctypes.c_void_p) for name in ("step_times", "pin_times", "character_times")),
+        *((name, ctypes.c_void_p) for name in ("positions", "pins", "characters", "directions")),
+        *((name, ctypes.c_int64) for name in ("most", "steps", "pin_count", "character_count", "wrong")),
+    )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What goes out of a module.
+
+    Attributes:
+        times, directions, positions: of the steps: int64 ps, 1 or -1, the position counter after the step.
+        characters: instants of their start bits (ps), and the codes.
+        edges: by the name of the output: instants (ps) and levels, -1 without supply.
+        wrong: deadlines of which it was foreseen wrongly whether they are steps.
+    """
+
+    times: NDArray[np.int64]
+    directions: NDArray[np.int8]
+    positions: NDArray[np.int32]
+    characters: list[tuple[int, int]]
+    edges: dict[str, list[tuple[int, int]]]
+    wrong: int = 0
+
+
+def sources() -> list[Path]:
+    """Return the files of the core."""
+    return sorted(CORE.glob("*.c"))
+
+
+def need() -> None:
+    """Skip the test where there is no compiler; in CI (`CI` is set) that is a failure."""
+    if shutil.which(COMPILER) is not None:
+        return
+    if os.environ.get("CI"):
+        pytest.fail(f"{COMPILER}: not installed; this test must not be skipped in CI")
+    pytest.skip(f"{COMPILER}: not installed")
+
+
+def build(into: Path, core: Path = CORE, flags: Sequence[str] = ("-O2", *FLAGS)) -> Path:
+    """Build the library of a copy of the core into a folder; return its path.
+
+    Raises:
+        subprocess.CalledProcessError: the compiler refuses a file.
+    """
+    made = into / "part.so"
+    command = [COMPILER, *flags, "-shared", "-fPIC", "-Wl,-Bsymbolic", f"-I{core}", *map(str, sorted(core.glob("*.c")))]
+    subprocess.run([*command, str(HERE / "replay.c"), "-lm", "-o", str(made)], check=True, capture_output=True, text=True)
+    return made
+
+
+class Library:
+    """A built core."""
+
+    def __init__(self, path: Path) -> None:
+        self.replay = ctypes.CDLL(str(path)).replay
+        self.replay.argtypes = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int32, ctypes.c_uint64, ctypes.c_void_p]
+        wide = {name: np.zeros(MOST, np.int64) for name in ("step_times", "pin_times", "character_times")}
+        narrow = {name: np.zeros(MOST, np.int32) for name in ("positions", "pins", "characters")}
+        self.kept = wide | narrow | {"directions": np.zeros(MOST, np.int8)}
+        self.out = Out(most=MOST, **{name: array.ctypes.data for name, array in self.kept.items()})
+
+    def play(self, part: str, events: Sequence[Event], since: int = 0) -> Outcome:
+        """Return what a module does with some events, ascending in time.
+
+        Args:
+            part: "gs-c200" or "gs-c200s".
+            events: the last one ends the replay.
+            since: the instant of the core at which the time of the events is 0, modulo 2**64 ps.
+        """
+        given = np.array([(event.at, event.end, event.kind, event.value) for event in events], EVENT)
+        self.replay(given.ctypes.data, len(given), part == "gs-c200s", since, ctypes.addressof(self.out))
+        out, kept = self.out, self.kept
+        assert max(out.steps, out.pin_count, out.character_count) <= MOST
+        edges: dict[str, list[tuple[int, int]]] = {name: [] for name in PINS}
+        changes = zip(kept["pin_times"][: out.pin_count].tolist(), kept["pins"][: out.pin_count].tolist(), strict=True)
+        for at, change in changes:
+            edges[PINS[change // 4]].append((at, change % 4 - 1))
+        times = kept["character_times"][: out.character_count].tolist()
+        return Outcome(
+            kept["step_times"][: out.steps].copy(),
+            kept["directions"][: out.steps].copy(),
+            kept["positions"][: out.steps].copy(),
+            list(zip(times, kept["characters"][: out.character_count].tolist(), strict=True)),
+            {name: settled(each) for name, each in edges.items()},
+            out.wrong,
+        )
+
+
+def settled(changes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return changes of a level as edges: the last one of each instant, if it is a real one."""
+    found: list[tuple[int, int]] = []
+    before: int | None = None
+    for at, level in dict(changes).items():
+        if level != before:
+            found.append((at, level))
+        before = level
+    return found
