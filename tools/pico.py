@@ -24,6 +24,7 @@ NEEDED = ("arm-none-eabi-gcc", "arm-none-eabi-objcopy", "arm-none-eabi-nm", "arm
 WORDS = (
     "-mcpu=cortex-m0plus",
     "-mthumb",
+    "-masm-syntax-unified",
     "-std=c11",
     "-O2",
     "-Wall",

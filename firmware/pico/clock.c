@@ -26,11 +26,30 @@ cycles clock_now(void)
     const uint32_t value = SYSTICK_CVR;
     now += (last - value) & 0xFFFFFF;
     last = value;
-    while (now - anchor > 2 * ANCHOR_CYCLES) {
+    return now;
+}
+
+void clock_write_after(volatile uint32_t *to, uint32_t number)
+{
+    uint32_t value = number - 6; /* from the read of SysTick to the write */
+    uint32_t since;
+    __asm__ volatile("ldr  %[since], [%[systick]]\n\t"
+                     "subs %[since], %[last], %[since]\n\t"
+                     "lsls %[since], %[since], #8\n\t"
+                     "lsrs %[since], %[since], #8\n\t"
+                     "subs %[value], %[value], %[since]\n\t"
+                     "str  %[value], [%[to]]"
+                     : [since] "=&l"(since), [value] "+l"(value)
+                     : [systick] "l"(&SYSTICK_CVR), [last] "l"(last), [to] "l"(to)
+                     : "cc", "memory");
+}
+
+void clock_move_anchor(void)
+{
+    while (clock_now() - anchor > 2 * ANCHOR_CYCLES) {
         anchor += ANCHOR_CYCLES;
         anchor_instant += ANCHOR_PS;
     }
-    return now;
 }
 
 cycles clock_of_stamp(uint32_t stamp)
@@ -63,12 +82,15 @@ cycles clock_cycle(uint64_t instant)
     return anchor + clock_of_ps(after > (int64_t)CLOCK_FAR_PS ? CLOCK_FAR_PS : (uint64_t)after);
 }
 
-void clock_wake_at(cycles at)
+void clock_sleep_until(cycles at, bool (*is_over)(void))
 {
-    const int64_t left = (int64_t)(at - now);
+    const int64_t left = (int64_t)(at - clock_now());
     if (left <= (int64_t)US)
         return;
     TIMER_INTR = 1;
     TIMER_ALARM0 = TIMER_RAW + (uint32_t)left / US;
-    __asm__ volatile("wfe");
+    hold();
+    if (!is_over())
+        __asm__ volatile("wfi"); /* an interrupt ends it, held as it is */
+    let_go();
 }

@@ -6,6 +6,7 @@
 #ifndef CLOCK_H
 #define CLOCK_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "registers.h"
@@ -17,6 +18,9 @@ void clock_start(void);
 
 /* Return the cycle.  It must be called at least every 60 ms; not by interrupts. */
 cycles clock_now(void);
+
+/* Write a number less the cycles that have passed since the last clock_now(), to the cycle; interrupts are held. */
+void clock_write_after(volatile uint32_t *to, uint32_t number);
 
 /* What an interrupt notes, and which cycle that was: within the last 60 ms. */
 static inline uint32_t clock_stamp(void)
@@ -35,7 +39,9 @@ uint64_t clock_ps_of(cycles count);
 uint64_t clock_instant(cycles at);
 cycles clock_cycle(uint64_t instant);
 
-/* Let the processor sleep until a cycle, or an interrupt. */
-void clock_wake_at(cycles at);
+void clock_move_anchor(void); /* every 60 ms at least */
+
+/* Let the processor sleep until a cycle, or an interrupt; not if `is_over`, which is asked while interrupts are held. */
+void clock_sleep_until(cycles at, bool (*is_over)(void));
 
 #endif

@@ -25,7 +25,7 @@
 #endif
 
 enum {
-    ANSWER_DELAY = 30 * US, /* of every character: so late it may be that the core has time for it */
+    ANSWER_DELAY = 25 * US, /* of every answer: so late it may be that the processor has time for it */
     DIR_SETUP = 10 * US,    /* figure 2: GSC-UND-DIR-SETUP */
     LOOK_FOR_HOLD = 3 * US, /* after the instant of a step */
     TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
@@ -40,13 +40,14 @@ static const uint8_t OUTPUTS[] = {
     [GSC_RESET] = PIN_RESET, [GSC_UO1] = PIN_UO1, [GSC_UO2] = PIN_UO2,   [GSC_UO3] = PIN_UO3,
 };
 
-static struct gsc part;
+static struct gsc part, ahead; /* the part; a copy that shows what it will do */
 static uint32_t enable = GSC_ENABLE; /* as the core knows it: what the state machine has found */
 static uint32_t levels;              /* of the other inputs, as the core knows them */
 static bool is_held, has_step;
 static gsc_time step_due;
 static cycles dir_changed;
 static gsc_time last_character;
+static bool is_early;                /* the next character of the answer is on its way already */
 static const char *version; /* what is left of it to send */
 
 static struct {
@@ -75,8 +76,8 @@ void part_input_interrupt(void)
 /* ------------------------------------------------------------------------------------------- what comes of the core */
 void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
 {
-    (void)g, (void)now;
-    if (pin == GSC_TALK)
+    (void)now;
+    if (g != &part || pin == GSC_TALK)
         return;
     const uint32_t bit = 1u << OUTPUTS[pin];
     if ((pin == GSC_RDY) != (level != 0))
@@ -92,18 +93,35 @@ void gsc_on_step(struct gsc *g, int direction, gsc_time now)
     (void)g, (void)direction, (void)now; /* its state machine has made it */
 }
 
+static void send(uint8_t character, gsc_time at)
+{
+    const bool follows = at - last_character < clock_ps_of(serial_length() + US);
+    serial_put(character, clock_cycle(at) + ANSWER_DELAY, follows);
+    last_character = at;
+}
+
+/* The copy tells the first character of an answer, should there be no time for it when it is due. */
 void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now)
 {
-    (void)g;
-    const bool follows = now - last_character < clock_ps_of(serial_length() + US);
-    serial_put(character, clock_cycle(now) + ANSWER_DELAY, follows);
-    last_character = now;
+    if (!is_early)
+        send(character, now);
+    is_early = g == &ahead;
+}
+
+/* The next character of an answer that has begun is known. */
+static void send_ahead(void)
+{
+    if (is_early || !part.serial.sent || part.serial.sent >= part.serial.length)
+        return;
+    send(part.serial.answer[part.serial.sent], last_character + clock_ps_of(serial_length()));
+    is_early = true;
 }
 
 void gsc_on_store(struct gsc *g, const uint8_t *program, uint8_t size, gsc_time now)
 {
-    (void)g, (void)now;
-    store_begin(program, size);
+    (void)now;
+    if (g == &part)
+        store_begin(program, size);
 }
 
 int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
@@ -118,21 +136,44 @@ static gsc_time no_sooner(gsc_time instant)
     return gsc_is_before(instant, part.now) ? part.now : instant;
 }
 
+/* A step that is prepared has not been made, whatever its instant: the first one of a motion may be late. */
+static gsc_time before_step(gsc_time instant)
+{
+    return no_sooner(has_step && !is_held && !gsc_is_before(instant, step_due) ? step_due - 1 : instant);
+}
+
 static void tell_inputs(gsc_time instant)
 {
-    gsc_set_inputs(&part, (uint16_t)(levels | enable), no_sooner(instant));
+    gsc_set_inputs(&part, (uint16_t)(levels | enable), before_step(instant));
+}
+
+/* Return whether a step comes, as things stand, and when.  A string that is obeyed before it, or a look at an input, may
+   change that: so what is due before the step is tried on the copy. */
+static bool foresee(gsc_time *due)
+{
+    gsc_time next;
+    if (!gsc_step_ahead(&part, due))
+        return false;
+    if (!gsc_next(&part, &next) || !gsc_is_before(next, *due))
+        return true;
+    ahead = part;
+    while (gsc_next(&ahead, &next) && gsc_is_before(next, *due))
+        gsc_advance(&ahead, next);
+    return gsc_step_ahead(&ahead, &next) && next == *due;
 }
 
 /* Let the state machine have the step that comes next, and no other. */
 static void prepare(void)
 {
     gsc_time due;
+    if (part.is_unsettled)
+        return;
     if (is_held) {
         if (!part.motion.is_moving) {
             (void)steps_disarm();
             is_held = has_step = false;
         }
-    } else if (!gsc_step_ahead(&part, &due)) {
+    } else if (!foresee(&due)) {
         if (has_step && !steps_disarm())
             has_step = false;
     } else if (!has_step || due != step_due) {
@@ -209,6 +250,7 @@ static void advance(cycles limit)
             return;
         else
             gsc_advance(&part, due);
+        send_ahead();
         prepare();
     }
 }
@@ -240,9 +282,8 @@ static void hear(const struct received *character)
         return;
     }
     const uint8_t faults = (character->is_parity_wrong ? GSC_PARITY : 0) | (character->is_framing_wrong ? GSC_FRAMING : 0);
-    const gsc_time now = no_sooner(clock_instant(character->at));
+    const gsc_time now = before_step(clock_instant(character->at));
     gsc_receive(&part, character->character, faults, clock_instant(character->end), now);
-    prepare();
 }
 
 static void say_version(void)
@@ -262,13 +303,18 @@ void part_start(void)
     gsc_power_up(&part, PART, (uint16_t)(levels | enable), clock_instant(clock_now()));
 }
 
+static bool is_news(void)
+{
+    return taken != came || serial_is_waiting() || steps_is_news();
+}
+
 void part_round(void)
 {
     static bool listens;
     struct received character;
     bool is_good;
 
-    (void)clock_now();
+    clock_move_anchor();
     while (serial_get(&character)) {
         advance(character.at);
         hear(&character);
@@ -304,5 +350,5 @@ void part_round(void)
         wake = steps_at() + LOOK_FOR_HOLD;
     if (gsc_next(&part, &due) && !(has_step && !gsc_is_before(due, step_due)) && (int64_t)(wake - clock_cycle(due)) > 0)
         wake = clock_cycle(due);
-    clock_wake_at(wake);
+    clock_sleep_until(wake, is_news);
 }

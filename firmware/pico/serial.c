@@ -124,6 +124,11 @@ void serial_put(uint8_t character, cycles at, bool follows)
     free_at = ((int64_t)(at - now) > 0 ? at : now + BEFORE_START) + serial_length();
 }
 
+bool serial_is_waiting(void)
+{
+    return taken != came;
+}
+
 bool serial_is_empty(void)
 {
     return PIO_FSTAT(PIO1) >> (24 + OUT) & 1;

@@ -15,6 +15,7 @@ struct received {
 
 void serial_begin(uint16_t baud); /* from here on it receives */
 
+bool serial_is_waiting(void); /* there is one to get */
 bool serial_get(struct received *character);
 
 /* Send a character whose start bit begins at a cycle; one that follows the last one immediately, or is late for that,

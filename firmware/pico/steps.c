@@ -37,8 +37,7 @@ enum {
     HELD_TO_STEP = 657,         /* from the report of a release to the step */
     HELD_FIRST = 2,             /* from the instant of the step to the report, if it was held for one look */
     RELEASE = 5 * US,           /* from ENABLE to the step, pin 24: GSC-UND-ENABLE-LATENCY */
-    TO_WRITE = 24,              /* from the reading of the clock to that write: measured in the emulator */
-    SOON = 80                   /* cycles in which a first word is written for certain */
+    SOON = 200                  /* cycles in which a first word is written for certain */
 };
 
 static bool armed, stopped;
@@ -100,7 +99,7 @@ void steps_arm(uint64_t instant, cycles soonest)
             at = least;
         }
         PIO_INSTR(PIO0, 0) = JMP(GET);
-        PIO_TX(PIO0, 0) = (uint32_t)(at - now) - BEFORE_FIRST - TO_WRITE;
+        clock_write_after(&PIO_TX(PIO0, 0), (uint32_t)(at - now) - BEFORE_FIRST);
     } else {
         uint32_t word = (uint32_t)(at - last_at) - BETWEEN;
         if (word >> 31) {
@@ -183,6 +182,11 @@ void steps_take(void)
 uint32_t steps_late(void)
 {
     return late;
+}
+
+bool steps_is_news(void)
+{
+    return made || (released && armed);
 }
 
 void steps_interrupt(void)

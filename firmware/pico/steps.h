@@ -6,6 +6,7 @@
 #ifndef STEPS_H
 #define STEPS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "clock.h"
@@ -36,6 +37,8 @@ uint64_t steps_released_at(void); /* STEP_RELEASED: the instant of the part at w
 void steps_take(void);      /* STEP_MADE has been dealt with; so has STEP_RELEASED, by steps_go_on() */
 void steps_go_on(uint64_t instant); /* the held step comes at this instant of the part */
 uint32_t steps_late(void);  /* how often a word came too late for its step */
+
+bool steps_is_news(void); /* STEP_RELEASED or STEP_MADE */
 
 void steps_interrupt(void);
 void steps_stop_now(void); /* from an interrupt: no step from here on, until steps_disarm() */

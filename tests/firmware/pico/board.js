@@ -283,15 +283,14 @@ class Board {
         continue;
       }
       const level = core.IPSR;
-      const before = core.PC;
       this.cycle += core.executeInstruction();
       if (core.IPSR && core.IPSR !== level) this.cycle += ENTRY;
       if (this.busy) {
         this.cycle += this.busy;
         this.busy = 0;
       }
+      if (core.waiting && core.pendingInterrupts & core.enabledInterrupts) core.waiting = false; // WFI passes
       if (this.#next() <= this.cycle) this.#happen();
-      void before;
     }
   }
 

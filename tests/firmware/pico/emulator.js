@@ -40,10 +40,10 @@ function answer(boards, make, image, request) {
   told.asleep = board.asleep;
   told.fast = board.fast;
   told.refused = board.refused;
-  told.notes = board.notes;
-  told.clk = board.mcu.clkSys;
+  told.notes = board.notes || [];
+  told.clk = board.mcu?.clkSys;
   told.operations = board.flash.operations;
-  told.pc = board.mcu.core.PC;
+  told.pc = board.mcu?.core.PC;
   board.clear();
   return told;
 }
