@@ -35,6 +35,7 @@ WORDS = (
     "-ffunction-sections",
     "-fdata-sections",
     "-ffreestanding",
+    "-fno-tree-loop-distribute-patterns",  # memcpy is not made of calls of memcpy
     "-fno-common",
     f"--specs={LIBRARY}",
     "-nostartfiles",

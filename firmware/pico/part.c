@@ -7,6 +7,9 @@
  *     state machine of CLOCK ---+                  |
  *            ^                                     v
  *            +---- the next step, prepared by what the core will do if nothing comes in between
+ *
+ * What is due next is tried on a copy of the core while there is time for it: a step of a ramp takes some 50 us to compute,
+ * E as long.  When it is due the copy takes the place of the part, unless something came in between.
  */
 #include "part.h"
 
@@ -28,6 +31,8 @@ enum {
     ANSWER_DELAY = 25 * US, /* of every answer: so late it may be that the processor has time for it */
     DIR_SETUP = 10 * US,    /* figure 2: GSC-UND-DIR-SETUP */
     LOOK_FOR_HOLD = 3 * US, /* after the instant of a step */
+    TRY = 200 * US,         /* so long before it is due something is tried */
+    TRY_AGAIN = 150 * US,
     TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
     ROUND = HZ / 100,       /* the longest sleep */
     WHILE_WRITING = HZ / 1000,
@@ -40,7 +45,11 @@ static const uint8_t OUTPUTS[] = {
     [GSC_RESET] = PIN_RESET, [GSC_UO1] = PIN_UO1, [GSC_UO2] = PIN_UO2,   [GSC_UO3] = PIN_UO3,
 };
 
-static struct gsc part, ahead; /* the part; a copy that shows what it will do */
+static struct gsc cores[2];
+static struct gsc *part = &cores[0], *ahead = &cores[1]; /* the part; the same after what is due next */
+static bool is_tried;           /* `ahead` is that */
+static gsc_time tried_due;
+static bool ahead_stores, ahead_sends;
 static uint32_t enable = GSC_ENABLE; /* as the core knows it: what the state machine has found */
 static uint32_t levels;              /* of the other inputs, as the core knows them */
 static bool is_held, has_step;
@@ -77,7 +86,7 @@ void part_input_interrupt(void)
 void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
 {
     (void)now;
-    if (g != &part || pin == GSC_TALK)
+    if (g != part || pin == GSC_TALK)
         return;
     const uint32_t bit = 1u << OUTPUTS[pin];
     if ((pin == GSC_RDY) != (level != 0))
@@ -100,28 +109,30 @@ static void send(uint8_t character, gsc_time at)
     last_character = at;
 }
 
-/* The copy tells the first character of an answer, should there be no time for it when it is due. */
+/* The copy has the first character of an answer before it is due. */
 void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now)
 {
     if (!is_early)
         send(character, now);
-    is_early = g == &ahead;
+    is_early = ahead_sends = g == ahead;
 }
 
 /* The next character of an answer that has begun is known. */
 static void send_ahead(void)
 {
-    if (is_early || !part.serial.sent || part.serial.sent >= part.serial.length)
+    if (is_early || !part->serial.sent || part->serial.sent >= part->serial.length)
         return;
-    send(part.serial.answer[part.serial.sent], last_character + clock_ps_of(serial_length()));
+    send(part->serial.answer[part->serial.sent], last_character + clock_ps_of(serial_length()));
     is_early = true;
 }
 
 void gsc_on_store(struct gsc *g, const uint8_t *program, uint8_t size, gsc_time now)
 {
     (void)now;
-    if (g == &part)
+    if (g == part)
         store_begin(program, size);
+    else
+        ahead_stores = true;
 }
 
 int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
@@ -130,12 +141,54 @@ int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
     return store_recall(program);
 }
 
-/* ----------------------------------------------------------------------------------------------------------- the steps */
+/* ------------------------------------------------------------------------------------------------------- going on */
 static gsc_time no_sooner(gsc_time instant)
 {
-    return gsc_is_before(instant, part.now) ? part.now : instant;
+    return gsc_is_before(instant, part->now) ? part->now : instant;
 }
 
+/* Let the part be as it is after what was tried, and the pins. */
+static void take_what_was_tried(void)
+{
+    const uint16_t changed = part->shown ^ ahead->shown;
+    struct gsc *const before = part;
+    part = ahead;
+    ahead = before;
+    for (unsigned pin = 0; changed >> pin; pin++)
+        if (changed >> pin & 1)
+            gsc_on_pin(part, (enum gsc_pin)pin, part->shown >> pin & 1, part->now);
+    if (ahead_sends)
+        is_early = false;
+    if (ahead_stores)
+        store_begin(part->program.memory, part->program.size);
+}
+
+static void go_on_to(gsc_time due)
+{
+    if (is_tried && tried_due == due)
+        take_what_was_tried();
+    else
+        gsc_advance(part, due);
+    is_tried = false;
+}
+
+/* Return whether something has been tried. */
+static bool try_what_is_next(void)
+{
+    gsc_time due;
+    if (is_tried || is_held || part->is_unsettled || !gsc_next(part, &due))
+        return false;
+    if (!(has_step && due == step_due) && (int64_t)(clock_cycle(due) - clock_now()) > TRY)
+        return false;
+    *ahead = *part;
+    ahead_stores = ahead_sends = false;
+    gsc_advance(ahead, due);
+    tried_due = due;
+    is_tried = true;
+    return true;
+}
+
+/* ----------------------------------------------------------------------------------------------------------- the steps */
 /* A step that is prepared has not been made, whatever its instant: the first one of a motion may be late. */
 static gsc_time before_step(gsc_time instant)
 {
@@ -144,32 +197,30 @@ static gsc_time before_step(gsc_time instant)
 
 static void tell_inputs(gsc_time instant)
 {
-    gsc_set_inputs(&part, (uint16_t)(levels | enable), before_step(instant));
+    gsc_set_inputs(part, (uint16_t)(levels | enable), before_step(instant));
+    is_tried = false;
 }
 
 /* Return whether a step comes, as things stand, and when.  A string that is obeyed before it, or a look at an input, may
-   change that: so what is due before the step is tried on the copy. */
+   change that, as what was tried shows. */
 static bool foresee(gsc_time *due)
 {
-    gsc_time next;
-    if (!gsc_step_ahead(&part, due))
+    gsc_time then;
+    if (!gsc_step_ahead(part, due))
         return false;
-    if (!gsc_next(&part, &next) || !gsc_is_before(next, *due))
+    if (!is_tried || !gsc_is_before(tried_due, *due))
         return true;
-    ahead = part;
-    while (gsc_next(&ahead, &next) && gsc_is_before(next, *due))
-        gsc_advance(&ahead, next);
-    return gsc_step_ahead(&ahead, &next) && next == *due;
+    return gsc_step_ahead(ahead, &then) && then == *due;
 }
 
 /* Let the state machine have the step that comes next, and no other. */
 static void prepare(void)
 {
     gsc_time due;
-    if (part.is_unsettled)
+    if (part->is_unsettled)
         return;
     if (is_held) {
-        if (!part.motion.is_moving) {
+        if (!part->motion.is_moving) {
             (void)steps_disarm();
             is_held = has_step = false;
         }
@@ -183,9 +234,9 @@ static void prepare(void)
         has_step = true;
         steps_arm(due, dir_changed + DIR_SETUP);
     }
-    if (!part.motion.is_moving)
+    if (!part->motion.is_moving)
         steps_end_motion();
-    fatal = has_step && part.motion.homing ? 1u << (part.motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0;
+    fatal = has_step && part->motion.homing ? 1u << (part->motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0;
 }
 
 /* The step was held at its instant: the core shall see ENABLE low then. */
@@ -193,7 +244,7 @@ static void be_held(void)
 {
     enable = 0;
     tell_inputs(step_due - 1);
-    gsc_advance(&part, step_due);
+    go_on_to(step_due);
     is_held = true;
 }
 
@@ -203,7 +254,7 @@ static void be_released(void)
     enable = GSC_ENABLE;
     tell_inputs(steps_released_at());
     is_held = false;
-    if (gsc_step_ahead(&part, &due)) {
+    if (gsc_step_ahead(part, &due)) {
         step_due = due;
         steps_go_on(due);
     } else if (!steps_disarm())
@@ -215,7 +266,7 @@ static bool step(void)
 {
     switch (has_step ? steps_look() : STEP_NONE) {
     case STEP_MADE:
-        gsc_advance(&part, no_sooner(step_due));
+        go_on_to(no_sooner(step_due));
         steps_take();
         has_step = false;
         return true;
@@ -241,7 +292,7 @@ static void advance(cycles limit)
     for (;;) {
         if (is_held && step())
             continue;
-        if (!gsc_next(&part, &due))
+        if (!gsc_next(part, &due))
             return;
         if (has_step && !is_held && !gsc_is_before(due, step_due)) {
             if (!step())
@@ -249,7 +300,7 @@ static void advance(cycles limit)
         } else if ((int64_t)(limit - clock_cycle(due)) < 0)
             return;
         else
-            gsc_advance(&part, due);
+            go_on_to(due);
         send_ahead();
         prepare();
     }
@@ -283,7 +334,8 @@ static void hear(const struct received *character)
     }
     const uint8_t faults = (character->is_parity_wrong ? GSC_PARITY : 0) | (character->is_framing_wrong ? GSC_FRAMING : 0);
     const gsc_time now = before_step(clock_instant(character->at));
-    gsc_receive(&part, character->character, faults, clock_instant(character->end), now);
+    gsc_receive(part, character->character, faults, clock_instant(character->end), now);
+    is_tried = false;
 }
 
 static void say_version(void)
@@ -300,7 +352,7 @@ void part_start(void)
 {
     store_start();
     levels = look(SIO_IN);
-    gsc_power_up(&part, PART, (uint16_t)(levels | enable), clock_instant(clock_now()));
+    gsc_power_up(part, PART, (uint16_t)(levels | enable), clock_instant(clock_now()));
 }
 
 static bool is_news(void)
@@ -335,20 +387,22 @@ void part_round(void)
         (void)change(pins, now);
     }
     advance(clock_now());
-    if (!listens && gsc_baud(&part)) {
-        serial_begin(gsc_baud(&part));
+    if (!listens && gsc_baud(part)) {
+        serial_begin(gsc_baud(part));
         listens = true;
     }
     if (store_go_on(&is_good))
-        gsc_stored(&part, is_good);
+        gsc_stored(part, is_good), is_tried = false;
     say_version();
     prepare();
+    if (try_what_is_next())
+        prepare();
 
     gsc_time due;
     cycles wake = clock_now() + (store_is_writing() || version ? WHILE_WRITING : ROUND);
     if (has_step && !is_held && (int64_t)(wake - steps_at()) > LOOK_FOR_HOLD)
         wake = steps_at() + LOOK_FOR_HOLD;
-    if (gsc_next(&part, &due) && !(has_step && !gsc_is_before(due, step_due)) && (int64_t)(wake - clock_cycle(due)) > 0)
-        wake = clock_cycle(due);
+    if (gsc_next(part, &due) && !(has_step && !gsc_is_before(due, step_due)) && (int64_t)(wake - clock_cycle(due)) > 0)
+        wake = clock_cycle(due) - (is_tried || is_held ? 0 : TRY_AGAIN);
     clock_sleep_until(wake, is_news);
 }
