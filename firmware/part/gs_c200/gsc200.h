@@ -10,7 +10,7 @@
  *     every character when it comes; each of these calls may make any of the gsc_on_ calls, in the order of time;
  *
  * so the same files are the part on a board, and a library that tests compare with the model.  No call may come from a
- * gsc_on_ call, and no instant may be earlier than that of the call before.
+ * gsc_on_ call, but for gsc_stored(), and no instant may be earlier than that of the call before.
  *
  * Sections named in these files are those of the GS-C200/GS-C200S data sheet, June 1994; decisions where it is silent
  * carry the names of docs/reference/gs-c200.md, such as GSC-UND-TURNAROUND.

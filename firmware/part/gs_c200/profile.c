@@ -35,7 +35,7 @@ static uint64_t ramp_interval(const struct gsc *g, uint32_t k)
     return whole + (rest > 0.5 || (rest == 0.5 && (whole & 1)));
 }
 
-static void plan(struct gsc *g, uint32_t steps)
+static void plan(struct gsc *g, uint32_t steps, uint16_t slew)
 {
     g->motion.start_stop = g->registers.start_stop;
     g->motion.top_speed = g->registers.top_speed;
@@ -45,12 +45,12 @@ static void plan(struct gsc *g, uint32_t steps)
     g->motion.down_from = OPEN;
     g->motion.steps = steps;
     g->motion.step = 0;
-    g->motion.slew_ps = period(g->motion.top_speed);
+    g->motion.slew_ps = period(slew);
 }
 
 void plan_move(struct gsc *g, uint32_t steps)
 {
-    plan(g, steps);
+    plan(g, steps, g->registers.top_speed);
     if (g->motion.is_flat)
         return;
     if (steps == 1) { /* GSC-UND-SINGLE */
@@ -65,16 +65,15 @@ void plan_move(struct gsc *g, uint32_t steps)
 
 void plan_endless(struct gsc *g, uint32_t limit)
 {
-    plan(g, limit);
+    plan(g, limit, g->registers.top_speed);
     if (!g->motion.is_flat)
         g->motion.up = (uint16_t)least(g->motion.ramp, limit);
 }
 
 void plan_homing(struct gsc *g, uint16_t speed)
 {
-    plan(g, OPEN);
+    plan(g, OPEN, speed);
     g->motion.is_flat = true;
-    g->motion.slew_ps = period(speed);
 }
 
 /* As many ramp steps as it took to get so fast, or the rest of the way down. */

@@ -382,6 +382,17 @@ def test_a_program_waits_for_the_reset_pulse_of_a_stored_i(what: str, pause: int
     assert rig.level("uo1") == (what == "I1")
 
 
+@pytest.mark.fact("GSC-UND-K-DETAIL")
+@pytest.mark.parametrize("end", ["K", "Z"])
+def test_k_and_z_let_the_reset_pulse_of_a_program_end(end: str) -> None:
+    rig = base(C200S, "reset", "uo1")
+    falls = rig.start("D1", "I1", "A1") + 2 * MS + 100 * MS
+    rig.acts(end, falls + 100 * US)
+    rig.bench.run("10 ms")
+    assert rig.edges("reset", falls) == [(falls, 0), (falls + RESET_WIDTH, 1)]
+    assert rig.ask("F") == "R" and rig.level("uo1") == 0
+
+
 # ------------------------------------------------------------------------------------------------------ user outputs
 @both
 @pytest.mark.fact("GSC-PIN-UO-1", "GSC-UND-POWERUP")

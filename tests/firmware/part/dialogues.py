@@ -14,6 +14,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import slewline
+from slewline.chips.gs_c200.sheet import GS_C200, GS_C200S
+from slewline.core.datasheet.rows import LineRow
+from slewline.core.datasheet.table import Arg
 from slewline.language.lines import framed
 
 from . import library, witness
@@ -21,12 +24,13 @@ from .witness import BAUDS, Module
 
 US, MS, S = 10**6, 10**9, 10**12
 PARTS = ("gs-c200", "gs-c200s")
-PROGRAMMED = "ABCD"
+SHEETS = dict(zip(PARTS, (GS_C200, GS_C200S), strict=True))
 ODD = (
     *("P", "Po", "P0", "Px", "X9", "+0", "-0", "S0", "S1001", "T1001", "R1000", "R0", "foo", "G", "F", "V", "V0", "V3", "jc1", "L256"),
     *("+", "-", "f5", "g1", "g+4", "g+0", "G+2", "G-", "g-", "Q", "K", "A", "A0", "A4", "A22", "D0", "D256", "-9999999", "L00", "G+-3"),
     *("j119", "jc8,0", "jc1,119", "jc1;0", "h", "H0", "H+-", "E1", "M1", "po", "PX", "", " ", "S 1", "Lo", "l0", "+1000000", "-1000000"),
     *("G10000000", "G9999999", "G-8388609", "f-8388609", "f+8388608", "I0", "I4", "U0", "U4", "W0", "W4", "+999999", "A1 ", "jc01,02"),
+    *("L", "D", "S", "U", "W", "I", "j", "jc", "jc1,", "jc,1", "G+", "g", "LO", "L0o", "l", "f+0", "A3", "C3", "D255", "T1", "S1000", "R999"),
     *("S0001", "+0000001", "g+01", "f+", "f-", "J0", "JC1,1", "R", "T", "V01", "x", "z", "k", "12345678901", "123456789012", "G00000001"),
 )  # fmt: skip
 
@@ -61,13 +65,47 @@ class Dialogue:
         self.addresses = dict(zip(self.modules, addresses, strict=True))
         self.baud_at: dict[str, dict[int, int]] = {name: {} for name in self.modules}
         self.to = next(iter(self.modules))
+        self.scenes: dict[Callable[[], None], int] = {  # and how often
+            self.program_and_run: 50,
+            self.homing: 9,
+            self.keeping: 8,
+            self.filling: 5,
+            self.chatter: 9,
+            self.power_cycle: 5,
+            self.position: 5,
+            self.skipping: 5,
+            self.to_the_end: 4,
+        }
 
     def _module(self, name: str, part: str, address: int) -> Module:
         straps = {"br0": self.rate & 1, "br1": self.rate >> 1 & 1, "br2": self.rate >> 2 & 1, "chs": int(self.checks)}
         if self.rec or self.rng.random() < 0.02:
             straps["rec"] = 0
         sel = {f"sel{n}": (7 - address) >> (2 - n) & 1 for n in range(3)} if address else {}
-        return Module(self.bench, name, part, straps, sel)
+        kept = self.kept(part) if self.rng.random() < 0.15 else b""
+        return Module(self.bench, name, part, straps, sel, kept, self.rng.choice((0, 0, 0, 0, 1, 3)))
+
+    def kept(self, part: str) -> bytes:
+        """Return what an EEPROM may hold: a program, one of the other part, or none."""
+        rng = self.rng
+        rows = SHEETS[rng.choice((part, part, part, *PARTS))].rows(LineRow)
+        speeds = [row for form in "STR" for row in rows if row.form == form]
+        chosen = [*speeds[: rng.choice((3, 3, 3, 2, 0))], *rng.choices([row for row in rows if row.stored], k=rng.randint(0, 6))]
+        data = b"".join(row.pack([self.value(arg) for arg in row.args]) for row in chosen)
+        spoil = rng.random()
+        if spoil < 0.1:
+            data = data[: rng.randint(0, len(data))]
+        elif spoil < 0.15:
+            data = b"\xff" + data
+        elif spoil < 0.2 and data:
+            data = data[:-1] + b"\x00?"
+        return data
+
+    def value(self, arg: Arg) -> int:
+        """Return a value that an argument may be, small if it can."""
+        if arg.sign == "alone":
+            return self.rng.choice((-1, 1))
+        return self.rng.randint(max(arg.low, -99), min(arg.high, 99)) or 1
 
     # ------------------------------------------------------------------------------------------------------ play it
     def play(self) -> None:
@@ -82,10 +120,7 @@ class Dialogue:
         self.start()
         for _ in range(rng.choice((1, 1, 2, 3))):
             self.to = rng.choice(list(self.modules))
-            rng.choices(
-                (self.program_and_run, self.homing, self.keeping, self.filling, self.chatter, self.power_cycle, self.position),
-                (58, 9, 8, 5, 9, 5, 6),
-            )[0]()
+            rng.choices(list(self.scenes), list(self.scenes.values()))[0]()
         for name in self.modules:
             self.to = name
             for text in ("F", rng.choice(("K", "Z", "K")), "V1", "V2", "F"):
@@ -271,9 +306,10 @@ class Dialogue:
         """Fill the memory to the last locations, then list and run it."""
         rng = self.rng
         self.enter()
-        texts = [*self.speeds()]
-        while len(texts) < rng.choice((27, 28, 29, 30, 56)):
+        texts, taken, full = self.speeds(), 0, rng.randint(105, 119)
+        while taken < full:
             texts.append(rng.choice(("A1", "C2", "+1", "-2", "+3", "L0", "L1", "R5", "A3")))
+            taken = sum(4 if text[0] in "+-RST" else 2 for text in texts)
         for text in texts:
             self.ask(text)
         for text in rng.sample(("A1", "+1", "C1", "A2", "S50", "A1", "C3", "C2", "+2", "-1"), rng.randint(2, 10)):
@@ -309,6 +345,43 @@ class Dialogue:
         self.ask("E")
         self.interfere(rng.randint(1, 4))
         self.ask("V1")
+        self.ask("F")
+
+    def skipping(self) -> None:
+        """Jump over S, T or R."""
+        rng = self.rng
+        self.power_cycle()
+        self.enter()
+        texts = [rng.choice(("S50", "T300", "R7")) for _ in range(rng.randint(0, 3))]
+        over = ["S80", "T200", "R5"]
+        rng.shuffle(over)
+        velocity = "g" if self.is_200s else "G"
+        at = 2 + 4 * len(texts) + 4 * rng.choice((1, 2, 3, 3))
+        jump = f"j{at}" if self.is_200s else "A1"
+        motion = rng.choice(("+3", "G5", "G0", f"{velocity}+", f"{velocity}-1", f"{velocity}+1"))
+        for text in (*texts, jump, *over, motion, "A2", rng.choice(("+2", "D1"))):
+            self.ask(text)
+        self.ask("E")
+        self.interfere(rng.randint(1, 3))
+
+    def to_the_end(self) -> None:
+        """Come to rest at the very end of the position counter, or a step before or after it."""
+        rng, velocity, number = self.rng, "g" if self.is_200s else "G", self.rng.randint(4, 30)
+        self.ask("I1")
+        self.enter()
+        speed = rng.randint(20, 60)
+        for text in (f"S{speed}", f"T{speed + rng.randint(-1, 60)}", f"R{rng.randint(1, 40)}", f"+{number}", f"{velocity}-{rng.choice(('', '1'))}"):
+            self.ask(text)
+        self.ask("E")
+        self.kernel.run_while(lambda: self.modules[self.to].x.position < number, self.kernel.now + 5 * S)
+        wanted = number - rng.randint(1, number)
+        self.kernel.run_while(lambda: self.modules[self.to].x.position != wanted, self.kernel.now + 5 * S)
+        if rng.random() < 0.5:
+            self.modules[self.to].drive("ui1", 0)
+        self.aimed(rng.choice(("Z", "Z", "F")))
+        self.wait(rng.choice((20 * MS, S)))
+        self.modules[self.to].drive("ui1", 1)
+        self.ask("F")
         self.ask("F")
 
     def power_cycle(self) -> None:
@@ -425,7 +498,7 @@ class Dialogue:
         """
         result = Result()
         for name, module in self.modules.items():
-            model, found = module.went(), core.play(module.part, module.came(), since)
+            model, found = module.went(), core.play(module.part, module.came(), since, module.kept, module.looks)
             baud_at = self.baud_at[name]
             result.answers += sum(code == 0x0D for _, code in found.characters)
             result.steps += len(model.times)

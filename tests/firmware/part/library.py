@@ -58,6 +58,7 @@ class Outcome:
         times, directions, positions: of the steps: int64 ps, 1 or -1, the position counter after the step.
         characters: instants of their start bits (ps), and the codes.
         edges: by the name of the output: instants (ps) and levels, -1 without supply.
+        end: of what is known, ps.
         wrong: deadlines of which it was foreseen wrongly whether they are steps.
     """
 
@@ -66,6 +67,7 @@ class Outcome:
     positions: NDArray[np.int32]
     characters: list[tuple[int, int]]
     edges: dict[str, list[tuple[int, int]]]
+    end: int = 0
     wrong: int = 0
 
 
@@ -101,19 +103,24 @@ class Library:
     def __init__(self, path: Path) -> None:
         self.replay = ctypes.CDLL(str(path)).replay
         self.replay.argtypes = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int32, ctypes.c_uint64, ctypes.c_void_p]
+        self.keep = ctypes.CDLL(str(path)).keep
+        self.keep.argtypes = [ctypes.c_char_p, ctypes.c_int32, ctypes.c_int32]
         wide = {name: np.zeros(MOST, np.int64) for name in ("step_times", "pin_times", "character_times")}
         narrow = {name: np.zeros(MOST, np.int32) for name in ("positions", "pins", "characters")}
         self.kept = wide | narrow | {"directions": np.zeros(MOST, np.int8)}
         self.out = Out(most=MOST, **{name: array.ctypes.data for name, array in self.kept.items()})
 
-    def play(self, part: str, events: Sequence[Event], since: int = 0) -> Outcome:
+    def play(self, part: str, events: Sequence[Event], since: int = 0, kept: bytes = b"", looks: int = 0) -> Outcome:
         """Return what a module does with some events, ascending in time.
 
         Args:
             part: "gs-c200" or "gs-c200s".
             events: the last one ends the replay.
             since: the instant of the core at which the time of the events is 0, modulo 2**64 ps.
+            kept: what its EEPROM holds at first.
+            looks: how often that is found busy when a write should be over.
         """
+        self.keep(kept, len(kept), looks)
         given = np.array([(event.at, event.end, event.kind, event.value) for event in events], EVENT)
         self.replay(given.ctypes.data, len(given), part == "gs-c200s", since, ctypes.addressof(self.out))
         out, kept = self.out, self.kept
@@ -129,6 +136,7 @@ class Library:
             kept["positions"][: out.steps].copy(),
             list(zip(times, kept["characters"][: out.character_count].tolist(), strict=True)),
             {name: settled(each) for name, each in edges.items()},
+            events[-1].at,
             out.wrong,
         )
 

@@ -25,11 +25,12 @@ struct out {
 static struct gsc module;
 static struct out *out;
 static uint64_t offset;
-static int is_on;
+static int is_on, leaps;
 
 static struct {
-    uint8_t content[GSC_LOCATIONS + 1], program[GSC_LOCATIONS];
-    int length, size, saving, fault;
+    uint8_t content[GSC_LOCATIONS + 2], program[GSC_LOCATIONS];
+    int length, size, fault, looks;
+    int saving, is_written; /* a write is under way; only its end has not been noticed */
     int64_t since;
 } store;
 
@@ -74,30 +75,48 @@ void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now)
 }
 
 /* ------------------------------------------------------------------------------------------------------- the EEPROM */
+static int64_t end_of_write(void)
+{
+    return store.since + (int64_t)(EEPROM_PS / (GSC_LOCATIONS + 1)) * (store.size + 1);
+}
+
+static int is_good(void)
+{
+    return store.is_written ? store.length == store.size && !memcmp(store.content, store.program, (size_t)store.size)
+                            : !store.fault;
+}
+
+/* It has its new content at the end of the write, and is found busy for some looks from then on. */
 static void finish_write(int64_t now)
 {
-    if (!store.saving || store.since + (int64_t)(EEPROM_PS / (GSC_LOCATIONS + 1)) * (store.size + 1) > now)
+    if (!store.saving || end_of_write() > now)
         return;
-    store.saving = 0;
-    store.length = store.fault ? 1 : store.size;
-    memcpy(store.content, store.program, (size_t)store.size);
-    if (store.fault)
-        store.content[0] = INVALID_BYTE;
+    if (!store.is_written) {
+        store.is_written = 1;
+        store.length = store.fault ? 1 : store.size;
+        memcpy(store.content, store.program, (size_t)store.size);
+        if (store.fault)
+            store.content[0] = INVALID_BYTE;
+    }
+    if (end_of_write() + store.looks * (int64_t)STORE_LOOK_PS <= now) {
+        store.saving = 0;
+        gsc_stored(&module, is_good());
+    }
 }
 
 /* The supply has failed: what has been written is new, the rest as it was. */
 static void cut_write(int64_t now)
 {
     int done = (int)((now - store.since) * (GSC_LOCATIONS + 1) / (int64_t)EEPROM_PS);
-    int skip = store.length && store.content[0] == INVALID_BYTE, before = store.length - skip;
-    uint8_t torn[GSC_LOCATIONS + 1];
+    int skip = store.length > 0 && store.content[0] == INVALID_BYTE, before = store.length - skip;
+    uint8_t torn[GSC_LOCATIONS + 2];
     int length = done < store.size ? done : store.size;
 
     if (!store.saving)
         return;
     store.saving = 0;
     memcpy(torn, store.program, (size_t)length);
-    for (int at = done; at < before && length < GSC_LOCATIONS; at++)
+    for (int at = done; at < before && length <= GSC_LOCATIONS; at++)
         torn[length++] = store.content[skip + at];
     if (length == store.length && !memcmp(torn, store.content, (size_t)length))
         return;
@@ -108,44 +127,39 @@ static void cut_write(int64_t now)
 
 void gsc_on_store(struct gsc *g, const uint8_t *program, uint8_t size, gsc_time now)
 {
-    (void)g;
     store.saving = 1;
+    store.is_written = 0;
     store.size = size;
     store.since = told(now);
     memcpy(store.program, program, size);
+    if (leaps)
+        gsc_stored(g, is_good());
 }
 
 int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
 {
     finish_write(told(g->now));
-    if (store.length && store.content[0] == INVALID_BYTE)
+    if (store.length > GSC_LOCATIONS || (store.length && store.content[0] == INVALID_BYTE))
         return -1;
     memcpy(program, store.content, (size_t)store.length);
     return store.length;
 }
 
 /* ------------------------------------------------------------------------------------------------------- the replay */
-static void report_store(void)
-{
-    if (store.saving)
-        gsc_stored(&module, !store.fault);
-}
-
-/* As a board does: from deadline to deadline, a step prepared before it comes. */
+/* As a board does: from deadline to deadline, a step prepared before it comes; or in one leap. */
 static void advance(gsc_time now)
 {
     gsc_time due, when;
 
-    while (gsc_next(&module, &due) && !gsc_is_before(now, due)) {
+    while ((!leaps || store.saving) && gsc_next(&module, &due) && !gsc_is_before(now, due)) {
         int64_t before = out->steps;
         int is_step = gsc_step_ahead(&module, &when) && when == due;
 
+        finish_write(told(due));
         gsc_advance(&module, due);
         out->wrong += is_step != (out->steps > before);
-        report_store();
     }
     gsc_advance(&module, now);
-    report_store();
 }
 
 static void switch_off(int64_t now)
@@ -164,7 +178,7 @@ static void play(const struct event *event, enum gsc_part part)
 
     if (is_on && event->kind != INPUTS && event->kind != CHARACTER)
         advance(now);
-    else if (is_on && gsc_is_before(module.now, now))
+    else if (is_on && (!leaps || store.saving) && gsc_is_before(module.now, now))
         advance(now - 1);
     finish_write(event->at);
     switch (event->kind) {
@@ -188,13 +202,19 @@ static void play(const struct event *event, enum gsc_part part)
     case FAULT: store.fault = event->value; break;
     case END: break;
     }
-    report_store();
+}
+
+void keep(const char *content, int32_t length, int32_t looks)
+{
+    memset(&store, 0, sizeof store);
+    store.length = length;
+    store.looks = looks;
+    memcpy(store.content, content, (size_t)(length > GSC_LOCATIONS ? GSC_LOCATIONS : length));
 }
 
 void replay(const struct event *events, int64_t count, int32_t part, uint64_t from, struct out *into)
 {
-    memset(&store, 0, sizeof store);
-    out = into, offset = from, is_on = 0;
+    out = into, offset = from, is_on = 0, leaps = (from & 1) && !store.looks;
     out->steps = out->pin_count = out->character_count = out->wrong = 0;
     for (int64_t i = 0; i < count; i++)
         play(&events[i], part ? GSC_C200S : GSC_C200);

@@ -15,6 +15,7 @@ from slewline.core.memory.store import Memory
 from slewline.core.wires.net import Driver
 from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock
 from slewline.core.wires.wave import Wave
+from slewline.language.lines import framed
 from slewline.record.recording.recorder import Recorder
 
 from . import library
@@ -40,19 +41,45 @@ class Tapped(Receiver):
         return character
 
 
+class SlowMemory(Memory):
+    """A store that is still busy for some looks after each write."""
+
+    def __init__(self, data: bytes, looks: int) -> None:
+        super().__init__(data)
+        self.looks, self.left = looks, 0
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self.left = self.looks
+
+    def pending(self) -> bool:
+        """Return whether it is busy."""
+        self.left -= 1
+        return self.left >= 0
+
+
 class Module:
     """A module of the model, without supply at first.
 
     Args:
         straps: levels of inputs that are driven, from the beginning and perhaps otherwise later.
         fixed: levels of inputs for good.
+        kept: what the EEPROM holds.
+        looks: how often it is found busy when a write should be over.
     """
 
     def __init__(
-        self, bench: slewline.Bench, name: str, part: str, straps: Mapping[str, int], fixed: Mapping[str, int]
+        self,
+        bench: slewline.Bench,
+        name: str,
+        part: str,
+        straps: Mapping[str, int],
+        fixed: Mapping[str, int],
+        kept: bytes = b"",
+        looks: int = 0,
     ) -> None:
-        self.bench, self.part = bench, part
-        self.x: Any = bench.add(part, name=name, straps=fixed, cold=True, store=Memory())
+        self.bench, self.part, self.kept, self.looks = bench, part, kept, looks
+        self.x: Any = bench.add(part, name=name, straps=fixed, cold=True, store=SlowMemory(kept, looks))
         self.rests = -1 if fixed else 0  # TXD when it is released: a module alone on its line pulls it down
         bench.record(*(f"{name}.{pin}" for pin in RECORDED))
         self.events: list[Event] = []
@@ -227,7 +254,7 @@ def clock_of(core: Outcome) -> list[tuple[int, int]]:
     for begin in core.times.tolist():
         end = begin + CLOCK_PS
         cut = any(begin <= off < end for off in offs)
-        pulses += [(begin, 0)] if cut else [(begin, 0), (end, 1)]
+        pulses += [(begin, 0)] if cut or end > core.end else [(begin, 0), (end, 1)]
     found = sorted([*pulses, *changes], key=lambda change: (change[0], change in changes))
     return library.settled(found)
 
@@ -243,7 +270,7 @@ def line_of(core: Outcome, baud_at: Mapping[int, int], rests: int) -> list[tuple
         changes += [
             (time, 3, level)
             for time, level in zip(wave.times, wave.levels, strict=True)
-            if off is None or time < off
+            if time <= core.end and (off is None or time < off)
         ]
     found = [(at, level) for at, _, level in sorted(changes)]
     return [edge for edge in library.settled([(-1, rests), *found])[1:]]

@@ -166,7 +166,7 @@ QUIRKS = (
        "T is the speed asked for, and the motor can start at it", "test_a_slew_speed_not_above_the_start_stop_speed_is_that_of_the_whole_move"),
     _Q("GSC-UND-GX-STOP", "controlled velocity", "the input is sampled every instruction time; low, it lets the run ramp down and the program go on; low from the beginning, it lets no step be made",
        "an abrupt stop at T would lose steps", "test_controlled_velocity_slows_down_when_its_input_is_low_and_the_program_goes_on"),
-    _Q("GSC-UND-K-DETAIL", "command K", "no ramp; a pulse that has begun is completed; outputs stay, the counter holds what was issued",
+    _Q("GSC-UND-K-DETAIL", "command K", "no ramp; a pulse of CLOCK or RESET that has begun is completed; outputs stay, the counter holds what was issued",
        "the program is aborted, the module is not", "test_k_completes_the_pulse_in_progress_and_makes_no_other"),
     _Q("GSC-UND-K-SPEEDS", "command K", "S, T and R are as before",
        "it ends what runs, and sets nothing", "test_after_k_the_speeds_are_as_before"),

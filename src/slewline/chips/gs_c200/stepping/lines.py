@@ -23,10 +23,10 @@ class StepLines:
         self.ramp.deactivate()
 
     async def pulse_reset(self) -> None:
-        """Reset the driver: RESET low for 400 µs."""
-        self.reset.activate()
-        await until(self.kernel, self.kernel.now + self.reset_ps)
-        self.reset.deactivate()
+        """Reset the driver: RESET low for 400 µs, also if K ends the program that waits for it."""
+        end = self.kernel.now + self.reset_ps
+        self.reset.strobe(self.kernel.now, end)
+        await until(self.kernel, end)
 
 
 class UserLines:
