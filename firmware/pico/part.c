@@ -36,6 +36,7 @@ enum {
     TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
     ROUND = HZ / 100,       /* the longest sleep */
     WHILE_WRITING = HZ / 1000,
+    POWER_UP_PS = 20000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
     EDGES_WAITING = 8,
     ENQ = 5
 };
@@ -55,6 +56,7 @@ static uint32_t levels;              /* of the other inputs, as the core knows t
 static bool is_held, has_step;
 static gsc_time step_due;
 static cycles dir_changed;
+static uint16_t shown; /* levels of the outputs, a bit for each gsc_pin */
 static gsc_time last_character;
 static bool is_early;                /* the next character of the answer is on its way already */
 static const char *version; /* what is left of it to send */
@@ -85,16 +87,7 @@ void part_input_interrupt(void)
 /* ------------------------------------------------------------------------------------------- what comes of the core */
 void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
 {
-    (void)now;
-    if (g != part || pin == GSC_TALK)
-        return;
-    const uint32_t bit = 1u << OUTPUTS[pin];
-    if ((pin == GSC_RDY) != (level != 0))
-        SIO_OUT_SET = bit;
-    else
-        SIO_OUT_CLEAR = bit;
-    if (pin == GSC_DIR)
-        dir_changed = clock_now();
+    (void)g, (void)pin, (void)level, (void)now; /* show_pins() looks at them when all of an instant is done */
 }
 
 void gsc_on_step(struct gsc *g, int direction, gsc_time now)
@@ -141,6 +134,25 @@ int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
     return store_recall(program);
 }
 
+/* --------------------------------------------------------------------------------------------------------- the outputs */
+/* Of several changes in one instant only the last is an edge: so this comes when nothing more is due in it. */
+static void show_pins(void)
+{
+    uint32_t changed = part->shown ^ shown;
+    shown = part->shown;
+    changed &= ~(1u << GSC_TALK);
+    for (unsigned pin = 0; changed >> pin; pin++) {
+        if (!(changed >> pin & 1))
+            continue;
+        if ((pin == GSC_RDY) != (shown >> pin & 1))
+            SIO_OUT_SET = 1u << OUTPUTS[pin];
+        else
+            SIO_OUT_CLEAR = 1u << OUTPUTS[pin];
+        if (pin == GSC_DIR)
+            dir_changed = clock_now();
+    }
+}
+
 /* ------------------------------------------------------------------------------------------------------- going on */
 static gsc_time no_sooner(gsc_time instant)
 {
@@ -150,13 +162,9 @@ static gsc_time no_sooner(gsc_time instant)
 /* Let the part be as it is after what was tried, and the pins. */
 static void take_what_was_tried(void)
 {
-    const uint16_t changed = part->shown ^ ahead->shown;
     struct gsc *const before = part;
     part = ahead;
     ahead = before;
-    for (unsigned pin = 0; changed >> pin; pin++)
-        if (changed >> pin & 1)
-            gsc_on_pin(part, (enum gsc_pin)pin, part->shown >> pin & 1, part->now);
     if (ahead_sends)
         is_early = false;
     if (ahead_stores)
@@ -292,7 +300,10 @@ static void advance(cycles limit)
     for (;;) {
         if (is_held && step())
             continue;
-        if (!gsc_next(part, &due))
+        const bool is_any = gsc_next(part, &due);
+        if (!is_any || due != part->now)
+            show_pins();
+        if (!is_any)
             return;
         if (has_step && !is_held && !gsc_is_before(due, step_due)) {
             if (!step())
@@ -352,7 +363,9 @@ void part_start(void)
 {
     store_start();
     levels = look(SIO_IN);
-    gsc_power_up(part, PART, (uint16_t)(levels | enable), clock_instant(clock_now()));
+    gsc_power_up(part, PART, (uint16_t)(levels | enable), clock_instant(clock_now()) + POWER_UP_PS);
+    shown = (uint16_t)~part->shown; /* so that all of them are written */
+    show_pins();
 }
 
 static bool is_news(void)

@@ -65,7 +65,7 @@ void serial_begin(uint16_t baud)
     PIO_PINCTRL(PIO1, IN) = (uint32_t)PIN_RXD << 15;
     PIO_TX(PIO1, IN) = bit / 2 - 3;
     PIO_INSTR(PIO1, IN) = PULL;
-    PIO_INSTR(PIO1, IN) = JMP(0);
+    PIO_INSTR(PIO1, IN) = JMP(1); /* a line that is at space already is in a start bit */
 
     PIO_EXECCTRL(PIO1, OUT) = WRAP(SEND, SECOND_STOP + 1);
     PIO_SHIFTCTRL(PIO1, OUT) = 3u << 18;

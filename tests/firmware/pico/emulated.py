@@ -85,12 +85,16 @@ class Pico:
         return told
 
     def power_up(self) -> None:
-        """Switch the supply on, and run until RESET is over; `up` is when it fell."""
-        seen = len(self.changes)
-        self._ask(power=True, run=self.now + 8000 * US)
-        fallen = [cycle for cycle, pin, level in self.changes[seen:] if pin == PINS["reset"] and level == 0]
-        assert fallen, "no RESET pulse"
-        self.up = fallen[0]
+        """Switch the supply on, and run until RESET falls: the part begins."""
+        seen, on = len(self.changes), self.now
+        self._ask(power=True, run=on)
+        while not self._fallen(seen):
+            assert self.now < on + 50_000 * US, "no RESET pulse"
+            self.run(self.now + 100 * US)
+        self.up, self.boot = self._fallen(seen)[0], self._fallen(seen)[0] - on
+
+    def _fallen(self, seen: int) -> list[int]:
+        return [cycle for cycle, pin, level in self.changes[seen:] if pin == PINS["reset"] and level == 0]
 
     def fail(self, seed: int) -> None:
         """Let the supply fail now."""
