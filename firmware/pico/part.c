@@ -228,9 +228,11 @@ static void prepare(void)
     if (part->is_unsettled)
         return;
     if (is_held) {
-        if (!part->motion.is_moving) {
+        if (!part->motion.is_moving) { /* nothing waits for the release any more */
             (void)steps_disarm();
             is_held = has_step = false;
+            enable = GSC_ENABLE;
+            tell_inputs(part->now);
         }
     } else if (!foresee(&due)) {
         if (has_step && !steps_disarm())
@@ -415,7 +417,7 @@ void part_round(void)
     cycles wake = clock_now() + (store_is_writing() || version ? WHILE_WRITING : ROUND);
     if (has_step && !is_held && (int64_t)(wake - steps_at()) > LOOK_FOR_HOLD)
         wake = steps_at() + LOOK_FOR_HOLD;
-    if (gsc_next(part, &due) && !(has_step && !gsc_is_before(due, step_due)) && (int64_t)(wake - clock_cycle(due)) > 0)
+    if (gsc_next(part, &due) && !(has_step && !is_held && !gsc_is_before(due, step_due)) && (int64_t)(wake - clock_cycle(due)) > 0)
         wake = clock_cycle(due) - (is_tried || is_held ? 0 : TRY_AGAIN);
     clock_sleep_until(wake, is_news);
 }

@@ -18,6 +18,7 @@ WORD = CharacterFormat(7, "odd", 2)
 SLOW = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3")
 TOLERANCE_PS = 50 * US  # of an answer, and of the first step of a motion
 STEP_PS = 8000  # of every later step, from the first
+PIN_PS = 150 * US  # of another output
 
 
 class Steps(NamedTuple):
