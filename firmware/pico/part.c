@@ -36,7 +36,7 @@ enum {
     TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
     ROUND = HZ / 100,       /* the longest sleep */
     WHILE_WRITING = HZ / 1000,
-    POWER_UP_PS = 20000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
+    POWER_UP_PS = 26000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
     EDGES_WAITING = 8,
     ENQ = 5
 };
