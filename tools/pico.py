@@ -1,6 +1,6 @@
-"""Build the firmware of a GS-C200S for a Raspberry Pi Pico: tools/pico.py [FOLDER], into build/firmware if none is named.
+"""Build the firmware of a GS-C200S for a Raspberry Pi Pico: tools/pico.py [FOLDER], by default into build/firmware.
 
-The .uf2 is the same byte for byte wherever it is built: sources in the order of their names, nothing of paths or dates.
+The .uf2 is the same byte for byte wherever it is built: sources in the order of their names, no paths or dates in it.
 Compiler and library come with the packages of the system: gcc-arm-none-eabi, picolibc-arm-none-eabi.
 """
 
@@ -77,7 +77,7 @@ def called(*words: str | Path) -> str:
 
 
 def boot_checksum(data: bytes) -> int:
-    """Return the CRC-32 that the boot ROM wants: the polynomial 04C11DB7, highest bit first, no inversion at the end."""
+    """Return the CRC-32 that the boot ROM expects: polynomial 04C11DB7, highest bit first, not inverted at the end."""
     crc = 0xFFFFFFFF
     for byte in data:
         crc ^= byte << 24
@@ -102,9 +102,7 @@ def uf2(image: bytes) -> bytes:
     pages = [image[at : at + PAGE].ljust(PAGE, b"\0") for at in range(0, len(image), PAGE)]
     blocks = []
     for number, page in enumerate(pages):
-        head = struct.pack(
-            "<8I", UF2[0], UF2[1], 0x2000, FLASH_BEGIN + number * PAGE, PAGE, number, len(pages), FAMILY
-        )
+        head = struct.pack("<8I", UF2[0], UF2[1], 0x2000, FLASH_BEGIN + number * PAGE, PAGE, number, len(pages), FAMILY)
         blocks.append((head + page).ljust(508, b"\0") + struct.pack("<I", UF2[2]))
     return b"".join(blocks)
 

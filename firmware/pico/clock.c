@@ -91,6 +91,6 @@ void clock_sleep_until(cycles at, bool (*is_over)(void))
     TIMER_ALARM0 = TIMER_RAW + (uint32_t)left / US;
     hold();
     if (!is_over())
-        __asm__ volatile("wfi"); /* an interrupt ends it, held as it is */
+        __asm__ volatile("wfi"); /* an interrupt ends it, although it is held */
     let_go();
 }

@@ -1,4 +1,4 @@
-/* The flash memory, byte by byte over its own commands; whoever erases or programs asks until it is over. */
+/* The flash memory, byte by byte over its own commands; the caller polls until an erase or a program is over. */
 #ifndef FLASH_H
 #define FLASH_H
 

@@ -159,7 +159,7 @@ static gsc_time no_sooner(gsc_time instant)
     return gsc_is_before(instant, part->now) ? part->now : instant;
 }
 
-/* Let the part be as it is after what was tried, and the pins. */
+/* Make the part what it is after what was tried. */
 static void take_what_was_tried(void)
 {
     struct gsc *const before = part;
@@ -339,7 +339,7 @@ static bool change(uint32_t now_levels, cycles at)
     return true;
 }
 
-static void hear(const struct received *character)
+static void take_character(const struct received *character)
 {
     if (character->character == ENQ && !character->is_parity_wrong && SIO_IN >> PIN_TEST & 1) {
         version = VERSION;
@@ -384,7 +384,7 @@ void part_round(void)
     clock_move_anchor();
     while (serial_get(&character)) {
         advance(character.at);
-        hear(&character);
+        take_character(&character);
     }
     while (taken != came) {
         const cycles at = clock_of_stamp(edges[taken % EDGES_WAITING].stamp);

@@ -28,7 +28,7 @@ void steps_arm(uint64_t instant, cycles soonest);
 /* Take back the step that is prepared; return how many are made nevertheless: 0 or 1. */
 unsigned steps_disarm(void);
 
-/* Begin anew with the next step: it is the first one of a motion. */
+/* The next step is the first one of a motion. */
 void steps_end_motion(void);
 
 enum step_state steps_look(void);

@@ -11,7 +11,7 @@ struct record {
     uint32_t magic, sequence;
     uint8_t length;
     uint8_t program[STORE_MOST];
-    uint32_t crc; /* of what stands before it */
+    uint32_t crc; /* of all before it */
 };
 _Static_assert(sizeof(struct record) == 132, "a record has no holes, and fits into a page");
 

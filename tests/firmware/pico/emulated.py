@@ -19,7 +19,18 @@ US = HZ // 1_000_000
 PINS = {
     **{name: n for n, name in enumerate(("sel0", "sel1", "sel2", "br0", "br1", "br2", "chs", "rec", "rxd"))},
     **{"enable": 9, "home": 10, "eot": 11, "ui1": 12, "ui2": 13, "ui3": 14, "test": 15},
-    **{"clock": 16, "dir": 17, "mov": 18, "ramp": 19, "reset": 20, "rdy": 21, "uo1": 22, "uo2": 26, "uo3": 27, "txd": 28},
+    **{
+        "clock": 16,
+        "dir": 17,
+        "mov": 18,
+        "ramp": 19,
+        "reset": 20,
+        "rdy": 21,
+        "uo1": 22,
+        "uo2": 26,
+        "uo3": 27,
+        "txd": 28,
+    },
     "led": 25,
 }
 INVERTED = ("rdy", "txd")  # by the transistor or optocoupler behind the pin, as RXD is by the one before it
@@ -73,7 +84,9 @@ class Pico:
         self.resets: list[tuple[int, str]] = []
         self.bit = HZ // BAUDS[straps.get("br0", 1) | straps.get("br1", 1) << 1 | straps.get("br2", 1) << 2]
         given = {"test": 0} | straps
-        self._ask(make=True, straps=[[PINS[name], 1 - level if name == "rxd" else level] for name, level in given.items()])
+        self._ask(
+            make=True, straps=[[PINS[name], 1 - level if name == "rxd" else level] for name, level in given.items()]
+        )
 
     def _ask(self, **request: Any) -> dict[str, Any]:
         told = self.emulator.ask(board=self.number, **request)
@@ -118,6 +131,10 @@ class Pico:
         end = self.send(text.encode("ascii") + b"\r")
         self.run(end + round(ms * 1000 * US) + 60 * 11 * self.bit // 10)
         return "".join(character for at, character in self.characters() if at >= end)
+
+    def forget(self) -> None:
+        """Forget what it has driven so far."""
+        self.changes.clear()
 
     # ---------------------------------------------------------------------------------------------- what it showed
     def edges(self, pin: str) -> list[tuple[int, int]]:

@@ -36,7 +36,9 @@ class Pair:
         self.board = Pico(emulator, number, **straps)
         self.bench = slewline.Bench()
         fixed = {"test": 0} | straps
-        self.x = self.bench.add(part, name="m", straps={name: level for name, level in fixed.items() if name != "rxd"}, cold=True)
+        self.x = self.bench.add(
+            part, name="m", straps={name: level for name, level in fixed.items() if name != "rxd"}, cold=True
+        )
         self.bench.record(*(f"m.{pin}" for pin in (*SLOW, "txd", "clock")))
         self.rxd = Driver(self.x.pins["rxd"].net, "host")
         self.rxd.drive(straps.get("rxd", 0))

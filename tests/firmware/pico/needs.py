@@ -25,10 +25,10 @@ def missing() -> list[str]:
 
 
 def need() -> None:
-    """Skip the test where something is missing; in CI (`CI` is set) that is a failure."""
+    """Skip the test where something is missing; in CI (`CI` is set) only the compiler may be."""
     if not (gone := missing()):
         return
     reason = f"{', '.join(gone)}: not installed; this does it:  make boards"
-    if os.environ.get("CI"):
+    if os.environ.get("CI") and not pico.missing():
         pytest.fail(f"{reason}\n.ci/run does it: this test must not be skipped in CI")
     pytest.skip(reason)

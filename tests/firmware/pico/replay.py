@@ -11,7 +11,7 @@ from typing import NamedTuple
 from slewline.core.wires.wave import Wave
 from slewline.record.recording.recorder import Recorder
 from tests.firmware.part import library
-from tests.firmware.part.dialogues import MS, US, S, Dialogue
+from tests.firmware.part.dialogues import MS, US, Dialogue, S
 from tests.firmware.part.witness import BAUDS, Module
 
 from .emulated import HZ, PINS, Emulator, Pico, cycles_of, ps_of
@@ -50,7 +50,7 @@ class BoardDialogue(Dialogue):
 
 
 def without_glitches(edges: list[tuple[float, int]]) -> list[tuple[float, int]]:
-    """Return edges without pulses of less than 50 us: two instants that the model takes for one, and a board does not."""
+    """Return edges without pulses of less than 50 us, between two instants that are one in the model."""
     out: list[tuple[float, int]] = []
     for at, level in edges:
         if out and at - out[-1][0] < 50 * US:
@@ -70,6 +70,7 @@ class Shown(NamedTuple):
     later: float = 0
     answer: float = 0
     pin: float = 0
+    bit: int = 0  # cycles
 
 
 def replay(emulator: Emulator, module: Module, number: int = 0) -> Pico:
@@ -107,7 +108,8 @@ def replay(emulator: Emulator, module: Module, number: int = 0) -> Pico:
 def quiet(module: Module, at: int) -> int:
     """Return an instant, at or before another one, with no edge of an output around it."""
     while any(
-        len(Recorder().edges(module.x.pins[pin], at - 100 * US, at + 100 * US)[0]) > 1 for pin in (*SLOW, "clock", "txd")
+        len(Recorder().edges(module.x.pins[pin], at - 100 * US, at + 100 * US)[0]) > 1
+        for pin in (*SLOW, "clock", "txd")
     ):
         at -= 70 * US
     return at
@@ -130,13 +132,24 @@ def compare(module: Module, board: Pico) -> Shown:
     length = 11 * S * board.bit // HZ
     frames = Pico.frames(board, [(board.up + cycles_of(at), max(level, 0)) for at, level in wanted("txd")])
     said = [(float(ps_of(at - board.up)), bits) for at, bits in frames if ps_of(at - board.up) <= end - length]
-    heard = [(float(ps_of(at - board.up)), bits) for at, bits in board.frames() if ps_of(at - board.up) <= end - length + US * 30]
+    heard = [
+        (float(ps_of(at - board.up)), bits)
+        for at, bits in board.frames()
+        if ps_of(at - board.up) <= end - length + US * 30
+    ]
     one, other = (["".join(map(str, bits)) for _, bits in each] for each in (said, heard))
     if one != other:
-        at = next((n for n, pair in enumerate(zip(one, other, strict=False)) if pair[0] != pair[1]), min(len(one), len(other)))
-        return Shown(f"characters: {len(one)} and {len(other)}, first at {at}, {said[at : at + 1]}, {heard[at : at + 1]}")
+        at = next(
+            (n for n, pair in enumerate(zip(one, other, strict=False)) if pair[0] != pair[1]), min(len(one), len(other))
+        )
+        return Shown(
+            f"characters: {len(one)} and {len(other)}, first at {at}, {said[at : at + 1]}, {heard[at : at + 1]}"
+        )
     answer = max((abs(a - b) for (a, _), (b, _) in zip(said, heard, strict=True)), default=0.0)
-    steps, made = [at for at, level in wanted("clock") if level == 0 and at > on], [at for at, level in found("clock") if level == 0]
+    steps, made = (
+        [at for at, level in wanted("clock") if level == 0 and at > on],
+        [at for at, level in found("clock") if level == 0],
+    )
     if len(steps) != len(made):
         return Shown(f"steps: {len(steps)} and {len(made)}")
     anew = sorted(
@@ -163,7 +176,8 @@ def compare(module: Module, board: Pico) -> Shown:
         if [level for _, level in expected] != [level for _, level in shown]:
             return Shown(f"edges of {pin}: {len(expected)} and {len(shown)}", len(steps))
         pin_late = max([pin_late, *(abs(a - b) for (a, _), (b, _) in zip(expected, shown, strict=True))])
-    return Shown("", len(steps), sum(bits[1:8] == [1, 0, 1, 1, 0, 0, 0] for _, bits in heard), first, later, answer, pin_late)
+    answers = sum(bits[1:8] == [1, 0, 1, 1, 0, 0, 0] for _, bits in heard)  # carriage returns
+    return Shown("", len(steps), answers, first, later, answer, pin_late, board.bit)
 
 
 def converse(emulator: Emulator, seed: int) -> list[Shown]:

@@ -44,7 +44,9 @@ def test_moves_with_questions_in_between_are_those_of_the_model(boards: Emulator
     assert agree(pair) == 1306
 
 
-@pytest.mark.parametrize(("start", "top", "ramp"), [(100, 1000, 1), (1000, 1000, 9), (1, 1000, 999), (990, 1000, 999), (500, 20, 3)])
+@pytest.mark.parametrize(
+    ("start", "top", "ramp"), [(100, 1000, 1), (1000, 1000, 9), (1, 1000, 999), (990, 1000, 999), (500, 20, 3)]
+)
 def test_ramps_of_every_kind(boards: Emulator, start: int, top: int, ramp: int) -> None:
     pair = entered(boards, f"S{start}", f"T{top}", f"R{ramp}", "g+")
     pair.ask("E")
@@ -151,6 +153,7 @@ def test_a_third_of_the_processor_is_free_at_ten_thousand_steps_a_second(boards:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(1800)
 def test_a_million_steps_do_not_drift(boards: Emulator) -> None:
     pair = entered(boards, "S100", "T1000", "R999", "+999999")
     pair.ask("E")

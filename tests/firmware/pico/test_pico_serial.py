@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from slewline.language.lines import framed
@@ -23,7 +25,9 @@ def agree(pair: Pair) -> str:
     said, worst = pair.answers()
     assert worst <= TOLERANCE_PS
     assert pair.board.off_the_grid() <= 1
-    assert pair.pins() <= PIN_PS + 10**12 * pair.board.bit // HZ // 16  # a bit is looked at on a clock of sixteen times the rate
+    assert (
+        pair.pins() <= PIN_PS + 10**12 * pair.board.bit // HZ // 16
+    )  # a bit is looked at on a clock of sixteen times the rate
     return said
 
 
@@ -85,6 +89,10 @@ def test_three_modules_on_a_line_answer_to_their_own_addresses(boards: Emulator)
     said = {address: agree(pair) for address, pair in pairs.items()}
     assert said == {1: "Y\rY\rS100\rEND\r", 4: "Y\rY\rS200\rEND\r", 7: "V+0\rEND\rR\r"}
     # only the module that is meant leaves the mark, where the pull-down of the line holds it
-    spans = [(at, at + 11 * pair.board.bit) for pair in pairs.values() for at in map(lambda each: each[0] - pair.board.up, pair.board.frames())]
+    spans = [
+        (at, at + 11 * pair.board.bit)
+        for pair in pairs.values()
+        for at in map(lambda each: each[0] - pair.board.up, pair.board.frames())
+    ]
     spans.sort()
-    assert all(before[1] <= after[0] + 1 for before, after in zip(spans, spans[1:], strict=False))
+    assert all(before[1] <= after[0] + 1 for before, after in pairwise(spans))
