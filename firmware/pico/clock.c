@@ -10,6 +10,8 @@ static uint32_t last; /* SysTick, which counts down in 24 bits */
 static uint64_t anchor_instant;
 static cycles anchor;
 
+#define SOON (4 * (int64_t)US) /* the processor does not sleep for less */
+
 #define ANCHOR_CYCLES (33u << 16) /* 16 ms */
 #define ANCHOR_PS (250000ull << 16)
 
@@ -84,13 +86,13 @@ cycles clock_cycle(uint64_t instant)
 
 void clock_sleep_until(cycles at, bool (*is_over)(void))
 {
-    const int64_t left = (int64_t)(at - clock_now());
-    if (left <= (int64_t)US)
-        return;
-    TIMER_INTR = 1;
-    TIMER_ALARM0 = TIMER_RAW + (uint32_t)left / US;
     hold();
-    if (!is_over())
-        __asm__ volatile("wfi"); /* an interrupt ends it, although it is held */
+    const int64_t left = (int64_t)(at - clock_now());
+    if (left > SOON) {
+        TIMER_INTR = 1;
+        TIMER_ALARM0 = TIMER_RAW + (uint32_t)left / US; /* it has to be written before the timer is there */
+        if (!is_over())
+            __asm__ volatile("wfi"); /* an interrupt ends it, although it is held */
+    }
     let_go();
 }

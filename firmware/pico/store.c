@@ -17,9 +17,9 @@ _Static_assert(sizeof(struct record) == 132, "a record has no holes, and fits in
 
 static const uint32_t PLACES[2] = {STORE_A, STORE_B};
 
-static struct record record;
+static struct record kept;    /* the valid record: X has no time to read the flash */
+static struct record record;  /* the one that is read or written */
 static uint8_t next;          /* the sector that is written next */
-static uint32_t sequence;     /* of the valid record */
 static int length;            /* of the valid program; -1: none is valid */
 static enum { AT_REST, VOIDING, ERASING, PROGRAMMING } phase;
 
@@ -53,14 +53,13 @@ void store_start(void)
 {
     bool found = false, erased = true;
     next = 0;
-    sequence = 0;
     for (uint8_t place = 0; place < 2; place++) {
         flash_read(PLACES[place], (uint8_t *)&record, sizeof record);
         if (!is_erased(&record))
             erased = false;
-        if (is_valid(&record) && (!found || (int32_t)(record.sequence - sequence) > 0)) {
+        if (is_valid(&record) && (!found || (int32_t)(record.sequence - kept.sequence) > 0)) {
             found = true;
-            sequence = record.sequence;
+            kept = record;
             length = record.length;
             next = (uint8_t)(1 - place);
         }
@@ -71,13 +70,9 @@ void store_start(void)
 
 int store_recall(uint8_t *program)
 {
-    if (length <= 0)
-        return length;
-    flash_read(PLACES[1 - next], (uint8_t *)&record, sizeof record);
-    if (!is_valid(&record))
-        return -1;
-    memcpy(program, record.program, record.length);
-    return record.length;
+    if (length > 0)
+        memcpy(program, kept.program, (uint32_t)length);
+    return length;
 }
 
 static void erase(void)
@@ -97,7 +92,7 @@ void store_begin(const uint8_t *program, uint8_t count)
 #endif
     memset(&record, 0, sizeof record);
     record.magic = MAGIC;
-    record.sequence = sequence + 1;
+    record.sequence = kept.sequence + 1;
     record.length = count;
     memcpy(record.program, program, count);
     record.crc = crc32_of(&record, sizeof record - sizeof record.crc);
@@ -122,7 +117,7 @@ bool store_go_on(bool *is_good)
     *is_good = memcmp(&written, &record, sizeof record) == 0;
     if (*is_good) {
         next = (uint8_t)(1 - next);
-        sequence = record.sequence;
+        kept = record;
         length = record.length;
     }
 #ifdef STORE_LIKE_THE_MODEL
