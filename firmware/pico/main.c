@@ -73,7 +73,7 @@ static void start_pins(void)
     steps_start();
     PAD(PIN_CLOCK) = PAD_SCHMITT | PAD_4MA | PAD_INPUT;
     GPIO_CTRL(PIN_CLOCK) = FUNCTION_PIO0;
-    PAD(PIN_TXD) = PAD_SCHMITT | PAD_UP | PAD_4MA | PAD_INPUT; /* the mark, until the rate is known */
+    PAD(PIN_TXD) = PAD_SCHMITT | PAD_UP | PAD_12MA | PAD_INPUT; /* the mark, until the rate is known */
     GPIO_CTRL(PIN_TXD) = FUNCTION_PIO1;
     GPIO_INTR(PIN_HOME) = 0xFFFFFFFFu;
     for (unsigned pin = PIN_HOME; pin <= PIN_UI3; pin++)

@@ -63,7 +63,7 @@ enum { IRQ_TIMER_0 = 0, IRQ_PIO0_0 = 7, IRQ_PIO1_0 = 9, IRQ_IO_BANK0 = 13, IRQS 
 #define GPIO_INTE(pin) (0x40014100u + 4u * ((pin) / 8u))
 enum { FUNCTION_SIO = 5, FUNCTION_PIO0 = 6, FUNCTION_PIO1 = 7, EDGES = 0xC /* of the four bits of a pin: low, high */ };
 #define PAD(pin) REGISTER(0x4001C004u + 4u * (pin))
-enum { PAD_SCHMITT = 1 << 1, PAD_DOWN = 1 << 2, PAD_UP = 1 << 3, PAD_4MA = 1 << 4, PAD_INPUT = 1 << 6 };
+enum { PAD_SCHMITT = 1 << 1, PAD_DOWN = 1 << 2, PAD_UP = 1 << 3, PAD_4MA = 1 << 4, PAD_12MA = 3 << 4, PAD_INPUT = 1 << 6 };
 #define SIO_IN REGISTER(0xD0000004u)
 #define SIO_OUT_SET REGISTER(0xD0000014u)
 #define SIO_OUT_CLEAR REGISTER(0xD0000018u)
