@@ -36,12 +36,10 @@ class Terminal:
 
     @property
     def most_v(self) -> float:
-        """The greatest voltage that it takes; infinite if it gives one."""
-        return (
-            {"in": 0, "io": 0, "open": 0, "supply": 1, "passive": 0}.get(self.what, -1) >= 0
-            and self.figures[1 if self.what == "supply" else 0]
-            or float("inf")
-        )
+        """The greatest voltage that it takes; infinite if it is an output or a ground."""
+        if self.what in ("in", "io", "open", "passive"):
+            return self.figures[0]
+        return self.figures[1] if self.what == "supply" else float("inf")
 
 
 @dataclass(frozen=True)
