@@ -28,7 +28,7 @@
 #endif
 
 enum {
-    ANSWER_DELAY = 25 * US, /* of every answer: so late it may be that the processor has time for it */
+    ANSWER_DELAY = 8 * US,  /* of every answer: the word of its first character is written by then */
     DIR_SETUP = 10 * US,    /* figure 2: GSC-UND-DIR-SETUP */
     LOOK_FOR_HOLD = 3 * US, /* after the instant of a step */
     TRY = 200 * US,         /* so long before it is due something is tried */
