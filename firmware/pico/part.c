@@ -36,6 +36,7 @@ enum {
     TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
     ROUND = HZ / 100,       /* the longest sleep */
     WHILE_WRITING = HZ / 1000,
+    TOGETHER_PS = 2000000, /* what follows something so soon is tried with it */
     POWER_UP_PS = 26000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
     EDGES_WAITING = 8,
     ENQ = 5
@@ -183,7 +184,7 @@ static void go_on_to(gsc_time due)
 /* Return whether something has been tried. */
 static bool try_what_is_next(void)
 {
-    gsc_time due;
+    gsc_time due, next;
     if (is_tried || is_held || part->is_unsettled || !gsc_next(part, &due))
         return false;
     if (!(has_step && due == step_due) && (int64_t)(clock_cycle(due) - clock_now()) > TRY)
@@ -191,6 +192,8 @@ static bool try_what_is_next(void)
     *ahead = *part;
     ahead_stores = ahead_sends = false;
     gsc_advance(ahead, due);
+    while (gsc_next(ahead, &next) && next - due < TOGETHER_PS && !(has_step && !gsc_is_before(next, step_due)))
+        gsc_advance(ahead, next); /* a string that waits for the end of an answer is due with it, but for its stamp */
     tried_due = due;
     is_tried = true;
     return true;
