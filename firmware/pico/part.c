@@ -243,13 +243,17 @@ static void prepare(void)
     } else if (!has_step || due != step_due) {
         if (has_step && steps_disarm())
             return; /* it has just been made, and its interrupt follows */
+        fatal = part->motion.homing ? 1u << (part->motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0;
+        if (~SIO_IN & fatal)
+            return; /* its edge is in the queue */
         step_due = due;
         has_step = true;
         steps_arm(due, dir_changed + DIR_SETUP);
     }
     if (!part->motion.is_moving)
         steps_end_motion();
-    fatal = has_step && part->motion.homing ? 1u << (part->motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0;
+    if (!has_step)
+        fatal = 0;
 }
 
 /* The step was held at its instant: the core shall see ENABLE low then. */
@@ -396,6 +400,11 @@ void part_round(void)
         if (!change((look(edges[taken % EDGES_WAITING].levels) & ~(uint32_t)GSC_RXD) | (levels & GSC_RXD), at))
             break;
         taken++;
+    }
+    if (steps_are_stopped()) { /* by a pulse that is over already */
+        if (!steps_disarm())
+            has_step = false;
+        prepare();
     }
     const cycles now = clock_now();
     if (taken == came) {

@@ -40,7 +40,8 @@ enum {
     SOON = 200                  /* cycles in which a first word is written for certain */
 };
 
-static bool armed, stopped;
+static bool armed;
+static volatile bool stopped; /* by steps_stop_now() */
 static bool in_motion;        /* a step of this motion has been armed */
 static uint64_t origin;       /* an instant of the part, and the cycle of the pin that belongs to it */
 static cycles origin_at;
@@ -113,17 +114,17 @@ void steps_arm(uint64_t instant, cycles soonest)
 
 unsigned steps_disarm(void)
 {
-    if (!armed)
+    if (!armed && !stopped)
         return 0;
     hold();
     CLEAR(PIO_CTRL(PIO0)) = 1;
     const uint32_t place = PIO_ADDR(PIO0, 0);
     const bool waits = !(PIO_FSTAT(PIO0) & 1u << 24); /* its word has not been taken */
-    const bool is_made = !waits && (made || (PIO_IRQ(PIO0) & 1) || (place > GO && place <= FLAG));
+    const bool is_made = armed && !waits && (made || (PIO_IRQ(PIO0) & 1) || (place > GO && place <= FLAG));
     if (!is_made) {
         if (waits)
             PIO_INSTR(PIO0, 0) = PULL;
-        else
+        else if (armed)
             PIO_INSTR(PIO0, 0) = JMP(GET);
         armed = false;
     }
@@ -199,6 +200,11 @@ void steps_interrupt(void)
         PIO_IRQ(PIO0) = 1;
         made = true;
     }
+}
+
+bool steps_are_stopped(void)
+{
+    return stopped;
 }
 
 void steps_stop_now(void)

@@ -42,5 +42,6 @@ bool steps_is_news(void); /* STEP_RELEASED or STEP_MADE */
 
 void steps_interrupt(void);
 void steps_stop_now(void); /* from an interrupt: no step from here on, until steps_disarm() */
+bool steps_are_stopped(void);
 
 #endif

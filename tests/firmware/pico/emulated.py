@@ -165,6 +165,8 @@ class Pico:
             if level != 1:  # the mark is 0 on an RS-232 line
                 index += 1
                 continue
+            if at + 10 * self.bit > self.now:
+                break  # it is still being sent
             bits = []
             for n in range(10):
                 middle = at + n * self.bit + self.bit // 2
