@@ -124,7 +124,7 @@ unsigned steps_disarm(void)
     if (!is_made) {
         if (waits)
             PIO_INSTR(PIO0, 0) = PULL;
-        else if (armed)
+        if (place < GO || place > FLAG) /* no pulse is cut short; and what was held up is no part of an interval */
             PIO_INSTR(PIO0, 0) = JMP(GET);
         armed = false;
     }
@@ -210,5 +210,7 @@ bool steps_are_stopped(void)
 void steps_stop_now(void)
 {
     CLEAR(PIO_CTRL(PIO0)) = 1;
+    if (PIO_ADDR(PIO0, 0) >= GO)
+        SET(PIO_CTRL(PIO0)) = 1; /* a pulse ends in time; the next step is 80 us away */
     stopped = true;
 }
