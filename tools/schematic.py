@@ -1,6 +1,6 @@
 """Draw the board of a GS-C200S with a Pico from its netlist: tools/schematic.py [--check].
 
-Each part is a box with its pins; a wire is a name, the same at both ends.  Resistors to a supply are in lists of their own.
+Each part is a box with its pins; a wire is a name, the same at both ends.  Resistors and capacitors are in a list.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ def sides(board: Board, part: str) -> tuple[list[str], list[str]]:
 
 def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "") -> str:
     """Return a text."""
-    return f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}"{f" class={chr(34)}{kind}{chr(34)}" if kind else ""}>{escape(words)}</text>'
+    of = f' class="{kind}"' if kind else ""
+    return f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}"{of}>{escape(words)}</text>'
 
 
 def pin_row(board: Board, x: float, y: float, pin: str, label: str, on_left: bool) -> Iterator[str]:
@@ -85,9 +86,8 @@ def two_ended(board: Board, x: float, y: float) -> list[str]:
         left, top = x + at // rows * 205, y + 10 + at % rows * ROW
         one, other = (board.net_of(f"{name}.{end}") for end in "12")
         out.append(text(left + 55, top, one, "end", "supply" if one in board.supplies else "net"))
-        out.append(
-            f'<path d="M{left + 58:g} {top - 4:g}h8m50 0h8"/><rect x="{left + 66:g}" y="{top - 11:g}" width="50" height="13"/>'
-        )
+        out.append(f'<path d="M{left + 58:g} {top - 4:g}h8m50 0h8"/>')
+        out.append(f'<rect x="{left + 66:g}" y="{top - 11:g}" width="50" height="13"/>')
         size = value(board, name).partition(" ")[2].replace(" kilohm", "k").replace(" ohm", "").replace(" uF", "u")
         out.append(text(left + 91, top, f"{name} {size}", "middle"))
         out.append(text(left + 127, top, other, kind="supply" if other in board.supplies else "net"))
@@ -112,8 +112,8 @@ def drawn(board: Board) -> str:
     out += two_ended(board, 40, bottom)
     height = bottom + 175
     style = (
-        "svg{background:#fff}text{font:10px sans-serif;fill:#222}.part{font-weight:bold;font-size:12px}.net{fill:#0b5a8a}"
-        ".supply{fill:#a02020}rect{fill:#fbf8ee;stroke:#444}path{stroke:#444;fill:none}"
+        "svg{background:#fff}text{font:10px sans-serif;fill:#222}.part{font-weight:bold;font-size:12px}"
+        ".net{fill:#0b5a8a}.supply{fill:#a02020}rect{fill:#fbf8ee;stroke:#444}path{stroke:#444;fill:none}"
     )
     title = "A GS-C200S with a Raspberry Pi Pico: wires with the same name are connected. Nobody has soldered it yet."
     return "\n".join(

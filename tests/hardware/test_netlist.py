@@ -70,7 +70,24 @@ def test_the_firmware_has_the_same_pins(board: Board) -> None:
     assert len(wired) == 26
     assert firmware.pop("led") == 25
     assert firmware.items() <= wired.items()
-    order = "sel0 sel1 sel2 br0 br1 br2 chs rec rxd enable home eot ui1 ui2 ui3 test".split()
+    order = [
+        "sel0",
+        "sel1",
+        "sel2",
+        "br0",
+        "br1",
+        "br2",
+        "chs",
+        "rec",
+        "rxd",
+        "enable",
+        "home",
+        "eot",
+        "ui1",
+        "ui2",
+        "ui3",
+        "test",
+    ]
     assert [wired[name] for name in order] == list(range(16))
 
 

@@ -1,4 +1,4 @@
-"""A Pico behind a pseudo-terminal, in real time: old programs and the tools of slewline find the same module as ever."""
+"""A Pico behind a pseudo-terminal, in real time: old programs and the tools of slewline find the same module."""
 
 from __future__ import annotations
 
@@ -91,7 +91,17 @@ def old_program(port: str) -> list[str]:
 
 
 def test_a_program_with_pyserial_gets_the_same_answers_as_from_a_served_module(served: Served, tmp_path: Path) -> None:
-    words = [sys.executable, "-m", "slewline", "serve", "gs-c200s", "--strap", "chs=0", "--pty", str(tmp_path / "module")]
+    words = [
+        sys.executable,
+        "-m",
+        "slewline",
+        "serve",
+        "gs-c200s",
+        "--strap",
+        "chs=0",
+        "--pty",
+        str(tmp_path / "module"),
+    ]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as module:
         assert module.stdout is not None
         module.stdout.readline()
@@ -117,7 +127,17 @@ def test_push_stores_a_program_and_pull_saves_it(served: Served, tmp_path: Path)
 
 def test_compare_plays_a_dialogue_to_the_board_and_finds_no_difference(served: Served, tmp_path: Path) -> None:
     dialogue = tmp_path / "fixed.dialogue"
-    words = [sys.executable, "-m", "slewline", "serve", "gs-c200s", "--strap", "chs=0", "--pty", str(tmp_path / "module")]
+    words = [
+        sys.executable,
+        "-m",
+        "slewline",
+        "serve",
+        "gs-c200s",
+        "--strap",
+        "chs=0",
+        "--pty",
+        str(tmp_path / "module"),
+    ]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as module:
         assert module.stdout is not None
         module.stdout.readline()
