@@ -194,7 +194,7 @@ def levels(board: Board) -> Iterator[str]:
         for low, high in gives:
             for pin, (below, above) in takes:
                 if low > below or high < above:
-                    yield f"net {net}: {pin} needs {below:g} V for low, {above:g} for high, and gets {low:g} and {high:g}"
+                    yield f"net {net}: {pin} needs {below:g} and {above:g} V, and gets {low:g} and {high:g}"
 
 
 def currents(board: Board) -> Iterator[str]:
