@@ -136,7 +136,7 @@ def answer() -> None:
     """In a process of its own: say which build this is, then the seconds of each workload that is named on a line."""
     from rows import best_of
 
-    from slewline.cli.version import build
+    from slewline.cli.version_line import build
 
     print(build(), flush=True)
     for name in sys.stdin:

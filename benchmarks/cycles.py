@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from rows import Row, best
 
-from slewline.chips.mc1451a.profiles.curves import SCurve
 from slewline.chips.mc1451a.profiles.cycle_train import CYCLE, ONE, CycleTrain, Law, Linear
 from slewline.chips.mc1451a.profiles.profile import s_curve
+from slewline.chips.mc1451a.profiles.s_curves import SCurve
 from slewline.core.time.timebase import Clock
 
 HZ, ODD_HZ = 25_000_000, 24_999_999  # the period of the other is no whole number of picoseconds

@@ -17,9 +17,9 @@ import numpy as np
 from rows import REAL, Row, timed
 
 import slewline
-from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import LoadData
 from slewline.parts.motors.motors import motor_named
 
 ROUNDS = 5

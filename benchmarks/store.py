@@ -12,7 +12,7 @@ from time import perf_counter
 
 from rows import Row
 
-from slewline.links.lines.store import FileStore
+from slewline.links.lines.memory_file import FileStore
 
 SIZE, TRIED, ADDED = 1 << 16, 100, 1 << 12
 CONTENT = bytes(n * 7 % 256 for n in range(SIZE))

@@ -24,7 +24,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(FOLDER), os.environ
 
 def pytest_configure() -> None:
     """Refuse to test the plain build under the name of the compiled one."""
-    from slewline.cli.version import COMPILED, version_line
+    from slewline.cli.version_line import COMPILED, version_line
     from slewline.core.time import kernel
 
     if COMPILED not in version_line() or FOLDER not in Path(str(kernel.__file__)).parents:
@@ -33,6 +33,6 @@ def pytest_configure() -> None:
 
 def pytest_report_header() -> str:
     """Say what is tested."""
-    from slewline.cli.version import version_line
+    from slewline.cli.version_line import version_line
 
     return version_line()

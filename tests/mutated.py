@@ -30,13 +30,13 @@ from slewline.cli.motors.own import motor_value
 from slewline.core.memory.image import to_hex
 from slewline.drive.blackbox import LINES, BlackBox, read_line
 from slewline.errors import LONGEST_LINE, SlewlineError
-from slewline.links.lines.store import FileStore
-from slewline.modules.comparing.differences import DialogueComparison
+from slewline.links.lines.memory_file import FileStore
+from slewline.modules.comparing.model_differences import DialogueComparison
 from slewline.modules.dialogue import RecordedDialogue
 from slewline.modules.programs.restore import ProgramText
 from slewline.modules.speech import speech_of
 from slewline.tuning.judging import Verdict
-from slewline.tuning.log import Log
+from slewline.tuning.sweep_log import Log
 
 SECONDS = 8  # of work of the processor, for a file
 BRACKETS = "[" * 100_000

@@ -43,21 +43,21 @@ from slewline.core.chip import Chip
 from slewline.core.datasheet import units
 from slewline.core.datasheet.roles import ROLES
 from slewline.drive.board import boards, wire
-from slewline.drive.drivers import STEP_DRIVERS
+from slewline.drive.step_drivers import STEP_DRIVERS
 from slewline.errors import WiringError
-from slewline.labs.table import FIELDS, FieldRow
+from slewline.labs.field_table import FIELDS, FieldRow
 from slewline.language.describe import describe, option_table, table
 from slewline.language.lines import usage
-from slewline.language.lines.reference import line_table
+from slewline.language.lines.line_reference import line_table
 from slewline.language.packets import Packets
-from slewline.links.control.kinds import A_TIME, Key, RequestSpec
 from slewline.links.control.requests import COMMON, NAMES, REQUESTS, schema
 from slewline.links.control.rows_of_views import EVENTS
 from slewline.links.control.validator import in_words, span
+from slewline.links.control.value_kinds import A_TIME, Key, RequestSpec
 from slewline.parts import KINDS, options_of, part_class
 from slewline.parts.base.part import Part
 from slewline.parts.motors import drivers, loads, motors
-from slewline.parts.motors.data import DriverData
+from slewline.parts.motors.motor_data import DriverData
 
 EXAMPLES: dict[str, dict[str, Any]] = {"prom": {"image": ""}, "switch": {"low": 0}}  # parts that need an option
 DOCS = Path(__file__).resolve().parent.parent / "docs"

@@ -15,14 +15,21 @@ sys.path.insert(0, str(ROOT / "src"))
 
 from slewline.chips.gs_c200 import sheet  # noqa: E402  # of this checkout
 from slewline.chips.gs_c200.eeprom import INVALID, LOOK_PS  # noqa: E402
-from slewline.core.datasheet.rows import LineRow  # noqa: E402
+from slewline.core.datasheet.command_rows import LineRow  # noqa: E402
 from slewline.core.datasheet.table import Arg, Sheet  # noqa: E402
 from slewline.core.wires.serial import CharacterFormat, bit_clock  # noqa: E402
 from slewline.language.lines import KEPT  # noqa: E402
 
 FOLDER = ROOT / "firmware" / "part" / "gs_c200"
 SAYS = "Written by tools/part_tables.py from src/slewline/chips/gs_c200/sheet.py: change it there."
-SIGNS = {"no": "UNSIGNED", "may": "SIGNED", "must": "WITH_SIGN", "alone": "SIGN_ALONE"}
+SIGNS = {  # how it is written, is 0 within the range, may it be left out
+    ("no", True, False): "UNSIGNED",
+    ("may", True, False): "SIGNED",
+    ("must", True, False): "WITH_SIGN",
+    ("must", False, False): "WITH_SIGN_BUT_0",
+    ("alone", True, False): "SIGN_ALONE",
+    ("alone", True, True): "SIGN_IF_ANY",
+}
 STATES = {"i": "IDLE", "p": "ENTERING", "r": "RUNNING"}
 OUTPUTS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3")  # as gsc200.h numbers them
 PARTS = (("C200", sheet.GS_C200), ("C200S", sheet.GS_C200S))
@@ -72,8 +79,8 @@ def header() -> Iterator[str]:
     yield "enum command {"
     yield from (f"    {name}," for name in names())
     yield from ("    FOREIGN /* of the other part */", "};", "")
-    yield "/* How an argument is written: a number, one that may have or has a sign, a sign alone. */"
-    yield "enum sign { UNSIGNED, SIGNED, WITH_SIGN, SIGN_ALONE };"
+    yield "/* How an argument is written: a number, with or without a sign; a sign alone, at times left out. */"
+    yield f"enum sign {{ {', '.join(SIGNS.values())} }};"
     yield ""
     yield "/* When a command is executed directly. */"
     yield "enum state { " + ", ".join(f"{name} = {1 << bit}" for bit, name in enumerate(STATES.values())) + " };"
@@ -92,9 +99,7 @@ STRUCTS = (
     "struct arg {",
     "    int32_t low, high;",
     "    uint8_t sign;",
-    "    uint8_t size;     /* bytes in the program memory; 0: it is added to the opcode */",
-    "    bool is_zero;     /* 0 is within the range */",
-    "    bool is_optional; /* without it, it is `high` */",
+    "    uint8_t size; /* bytes in the program memory; 0: it is added to the opcode */",
     "};",
     "",
     "/* One form of a command.  Forms with the same letters follow each other; the first that fits is meant. */",
@@ -147,11 +152,9 @@ def tables() -> Iterator[str]:
 
 def rows(of: Sheet) -> list[str]:
     """Return the rows of a part as initializers: those with the longest letters first, as a line is read."""
-    found = sorted(
-        [*of.rows(LineRow), *of.foreign],
-        key=lambda row: (lambda head: (-len(head), head))(row if isinstance(row, str) else row.head),
-    )
-    return [foreign(row) if isinstance(row, str) else initializer(row) for row in found]
+    found = [(row.head, initializer(row)) for row in of.rows(LineRow)]
+    found += [(head, foreign(head)) for head in of.foreign]
+    return [text for _, text in sorted(found, key=lambda pair: (-len(pair[0]), pair[0]))]
 
 
 def foreign(head: str) -> str:
@@ -174,8 +177,7 @@ def initializer(row: LineRow) -> str:
 
 def argument(arg: Arg) -> str:
     """Return an argument as an initializer."""
-    flags = f"{str(arg.zero).lower()}, {str(arg.optional).lower()}"
-    return f"{{{arg.low}, {arg.high}, {SIGNS[arg.sign]}, {arg.size}, {flags}}}"
+    return f"{{{arg.low}, {arg.high}, {SIGNS[arg.sign, arg.zero, arg.optional]}, {arg.size}}}"
 
 
 def ascii_of(text: str) -> str:

@@ -129,7 +129,7 @@ def build(folder: Path, *more: str) -> PicoFirmware:
     parts = folder / "pico"
     parts.mkdir(parents=True, exist_ok=True)
     objects = []
-    words = (*WORDS, f'-DVERSION="{version()}"', f"-I{'../part/gs_c200'}", *more)
+    words = (*WORDS, f'-DVERSION_TEXT="{version()}"', f"-I{'../part/gs_c200'}", *more)
     for where, prefix in ((SOURCES, "pico"), (CORE, "part")):
         for source in sorted(path for path in where.iterdir() if path.suffix in (".c", ".S")):
             objects.append(parts / f"{prefix}-{source.name}.o")

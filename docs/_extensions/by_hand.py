@@ -22,7 +22,7 @@ import numpy as np
 import slewline
 from slewline.chips import ramps_of
 from slewline.cli.ramp import move_line, summary
-from slewline.language.ramps import Calculator, Move, Ramp
+from slewline.language.ramp_answers import Calculator, Move, Ramp
 
 PAGE = "tutorial/ramps_by_hand"
 SCRIPT = "by_hand.js"

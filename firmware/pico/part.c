@@ -34,8 +34,8 @@ enum {
     TRY = 200 * US,         /* so long before it is due something is tried */
     TRY_AGAIN = 150 * US,
     TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
-    ROUND = HZ / 100,       /* the longest sleep */
-    WHILE_WRITING = HZ / 1000,
+    ROUND = CLOCK_HZ / 100,       /* the longest sleep */
+    WHILE_WRITING = CLOCK_HZ / 1000,
     TOGETHER_PS = 2000000, /* what follows something so soon is tried with it */
     POWER_UP_PS = 26000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
     EDGES_WAITING = 8,
@@ -349,7 +349,7 @@ static bool change(uint32_t now_levels, cycles at)
 static void take_character(const struct received *character)
 {
     if (character->character == ENQ && !character->is_parity_wrong && SIO_IN >> PIN_TEST & 1) {
-        version = VERSION;
+        version = VERSION_TEXT;
         return;
     }
     const uint8_t faults = (character->is_parity_wrong ? GSC_PARITY : 0) | (character->is_framing_wrong ? GSC_FRAMING : 0);

@@ -27,7 +27,6 @@ enum pin {
     PIN_TXD = 28 /* 1 is the mark: the transistor is off; pulled up */
 };
 
-#define INPUTS 0xFFFFu    /* with TEST */
 #define OF_THE_PART 0x7FFFu /* bits of enum gsc_input */
 
 #endif

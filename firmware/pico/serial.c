@@ -54,7 +54,7 @@ static volatile uint8_t came, taken;
 
 void serial_begin(uint16_t baud)
 {
-    bit = HZ / baud;
+    bit = CLOCK_HZ / baud;
     CLEAR(PIO_CTRL(PIO1)) = 3;
     for (unsigned place = 0; place < sizeof RECEIVE / sizeof *RECEIVE; place++)
         PIO_MEMORY(PIO1, place) = RECEIVE[place];

@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 #define HEADER_MAGIC 0x32435347u /* GSC2 */
-#ifndef VERSION
-#define VERSION "slewline gs-c200s pico 0"
+#ifndef VERSION_TEXT
+#define VERSION_TEXT "slewline gs-c200s pico 0"
 #endif
 
 struct header {
@@ -20,7 +20,7 @@ struct header {
 #define STORE_B 0x1FF000u
 
 /* The clock: cycles of a second, of a microsecond; and 33 cycles are 250 ns. */
-#define HZ 132000000u
+#define CLOCK_HZ 132000000u
 #define US 132u
 
 #endif

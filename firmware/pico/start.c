@@ -17,7 +17,7 @@ static void reset(void) START;
 __attribute__((section(".start_vectors"), used)) static void *const start_vectors[2] = {&stack_top, (void *)reset};
 
 /* The tool that builds the file puts the length and the CRC-32 of the image here. */
-__attribute__((section(".header"), used)) static const volatile struct header header = {HEADER_MAGIC, 0, 0, VERSION};
+__attribute__((section(".header"), used)) static const volatile struct header header = {HEADER_MAGIC, 0, 0, VERSION_TEXT};
 
 /* The crystal has 12 MHz; 12 x 110 / (5 x 2) are 132: each bit of all eight rates has a whole number of cycles. */
 static void START start_clocks(void)

@@ -19,29 +19,29 @@ TYPE_CHECKING = False  # without loading `typing`: an interrupt before the comma
 if TYPE_CHECKING:
     from .bench import Bench, load, replay
     from .bench.files.images import read_image, write_image
-    from .bench.ramps import find_ramps, ramp
+    from .bench.ramp_calculator import find_ramps, ramp
     from .core.chip import Chip
     from .core.component import Finding
     from .core.motion.axis import Steps
     from .drive.captures.checking import check_capture
-    from .drive.drive import Drive
+    from .drive.motor_drive import Drive
     from .errors import ChecksumError, ProgramError, SlewlineError, Timeout, UsageError, WaveformError, WiringError
     from .parts.motors.laws import motor_law
     from .parts.motors.pull_out import pull_out
-    from .record.measuring.compare import compare_edges
+    from .record.measuring.compare_edges import compare_edges
     from .record.waveforms.read_vcd import read_vcd
     from .record.waveforms.read_waveforms import read_waveforms
-    from .tuning.tune import tune
+    from .tuning.tune_ramp import tune
 
 _FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
     "bench": ("Bench", "load", "replay"),
     "bench.files.images": ("read_image", "write_image"),
-    "bench.ramps": ("find_ramps", "ramp"),
+    "bench.ramp_calculator": ("find_ramps", "ramp"),
     "core.motion.axis": ("Steps",),
     "core.chip": ("Chip",),
     "core.component": ("Finding",),
     "drive.captures.checking": ("check_capture",),
-    "drive.drive": ("Drive",),
+    "drive.motor_drive": ("Drive",),
     "errors": (
         "ChecksumError",
         "ProgramError",
@@ -53,10 +53,10 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     ),
     "parts.motors.laws": ("motor_law",),
     "parts.motors.pull_out": ("pull_out",),
-    "record.measuring.compare": ("compare_edges",),
+    "record.measuring.compare_edges": ("compare_edges",),
     "record.waveforms.read_vcd": ("read_vcd",),
     "record.waveforms.read_waveforms": ("read_waveforms",),
-    "tuning.tune": ("tune",),
+    "tuning.tune_ramp": ("tune",),
 }
 __all__ = [
     "Bench",

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from .core.component import Finding
     from .core.context import ChipContext
     from .core.datasheet.channel import AdaptiveLine, BusHandshake, FlowBus, HostPort, SerialLine
+    from .core.datasheet.command_rows import LineRow, PacketRow, TextRow
     from .core.datasheet.option import Option
     from .core.datasheet.quirk import Quirk
-    from .core.datasheet.rows import LineRow, PacketRow, TextRow
     from .core.datasheet.table import Arg, Limit, Pin, Register, Row, Sheet, Table, Timing
     from .core.motion.axis import Axis
     from .core.motion.one_axis import OneAxis
@@ -72,7 +72,7 @@ _FROM = {
     "core.program": ("ProgramRow",),
     "core.datasheet.quirk": ("Quirk",),
     "core.motion.step_views": ("PatternView", "PulseView", "StrobeView"),
-    "core.datasheet.rows": ("LineRow", "PacketRow", "TextRow"),
+    "core.datasheet.command_rows": ("LineRow", "PacketRow", "TextRow"),
     "core.datasheet.table": ("Arg", "Limit", "Pin", "Register", "Row", "Sheet", "Table", "Timing"),
     "core.time.timebase": ("Clock", "Time", "moment", "picoseconds", "readable"),
     "core.motion.train": ("Playing", "StepTrain"),

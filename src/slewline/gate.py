@@ -97,7 +97,7 @@ class FileGate:
         return path
 
     def link(self, name: Any) -> LinkPlace:
-        """Return the place of a link for a pty, which `links.ports.link` makes without following a link on the way.
+        """Return the place of a link for a pty, which `links.ports.symbolic_link` makes; it follows no link on the way.
 
         Raises:
             SlewlineError: it is outside the folder, or a tool would run what has this name.

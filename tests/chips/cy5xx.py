@@ -5,7 +5,7 @@ from __future__ import annotations
 import slewline
 from slewline.core.time.timebase import picoseconds
 from slewline.core.wires.waits import level, until
-from slewline.parts.hosts.ends.port import CommandPort
+from slewline.parts.hosts.ends.handshake_port import CommandPort
 
 US = 1_000_000  # picoseconds
 

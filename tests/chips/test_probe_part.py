@@ -15,12 +15,13 @@ from slewline.bench.file import BenchFile
 from slewline.bench.scripts.script import run_script
 from slewline.core.chip import Chip
 from slewline.core.datasheet.channel import BusHandshake, HostPort, SerialLine
-from slewline.core.datasheet.rows import LineRow, PacketRow, TextRow, row_object
+from slewline.core.datasheet.command_rows import LineRow, PacketRow, TextRow, row_object
 from slewline.core.datasheet.table import Arg, Pin, Row, Sheet, Table
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.step_views import StrobeView
 from slewline.core.motion.train import Playing, StepTrain
-from slewline.core.wires.serial import RS232, CharacterFormat, Receiver, bit_clock, transmit
+from slewline.core.wires.characters import Receiver, frames_of, transmit
+from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 from slewline.core.wires.waits import level, until
 from slewline.errors import BenchFileError, ProgramError, SheetError, UsageError
 from slewline.language.assemble import assemble, to_ascii
@@ -30,8 +31,8 @@ from slewline.language.lines import Lines
 from slewline.language.lint import lint
 from slewline.language.text import Letters
 from slewline.links.lines.framing import FramedLine
-from slewline.links.lines.line import ConnectorLine as ServedLine
 from slewline.links.lines.pace import Lockstep
+from slewline.links.lines.served_line import ConnectorLine as ServedLine
 from slewline.links.server import Server
 
 US = 1_000_000
@@ -140,7 +141,9 @@ class Probe(Chip):
                 self.on_line, self.idle = True, False
                 self.sync()
                 answer = self.obey(found, "serial").encode() + b"\r"
-                self.kernel.spawn(transmit, self.drivers["sout"], clock, word, answer, RS232, name="probe: answer")
+                self.kernel.spawn(
+                    transmit, self.drivers["sout"], frames_of(clock.hz, word, RS232), answer, name="probe: answer"
+                )
 
 
 def furnished(journal=None):

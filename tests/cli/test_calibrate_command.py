@@ -30,7 +30,7 @@ def test_constants_and_rows_are_printed(call):
 
 
 def test_the_same_as_data(call, monkeypatch):
-    monkeypatch.setattr("slewline.parts.motors.calibrate.EXACT", 0.3)
+    monkeypatch.setattr("slewline.parts.motors.calibration.EXACT", 0.3)
     found = call(*GIVEN, "--pull-out", "2450 steps/s", "--torque", "5 mNm", "--json").json
     assert found["friction_nm"] is None and 0 < found["iron_nms"] < 3e-3
     assert found["before"]["friction_nm"] == 0.001

@@ -17,8 +17,8 @@ import pytest
 import slewline
 from slewline import folders
 from slewline.cli.commands import cli
-from slewline.cli.options.kinds import EXAMPLES
-from slewline.cli.version import build, is_compiled
+from slewline.cli.options.command_kinds import EXAMPLES
+from slewline.cli.version_line import build, is_compiled
 from slewline.core.time import kernel
 from slewline.extras import EXTRAS
 

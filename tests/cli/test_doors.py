@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 import slewline
-from slewline.bench.files import examples as module
+from slewline.bench.files import shipped_files as module
 from slewline.cli.main import invoke
-from slewline.cli.version import version_line
+from slewline.cli.version_line import version_line
 from slewline.core.messages.near import hint
 
 ROOT = Path(__file__).parents[2]

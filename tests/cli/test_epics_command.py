@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from slewline.cli.main import invoke
-from slewline.labs.epics import port_of_server
+from slewline.labs.channel_access import port_of_server
 from slewline.testing.endpoints import running
 from tests.ports import free_port
 

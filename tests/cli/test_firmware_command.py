@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from slewline.cli import firmware as module
+from slewline.cli.live import ready_made as module
 
 CONTENT = b"\x55\x46\x32\x0a" * 200
 

@@ -10,7 +10,7 @@ import click
 import pytest
 
 from slewline.cli.commands import cli
-from slewline.cli.options.order import ANY, FILES, TAKES, kind_of, misplaced
+from slewline.cli.options.word_order import ANY, FILES, TAKES, kind_of, misplaced
 from tests.rows import rows
 
 SAMPLE = {  # of each kind

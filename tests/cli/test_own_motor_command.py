@@ -26,7 +26,7 @@ QUICK = (*TUNE, "--grid", "F=4 R=8,14 S=200")
 @pytest.fixture(autouse=True)
 def quick(monkeypatch, folder):
     monkeypatch.setattr("slewline.tuning.judging.engine", lambda: "python")
-    monkeypatch.setattr("slewline.parts.motors.calibrate.EXACT", 0.3)
+    monkeypatch.setattr("slewline.parts.motors.calibration.EXACT", 0.3)
     for name, text in (
         ("own.toml", FIGURES),
         ("ROW.TOML", f"motor = {TABLE}\n"),

@@ -6,7 +6,7 @@ import tomllib
 from importlib import import_module
 from pathlib import Path
 
-from slewline.cli.version import is_compiled
+from slewline.cli.version_line import is_compiled
 from slewline.core.time import kernel
 from tests.rows import rows
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from promises import bounds, check_promise
 
-from slewline.chips.mc1451a.profiles.curves import PLACES, JerkPiece, SCurve
 from slewline.chips.mc1451a.profiles.cycle_train import BLOCK, CYCLE, ONE, STRETCH, CycleTrain, Linear, SquareView
+from slewline.chips.mc1451a.profiles.s_curves import PLACES, JerkPiece, SCurve
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.kernel import Kernel

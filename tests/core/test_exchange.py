@@ -9,9 +9,10 @@ from random import Random
 import pytest
 
 from slewline.core.time.kernel import Kernel
-from slewline.core.wires.exchange import Exchange
+from slewline.core.wires.exchange import SEGMENT, Exchange
 from slewline.core.wires.net import Bus, Driver, Net, Wave
 from slewline.core.wires.waits import edge, first_of, level, until
+from slewline.record.recording.recorder import Recorder
 from tests.rows import rows
 
 START, STOP = 1000, 5000  # of the strobe; the answer stands on the bus from 40 ps behind each of its edges on
@@ -46,17 +47,16 @@ class Toy:
             shown = (0xFF, self.byte) if net.level == 0 else None
             self.answering.play(Wave(self.answering.at(self.kernel.seen), (self.kernel.now + LATER,), (shown,)))
 
-    def strobed(self) -> Wave:
-        start = self.start
+    def strobed(self, start: int) -> Wave:
         return Wave(1, (start, start + STOP - START), (0, 1))
 
-    def answered(self) -> Wave:
-        start = self.start + LATER
-        return Wave(None, (start, start + STOP - START), ((0xFF, self.byte), None))
+    def answered(self, start: int) -> Wave:
+        times = start + LATER, start + LATER + STOP - START
+        return Wave(None, times, ((0xFF, self.byte), None))
 
     def play(self) -> None:
         """The twin: the strobe as a wave."""
-        wave = self.strobed()
+        wave = self.strobed(self.start)
         self.led.wave(wave.before, wave.times, wave.levels)
 
     def levels(self) -> tuple[object, object]:
@@ -74,14 +74,13 @@ async def wait(task: Callable[[], object]) -> None:
 
 # ------------------------------------------------------------------------------------------------------- how it begins
 def test_an_exchange_that_nobody_sees_is_no_event(toy: Toy) -> None:
-    assert toy.exchange.begin() and toy.exchange.begin()
+    assert toy.exchange.begin(toy.start) and toy.exchange.begin(toy.start)
     assert toy.kernel.next_time() is None
     toy.kernel.run(9000)
     assert (toy.heard, toy.withdrawn) == ([], [])
 
 
 WATCHING: dict[str, Callable[[Toy], object]] = {
-    "recorded": lambda toy: setattr(toy.strobe, "log", []),
     "watched": lambda toy: toy.strobe.watch(lambda _net: None),
     "the bus is watched": lambda toy: toy.bus.watch(lambda _net: None),
     "sampled": lambda toy: toy.bus.sample(lambda: None),
@@ -90,7 +89,6 @@ WATCHING: dict[str, Callable[[Toy], object]] = {
     "latched": lambda toy: setattr(toy.strobe, "latched", True),
     "driven": lambda toy: Driver(toy.strobe, "another").drive(0),
     "another one watches a joined wire": lambda toy: joined(toy).watch(lambda _net: None),
-    "a joined wire is recorded": lambda toy: setattr(joined(toy), "log", []),
 }
 
 
@@ -106,13 +104,13 @@ def joined(toy: Toy) -> Net:
 def test_nothing_goes_by_value_while_somebody_else_looks_or_drives(toy: Toy, how: str) -> None:
     WATCHING[how](toy)
     toy.kernel.settle()
-    assert not toy.exchange.begin()
+    assert not toy.exchange.begin(toy.start)
     assert toy.exchange.nets == () and toy.strobe.exchange is None
 
 
 def test_nothing_goes_by_value_while_a_driver_has_something_to_say(toy: Toy) -> None:
     toy.answering.drive((0xFF, 0))
-    assert not toy.exchange.begin()
+    assert not toy.exchange.begin(toy.start)
 
 
 def test_a_driver_that_drives_nothing_and_a_wait_that_is_over_are_no_obstacle(toy: Toy) -> None:
@@ -123,14 +121,14 @@ def test_a_driver_that_drives_nothing_and_a_wait_that_is_over_are_no_obstacle(to
 
     toy.kernel.spawn(waits, name="waits")
     toy.kernel.settle()
-    assert not toy.exchange.begin()
+    assert not toy.exchange.begin(toy.start)
     toy.kernel.run(600)
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
 
 
 def test_a_joined_wire_goes_by_value_and_shows_it_everywhere(toy: Toy) -> None:
     more = joined(toy)
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     toy.kernel.run(3000)
     assert more.level == toy.bus.level == (0xFF, 0x5A)
     assert more.exchange is toy.bus.exchange is toy.exchange
@@ -139,16 +137,16 @@ def test_a_joined_wire_goes_by_value_and_shows_it_everywhere(toy: Toy) -> None:
 
 
 def test_a_wire_carries_one_exchange_at_a_time(toy: Toy) -> None:
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     other = Exchange({toy.led: toy.strobed}, {toy.answering: toy.answered}, [], lambda _ps: None)
-    assert not other.begin() and toy.exchange.by_value
+    assert not other.begin(0) and toy.exchange.by_value
 
 
 # -------------------------------------------------------------------------------------------------------- what is shown
 @rows("ps", [0, 999, 1000, 1039, 1040, 4999, 5000, 5039, 5040, 9000])
 def test_the_wires_show_what_they_would_have_shown(ps: int) -> None:
     value, twin = Toy(), Toy()
-    assert value.exchange.begin()
+    assert value.exchange.begin(value.start)
     twin.play()
     for one in (value, twin):
         one.kernel.run(ps)
@@ -157,15 +155,48 @@ def test_the_wires_show_what_they_would_have_shown(ps: int) -> None:
 
 
 def test_a_line_knows_its_edges_and_that_it_lets_go(toy: Toy) -> None:
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     line, bus = toy.led.promise, toy.answering.promise
     assert line is not None and bus is not None
     assert [line.after(ps) for ps in (0, 999, 1000, 4999, 5000)] == [1000, 1000, 5000, 5000, None]
     assert line.edges(0, 4999) == ([1000], [0]) and line.edges(1000, 5000) == ([5000], [1])
     assert (line.until, getattr(line, "floats", None), getattr(bus, "floats", None)) == (None, False, True)
     assert toy.strobe.edges_ahead(0, 9000) == ([1000, 5000], [0, 1])
-    toy.start = 2000  # the next exchange: the same line
+    assert toy.exchange.begin(2000)  # the next exchange: the same line
     assert line.after(0) == 2000
+
+
+@pytest.mark.parametrize("disturbed", [False, True])
+@pytest.mark.parametrize("apart", [10_000, STOP])
+def test_recorded_exchanges_are_kept_by_their_states_and_expand_to_the_edges_of_the_twin(
+    apart: int, disturbed: bool
+) -> None:
+    """More of them than one entry of a log stands for; or each begins in the instant in which the one before ends."""
+    recorder, logs, found = Recorder(), [], []
+    for by_value in (True, False):
+        toy = Toy()
+        nets = (toy.strobe, toy.bus) if apart > STOP else (toy.strobe,)  # the answer outlasts the strobe
+        for net in nets:
+            recorder.record(net)
+        for number in range(SEGMENT + 100):
+            toy.kernel.run(apart * number)
+            toy.start = toy.kernel.now + START
+            if by_value:
+                assert toy.exchange.begin(toy.start)
+            else:
+                toy.play()
+        toy.kernel.run(toy.kernel.now + 2 * START)
+        if disturbed:
+            Driver(toy.bus, "another").drive((0xFF, 0x5B))
+        toy.kernel.run(toy.kernel.now + 20_000)
+        end = toy.kernel.now
+        arrays = [recorder.edges(net, start, end) for net in nets for start in (0, end // 2)]
+        found.append([[part.tolist() for part in array] for array in arrays])
+        found[-1].append([[*recorder.each_edge(net, 0, end)] for net in nets])
+        found[-1].append([recorder.level(nets[-1], ps) for ps in range(0, end, 77_777)])
+        logs.append(len(toy.strobe.log or ()))
+    assert found[0] == found[1] and len(found[0][0][0]) == 2 * (SEGMENT + 100)
+    assert logs[0] < 10 < logs[1]
 
 
 # ------------------------------------------------------------------------------------------------- how it is withdrawn
@@ -192,7 +223,7 @@ DISTURBING: dict[str, Callable[[Toy], object]] = {
 @rows("how", DISTURBING)
 def test_whoever_looks_or_drives_makes_the_rest_real(how: str, ps: int) -> None:
     toy, twin = Toy(), Toy()
-    toy.exchange.begin()
+    toy.exchange.begin(toy.start)
     twin.play()
     for one in (toy, twin):
         one.kernel.run(ps)
@@ -218,7 +249,7 @@ def test_a_level_that_is_put_on_the_wire_within_a_run_meets_the_edges_of_its_ins
     for by_value in (True, False):
         toy = Toy(shuffle)
         if by_value:
-            toy.exchange.begin()
+            toy.exchange.begin(toy.start)
         else:
             toy.play()
         another = Driver(toy.strobe, "another")
@@ -234,7 +265,7 @@ def test_a_level_that_is_put_on_the_wire_within_a_run_meets_the_edges_of_its_ins
 
 
 def test_an_answer_does_not_come_when_the_strobe_is_taken_back(toy: Toy) -> None:
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     toy.kernel.run(500)
     toy.led.drive(1)
     toy.kernel.run(3000)
@@ -251,14 +282,14 @@ def test_a_net_that_nobody_watches_shows_what_its_wire_shows(toy: Toy) -> None:
         another.drive(told)
     toy.kernel.run(6000)
     toy.start = 7000
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     toy.kernel.run(20_000)
     toy.exchange.withdraw()
     assert more.level == toy.strobe.level == 1
 
 
 def test_what_only_the_end_watches_goes_on_being_watched(toy: Toy) -> None:
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     toy.outside.drive(1)  # on a net without a line
     toy.kernel.run(3000)
     assert toy.heard == [(0, 1)] and toy.exchange.by_value
@@ -269,21 +300,21 @@ def test_what_only_the_end_watches_goes_on_being_watched(toy: Toy) -> None:
 
 
 def test_it_may_begin_again_behind_what_has_disturbed_it(toy: Toy) -> None:
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     toy.kernel.run(3000)
     look = lambda _net: None  # noqa: E731
     toy.strobe.watch(look)
     toy.kernel.run(6000)
     toy.start = 8000
-    assert not toy.exchange.begin()
+    assert not toy.exchange.begin(toy.start)
     toy.strobe.unwatch(look)
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     toy.kernel.run(8500)
     assert toy.levels() == (0, (0xFF, 0x5A)) and len(toy.withdrawn) == 1
 
 
 def test_the_past_of_a_wire_begins_with_what_it_showed_when_the_recording_began(toy: Toy) -> None:
-    assert toy.exchange.begin()
+    assert toy.exchange.begin(toy.start)
     toy.kernel.run(3000)
     toy.strobe.log = [(3000, toy.strobe.level)]
     toy.kernel.run(9000)

@@ -7,7 +7,7 @@ import pytest
 
 from slewline.core.motion.axis import Axis
 from slewline.core.motion.deviation import deviation
-from slewline.core.motion.ideal import Ideal, IdealPiece, head, mirrored, there_and_down, travelled
+from slewline.core.motion.ideal_motion import Ideal, IdealPiece, head, mirrored, there_and_down, travelled
 from slewline.core.motion.train import Playing, StepTrain
 from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock

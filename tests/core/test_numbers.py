@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slewline.core.datasheet.units import quantity
-from slewline.core.messages.numbers import without_comma
+from slewline.core.messages.decimal_comma import without_comma
 from slewline.core.time.timebase import hertz, picoseconds
 from slewline.drive.terminals import steps_a_second
 from slewline.errors import SlewlineError

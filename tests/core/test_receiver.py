@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from slewline.core.time.kernel import Kernel
+from slewline.core.wires.characters import Character, Receiver, frames_of, transmit
 from slewline.core.wires.net import Driver, Net
-from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock, transmit
+from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 
 WORD = CharacterFormat(7, "odd", 2)
 CLOCK = bit_clock(9600, "test")
@@ -36,7 +37,7 @@ class Wire:
         self.kernel.run(self.kernel.now + ps)
 
     def send(self, data: bytes) -> None:
-        self.kernel.spawn(transmit, self.driver, CLOCK, WORD, data, RS232, name="sender")
+        self.kernel.spawn(transmit, self.driver, frames_of(CLOCK.hz, WORD, RS232), data, name="sender")
         self.kernel.run(self.kernel.now + CLOCK.ps(WORD.ticks) * len(data))
 
 

@@ -6,10 +6,10 @@ import random
 from collections import deque
 from collections.abc import Callable
 
+from slewline.drive.board.board_link import Link
 from slewline.drive.board.boards import UNO, BoardModel
 from slewline.drive.board.clock import BoardClock
-from slewline.drive.board.link import Link
-from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.twin_board import BoardTwin
 
 A_BYTE = 20_000  # ns, at 500 kbaud
 MS = 1_000_000

@@ -9,9 +9,9 @@ from random import Random
 import numpy as np
 
 from slewline.drive.board.boards import UNO
-from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.twin_board import BoardTwin
 from slewline.drive.check import Check
-from slewline.drive.drive import Drive
+from slewline.drive.motor_drive import Drive
 
 HZ = 16_000_000
 MS_NS = 1_000_000

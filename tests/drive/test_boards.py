@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 from slewline.cli.main import invoke
-from slewline.drive import drive as drives
+from slewline.drive import motor_drive as drives
 from slewline.drive.board import rehearsal
 from slewline.drive.board.boards import BOARDS, UNO, BoardModel, BoardPin, board_of, by_number
 from slewline.drive.board.wire import VERSION, BoardState, Ident

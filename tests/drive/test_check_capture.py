@@ -6,7 +6,7 @@ import pytest
 
 import slewline
 from slewline import check_capture
-from slewline.drive.drivers import STEP_DRIVERS, StepDriver
+from slewline.drive.step_drivers import STEP_DRIVERS, StepDriver
 from slewline.errors import SlewlineError, UnknownName, UsageError
 from tests.captures import MS, US, Sampled, Wave, saleae_csv, sigrok_vcd, wave
 

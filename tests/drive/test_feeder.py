@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slewline.drive.board.records import OUT, PAUSE, REST, pack
-from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.twin_board import BoardTwin
 from slewline.drive.board.wire import (
     BoardConfig,
     BoardState,

@@ -13,7 +13,7 @@ import pytest
 
 serial = pytest.importorskip("serial")
 
-from slewline.drive.board.port import BoardSerial  # noqa: E402
+from slewline.drive.board.board_port import BoardSerial  # noqa: E402
 from slewline.errors import UsageError  # noqa: E402
 
 from ..links.conftest import PATIENCE  # noqa: E402
@@ -141,7 +141,7 @@ def test_a_port_that_one_may_not_open(tmp_path):
 
 
 def test_the_refusals_of_a_system_say_what_to_do():
-    from slewline.drive.board.port import _refused
+    from slewline.drive.board.board_port import _refused
 
     assert "dialout" in _refused(PermissionError(13, "Permission denied"))
     assert "no such port" in _refused(FileNotFoundError(2, "No such file"))

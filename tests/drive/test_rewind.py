@@ -10,7 +10,7 @@ import slewline
 from slewline.bench.past import Past
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.wire import BoardConfig, Reflex
-from slewline.drive.drive import Drive
+from slewline.drive.motor_drive import Drive
 from slewline.drive.stopping.reflexes import Homing, configured, inputs_of
 from slewline.errors import UsageError
 from tests.ensembles import members

@@ -9,7 +9,7 @@ import pytest
 from slewline.drive.board import wire
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.records import DOWN, HALF, OUT, PAUSE, REST, Record, pack
-from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.twin_board import BoardTwin
 from slewline.drive.board.wire import (
     Answer,
     BoardConfig,

@@ -10,7 +10,7 @@ import numpy as np
 
 from slewline.drive.board import frames, wire
 from slewline.drive.board.boards import UNO
-from slewline.drive.drive import Drive
+from slewline.drive.motor_drive import Drive
 
 from .emulated import EmulatedBoard, Emulator
 

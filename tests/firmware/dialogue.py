@@ -9,7 +9,7 @@ from slewline.drive.board import wire
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.frames import decode
 from slewline.drive.board.records import Record
-from slewline.drive.board.twin import BoardTwin
+from slewline.drive.board.twin_board import BoardTwin
 from slewline.drive.board.wire import Answer, BoardConfig, BoardEvent, BoardState, FrameKind, Happening, Reflex, encode
 
 from .emulated import EmulatedBoard, Emulator

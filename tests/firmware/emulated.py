@@ -1,4 +1,4 @@
-"""The board in the emulator, driven tick by tick: what slewline.drive.board.twin.BoardTwin is, but real firmware."""
+"""The board in the emulator, driven tick by tick: what drive/board/twin_board.py is, but real firmware."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ import numpy as np
 from slewline.drive.board.frames import encode
 from slewline.drive.board.records import Record
 from slewline.drive.board.wire import BoardConfig, FrameKind, reset_payload, start_payload
-from slewline.drive.drive import Drive
+from slewline.drive.motor_drive import Drive
 from tests.drive.families import furnished
 from tools.firmware import FLASH, RAM, Firmware, build
 

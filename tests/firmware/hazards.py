@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import slewline
 from slewline.drive.board import frames, wire
 from slewline.drive.board.wire import ENABLE, FrameKind
-from slewline.drive.drivers import STEP_DRIVERS
+from slewline.drive.step_drivers import STEP_DRIVERS
 
 from .chain import HZ, MS_NS, EmulatedLine, drive_of, said
 from .emulated import DIR
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from slewline.core.chip import Chip
-    from slewline.drive.drive import Drive
+    from slewline.drive.motor_drive import Drive
 
     from .emulated import EmulatedBoard, Emulator
 

@@ -15,7 +15,7 @@ from time import perf_counter_ns
 
 from slewline.cli.main import invoke
 from slewline.drive import talk
-from slewline.drive.drive import Drive
+from slewline.drive.motor_drive import Drive
 
 BEHIND_MS = 5.0  # a turn is due so long after the one before at the latest
 BINS = {

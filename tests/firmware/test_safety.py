@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from slewline.drive.board.wire import Happening
-from slewline.drive.drivers import STEP_DRIVERS
+from slewline.drive.step_drivers import STEP_DRIVERS
 from tests.drive.process import ModuleHost, Slewline
 from tests.ensembles import few, members
 

@@ -13,7 +13,7 @@ import slewline
 from slewline.drive.board import frames, wire
 from slewline.drive.board.boards import UNO
 from slewline.drive.board.wire import FrameKind
-from slewline.drive.drivers import STEP_DRIVERS
+from slewline.drive.step_drivers import STEP_DRIVERS
 from slewline.errors import UsageError
 from tests.drive.families import GSC
 
@@ -22,7 +22,7 @@ from .chain import EmulatedLine, drive_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slewline.drive.drive import Drive
+    from slewline.drive.motor_drive import Drive
 
     from .emulated import EmulatedBoard, Emulator
 

@@ -42,14 +42,21 @@ def circles(folder: str) -> None:
     list(TopologicalSorter(needs).static_order())
 
 
-@pytest.mark.parametrize("folder", ["common", "uno", "pc"])
+@pytest.mark.parametrize("folder", ["common", "uno", "pc", "part/gs_c200"])
 def test_no_file_is_long(folder: str) -> None:
     lines = {path.name: len(path.read_text("ascii").splitlines()) for path in files(folder)}
     assert not {name: count for name, count in lines.items() if count > MOST}
 
 
-def test_no_circle_of_files() -> None:
-    circles("common")
+@pytest.mark.parametrize("folder", ["common", "part/gs_c200"])
+def test_no_circle_of_files(folder: str) -> None:
+    circles(folder)
+
+
+def test_a_part_knows_no_processor_and_no_board() -> None:
+    own = {path.name for path in files("part/gs_c200")}
+    for path in files("part/gs_c200"):
+        assert included(path) <= own | SYSTEM | {"stdbool.h", "math.h"}, path
 
 
 def test_what_is_common_knows_no_processor() -> None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 
 from tests.sources import SOURCES, text, tree
 
@@ -173,16 +174,52 @@ def test_a_room_has_few_files_and_says_in_its_first_line_what_is_in_it() -> None
         assert said and len(said.splitlines()[0]) > 30, room
 
 
+# Chips have the same chapters, so that who knows one finds the way in all; any other file has a name of its own, so
+# that the tab of an editor shows which one it is.
+CHAPTERS = {
+    "activity", "checks", "firmware", "ideal", "instructions", "interpreter", "motion",
+    "profile", "quirks", "ramps", "registers", "sheet", "supply", "twin",
+}  # fmt: skip
+PYTHONS_OWN = {"__init__", "__main__"}
+
+
+def recurring(files: Iterable[str]) -> dict[str, list[str]]:
+    """Names of files that occur more than once, with where they are, but for chapters of chips and Python's own."""
+    found: dict[str, list[str]] = {}
+    for file in files:
+        found.setdefault(Path(file).stem, []).append(file)
+    return {
+        name: places
+        for name, places in found.items()
+        if len(places) > 1
+        and name not in PYTHONS_OWN
+        and not (name in CHAPTERS and all(place.startswith("chips/") for place in places))
+    }
+
+
+def test_a_file_has_a_name_of_its_own_but_for_the_chapters_of_chips() -> None:
+    files = [path.relative_to(SOURCES / "slewline").as_posix() for path in (SOURCES / "slewline").rglob("*.py")]
+    assert recurring(files) == {}
+    assert {name for name in CHAPTERS if len([file for file in files if Path(file).stem == name]) > 1} == CHAPTERS
+
+
+def test_a_recurring_name_is_found() -> None:
+    chips = ["chips/a/twin.py", "chips/b/twin.py", "chips/a/__init__.py", "core/__init__.py"]
+    assert recurring(chips) == {}
+    assert recurring([*chips, "drive/twin.py"]) == {"twin": ["chips/a/twin.py", "chips/b/twin.py", "drive/twin.py"]}
+    assert recurring(["drive/state.py", "labs/state.py"]) == {"state": ["drive/state.py", "labs/state.py"]}
+
+
 LONGEST = 400  # lines of a module
 LONGER = {
     "chips/mc1451a/sheet.py": "a data sheet of 74 commands and ten parts: tables",
-    "chips/mc1451a/twin/axis.py": "the twin of eight modules, which shares nothing with them",
+    "chips/mc1451a/twin/twin_axis.py": "the twin of eight modules, which shares nothing with them",
     "core/chip.py": "all that a bench asks of a chip; a family overrides it where it differs",
     "core/datasheet/table.py": "the rows of a sheet, which refer to one another",
     "core/motion/axis.py": "one past, and all that is asked of it",
     "core/wires/net.py": "drivers and nets commit together, on the path that everything takes",
     "core/wires/views.py": "one small class for each way in which promises compose",
-    "language/ramps.py": "what a calculator is asked, and the search, over the same values",
+    "language/ramp_answers.py": "what a calculator is asked, and the search, over the same values",
 }
 
 
@@ -206,17 +243,18 @@ def written(parsed: ast.AST, value: str) -> Iterator[str]:
 
 def test_no_piece_of_a_drive_knows_the_drive() -> None:
     pieces = {name: found for name, found in modules().items() if name.startswith("slewline.drive.")}
-    assert [name for name, found in pieces.items() if "slewline.drive.drive" in found] == []
+    assert [name for name, found in pieces.items() if "slewline.drive.motor_drive" in found] == []
     for path in (SOURCES / "slewline/drive").rglob("*.py"):
         nodes = [*ast.walk(tree(path))]
         named = {node.id for node in nodes if isinstance(node, ast.Name)}
         kept = {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
-        assert path.name == "drive.py" or not {"Drive", "drive", "_drive"} & (named | kept), path
+        assert path.name == "motor_drive.py" or not {"Drive", "drive", "_drive"} & (named | kept), path
 
 
 def test_the_state_of_a_drive_has_one_owner() -> None:
     for path in (SOURCES / "slewline/drive").rglob("*.py"):
-        assert path.name == "state.py" or not [*written(tree(path), "state"), *written(tree(path), "_state")], path
+        found = [*written(tree(path), "state"), *written(tree(path), "_state")]
+        assert path.name == "drive_state.py" or not found, path
     assert [
         *written(ast.parse("state.phase = 1; self.state.final |= 2; self.state = 3; x = state.phase"), "state")
     ] == [

@@ -10,12 +10,12 @@ from tests.sources import SOURCES, tree
 
 SHADOWS = {"bench/past.py"}
 PROCESSES = {"links/time/checkpoints.py", "links/time/worlds.py"}
-CHOICE = {"links/time/past.py"}
+CHOICE = {"links/time/server_past.py"}
 NAMES = {  # what names a way, and the files that may
     **dict.fromkeys(("ShadowBench", "shadows"), SHADOWS | CHOICE),
     **dict.fromkeys(("Checkpoint", "Checkpoints", "checkpoints", "fork_checkpoint"), PROCESSES | CHOICE),
     **dict.fromkeys(("World", "worlds"), PROCESSES),
-    **dict.fromkeys(("Ear", "Ears", "record_same"), {"links/time/exchange.py"} | CHOICE),
+    **dict.fromkeys(("Ear", "Ears", "record_same"), {"links/time/bench_exchange.py"} | CHOICE),
 }
 ASKERS = {"rerun": {"drive/stopping/rewind.py"}, "world": {"links/time/branches.py"}}
 

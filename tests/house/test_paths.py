@@ -71,5 +71,5 @@ def test_files_that_comments_and_docstrings_name_are_there() -> None:
 def test_a_file_that_has_moved_is_found() -> None:
     board = SOURCES / "drive/board/wire.py"
     assert missing("/* The host's half is src/slewline/drive/wire.py. */", board) == ["src/slewline/drive/wire.py"]
-    assert missing("src/slewline/drive/board/wire.py, board/twin.py, drive/board/*.py, tests/laws", board) == []
+    assert missing("src/slewline/drive/board/wire.py, board/twin_board.py, drive/board/*.py, tests/laws", board) == []
     assert missing("see board/none.py or tests/nowhere.", board) == ["board/none.py", "tests/nowhere"]

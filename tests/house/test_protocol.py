@@ -40,6 +40,6 @@ def test_every_name_of_the_messages_is_in_it() -> None:
 def test_no_file_of_the_firmware_gives_one_of_its_names_another_value() -> None:
     written = protocol.headers()
     known = set().union(*map(names, written.values()))
-    for path in FIRMWARE.glob("*/*"):
+    for path in FIRMWARE.rglob("*.[chS]"):
         if path not in written:
             assert not known & names(path.read_text("ascii")), path

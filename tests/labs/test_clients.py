@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("caproto")
 pytest.importorskip("serial")
 
-from slewline.labs.table import FIELDS
+from slewline.labs.field_table import FIELDS
 from slewline.testing.endpoints import running
 from tests.labs.clients import ASYNC, EPICS, OPHYD, Client, need
 from tests.labs.test_epics import served

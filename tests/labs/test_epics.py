@@ -22,7 +22,7 @@ pytest.importorskip("caproto")
 pytest.importorskip("serial")
 
 from slewline.labs import record as labs
-from slewline.labs.epics import interfaces, serve
+from slewline.labs.channel_access import interfaces, serve
 from slewline.labs.record import MotorRecord
 from tests.labs.clients import Client
 from tests.labs.watched import GSC, motor_at

@@ -9,8 +9,8 @@ import pytest
 import slewline.testing  # pySerial knows slewline://
 from slewline.chips import ramps_of, sheet_of
 from slewline.errors import UsageError
-from slewline.labs import motor as labs
-from slewline.labs.motor import ModuleMotor
+from slewline.labs import module_motor as labs
+from slewline.labs.module_motor import ModuleMotor
 from slewline.modules.failures import NoAnswer, PortLost, RefusedCommand
 from slewline.modules.finding import find
 

@@ -14,7 +14,7 @@ from caproto import ChannelType
 
 from slewline.errors import UsageError
 from slewline.labs.effects import Effects
-from slewline.labs.table import FIELDS, ROWS
+from slewline.labs.field_table import FIELDS, ROWS
 from tests.rows import rows
 
 CY545 = {"url": "slewline://cy545", "part": "cy545", "values": {"F": 20, "R": 100, "S": 200}}

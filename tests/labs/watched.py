@@ -6,7 +6,7 @@ import asyncio
 
 import slewline.testing  # noqa: F401  # pySerial knows slewline://
 from slewline.chips import ramps_of, sheet_of
-from slewline.labs.motor import ModuleMotor
+from slewline.labs.module_motor import ModuleMotor
 from slewline.labs.record import MotorRecord
 from slewline.modules.finding import find
 

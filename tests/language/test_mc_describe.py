@@ -7,7 +7,7 @@ import pytest
 from slewline.chips import PARTS, sheet_of
 from slewline.errors import UnknownName
 from slewline.language.describe import describe
-from slewline.language.packets.reference import packet
+from slewline.language.packets.packet_reference import packet
 from tests.rows import rows
 
 SHEETS = {part: sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"}

@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.chips import PARTS, ramps_of, sheet_of
 from slewline.errors import UnknownName, UsageError
-from slewline.language.ramps import least, levels
+from slewline.language.ramp_answers import least, levels
 from tests.rows import rows
 
 

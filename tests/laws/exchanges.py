@@ -2,8 +2,8 @@
 
 A dialogue is data: what is said, and acts at given instants, often in the middle of an operation or a bus cycle: at an
 edge of the quiet run, or a picosecond beside it.  An act is done between two runs, or from within one, in the first
-round of its instant.  The twin does the same, and its wires are recorded from the beginning, or its exchanges never
-begin: either way each edge is played.
+round of its instant.  The twin does the same, and something samples its wires, so that its exchanges never begin and
+each edge is played.
 """
 
 from __future__ import annotations
@@ -160,6 +160,7 @@ class World:
                 self.do(act)
         self.pass_to(self.dialogue.until_ps)
         for name in self.wires:  # in the middle of an exchange the ends know then how far it has come
+            self.bench.pin(name).net.sample(lambda: None)
             self.bench.record(name)
 
     def pass_to(self, ps: int) -> None:
@@ -189,12 +190,17 @@ class World:
 
 
 def played(make: Callable[[Dialogue, int | None], World], dialogue: Dialogue, twin: str = "", seed: int = 0) -> World:
-    """Play a dialogue; as the twin that is recorded ("recorded"), or the one whose exchanges never begin ("played")."""
+    """Play a dialogue.
+
+    Args:
+        twin: "kept": by value, and its wires are recorded from the beginning; "played": its exchanges never begin;
+            "recorded": the same, and its wires are recorded from the beginning.
+    """
     world = make(dialogue, seed if twin else None)
     for name in world.wires:
-        if twin == "recorded":
+        if twin in ("recorded", "kept"):
             world.record(name)
-        elif twin == "played":
+        if twin in ("recorded", "played"):
             world.pins[name].net.sample(lambda: None)  # something looks, so no exchange begins
     world.play()
     return world

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slewline.chips.mc1451a.profiles.curves import SCurve
 from slewline.chips.mc1451a.profiles.profile import UNIT, CycleRun, MoveLimits, Phases, s_curve, trapezoid
-from slewline.chips.mc1451a.twin.profile import TwinSCurve as Twin
+from slewline.chips.mc1451a.profiles.s_curves import SCurve
+from slewline.chips.mc1451a.twin.twin_profile import TwinSCurve as Twin
 
 ONE = 1 << 16
 CYCLES = 10**6  # longer moves are not asked for

@@ -17,7 +17,7 @@ from typing import Any
 import slewline
 from slewline.core.wires.net import Driver
 from slewline.parts.motors import integration
-from slewline.parts.steppers import passing, run
+from slewline.parts.steppers import motor_run, passing
 
 from . import dialogues, gsc_dialogues, mc_dialogues
 
@@ -330,8 +330,8 @@ def blocks(rnd: Random, *, soon: bool = False) -> Iterator[None]:
     """Let everything be done in other, small blocks; `soon`: Numba takes over somewhere."""
     small: dict[tuple[ModuleType, str], int] = {
         (integration, "CHUNK"): rnd.choice((1, 7, 64, 300)),
-        (run, "STRETCH"): rnd.choice((8, 50, 300)),
-        (run, "WHOLE"): rnd.choice((1, 2, 5)),
+        (motor_run, "STRETCH"): rnd.choice((8, 50, 300)),
+        (motor_run, "WHOLE"): rnd.choice((1, 2, 5)),
         (passing, "FIRST_PS"): rnd.choice((3 * US, 77 * US, 5 * MS)),
         (passing, "MOST_PS"): rnd.choice((900 * US, 30 * MS)),
         (passing, "AHEAD_PS"): rnd.choice((2 * MS, 100 * MS)),

@@ -17,7 +17,7 @@ from slewline.parts.motors.integration import numba_is_there
 from slewline.parts.motors.law import MotorLaw
 from slewline.parts.motors.loads import read_load
 from slewline.parts.motors.motors import read_motor
-from slewline.parts.steppers import run as runs
+from slewline.parts.steppers import motor_run as runs
 from tests.ensembles import few
 
 from .motor_dialogues import DRIVERS, LOADS, UNIPOLAR, Dialogue, blocks, differences, made, nearly, play

@@ -17,7 +17,7 @@ import slewline
 from slewline.core.memory.store import BufferedStore
 from slewline.errors import StoreError
 from slewline.links.lines.background import BackgroundStore
-from slewline.links.lines.store import FileStore
+from slewline.links.lines.memory_file import FileStore
 from tests.links.test_kill import DEADLINE_S
 
 OLD, NEW = b"S10 T100 R50 +5", b"S10 T100 R50 G500000" * 4

@@ -14,8 +14,8 @@ import pytest
 import slewline
 from slewline.errors import UsageError
 from slewline.links.control import control
-from slewline.links.control.kinds import MAX_FINDINGS
 from slewline.links.control.requests import REQUESTS, schema
+from slewline.links.control.value_kinds import MAX_FINDINGS
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from tests.ensembles import in_long_runs

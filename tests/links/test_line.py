@@ -10,10 +10,10 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError
-from slewline.links.lines.line import ANSWER_TIMEOUT_PS, BACKLOG
 from slewline.links.lines.pace import Lockstep, Paced
+from slewline.links.lines.served_line import ANSWER_TIMEOUT_PS, BACKLOG
 from slewline.links.server import Server
-from slewline.links.views.status import as_line, status
+from slewline.links.views.server_status import as_line, status
 from slewline.parts.lines.noise import LINKED, Noise
 
 from .conftest import STRAPS

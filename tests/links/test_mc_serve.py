@@ -19,7 +19,7 @@ from slewline.cli.main import invoke
 from slewline.links.lines.pace import Lockstep, Paced
 from slewline.links.lines.request_line import BACKLOG
 from slewline.links.server import Server
-from slewline.links.views.status import as_line
+from slewline.links.views.server_status import as_line
 
 from .conftest import Asks, Threaded
 

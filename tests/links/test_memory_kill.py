@@ -19,14 +19,14 @@ from random import Random
 import pytest
 
 from slewline.core.memory.store import BufferedStore
-from slewline.links.lines.store import FileStore
+from slewline.links.lines.memory_file import FileStore
 
 DEADLINE_S = 60.0
 SIZE = 65536
 CHILD = """
 import sys
 import slewline
-from slewline.links.lines.store import FileStore
+from slewline.links.lines.memory_file import FileStore
 
 path, number = sys.argv[1], int(sys.argv[2])
 bench = slewline.Bench(stores=lambda name: FileStore(path))

@@ -13,7 +13,7 @@ import slewline
 from slewline.links.clients.card_port import CardPort
 from slewline.links.clients.chipset_port import COMMAND, DATA, HOSTRDY, RESET, STATUS, ChipsetPort
 from slewline.links.lines.pace import Lockstep, Paced
-from slewline.links.ports import registers
+from slewline.links.ports import register_port
 from slewline.links.server import Server
 from tests.ensembles import few
 
@@ -122,10 +122,10 @@ def stand(client):
 @pytest.fixture
 def older(monkeypatch):
     """Servers from now on know no series."""
-    monkeypatch.setattr(registers, "HELLO", None)
-    monkeypatch.setattr(registers, "SERIES", None)
-    monkeypatch.setattr(registers, "ON", None)
-    monkeypatch.setattr(registers, "POLL", None)
+    monkeypatch.setattr(register_port, "HELLO", None)
+    monkeypatch.setattr(register_port, "SERIES", None)
+    monkeypatch.setattr(register_port, "ON", None)
+    monkeypatch.setattr(register_port, "POLL", None)
 
 
 # ------------------------------------------------------------------------------------------------------------ messages

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from slewline.links import server as module
-from slewline.links.time import exchange
-from slewline.links.views.status import as_line, status
+from slewline.links.time import bench_exchange
+from slewline.links.views.server_status import as_line, status
 
 from .conftest import Threaded
 
@@ -24,7 +24,7 @@ def test_old_findings_are_forgotten_and_all_are_counted(lockstep):
 
 
 def test_the_distant_past_is_forgotten_and_its_steps_are_counted(lockstep, monkeypatch):
-    monkeypatch.setattr(exchange, "KEPT_STRETCHES", 2)
+    monkeypatch.setattr(bench_exchange, "KEPT_STRETCHES", 2)
     monkeypatch.setattr("slewline.core.motion.kept.FEWEST", 0)
     server, line = lockstep()
     x = server.bench["x"]

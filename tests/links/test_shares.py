@@ -12,7 +12,7 @@ import slewline
 from slewline.links.lines.framing import SHARE as FRAMING
 from slewline.links.lines.pace import Lockstep
 from slewline.links.ports.prologix import SHARE as PROLOGIX
-from slewline.links.ports.registers import SHARE as REGISTERS
+from slewline.links.ports.register_port import SHARE as REGISTERS
 from slewline.links.ports.rfc2217 import SHARE as SETTINGS
 from slewline.links.server import Server
 from slewline.links.sockets.loop import Loop

@@ -19,11 +19,11 @@ import pytest
 import slewline
 from slewline.core.memory.store import Memory
 from slewline.errors import StoreError, UsageError
-from slewline.links.lines import store as store_module
+from slewline.links.lines import memory_file as store_module
+from slewline.links.lines.memory_file import HEADER, MAGIC, RECORD, FileStore, packed
 from slewline.links.lines.pace import Lockstep
-from slewline.links.lines.store import HEADER, MAGIC, RECORD, FileStore, packed
 from slewline.links.server import Server
-from slewline.links.views.status import status
+from slewline.links.views.server_status import status
 
 OLD, NEW = b"S10 T100 R50 +5", b"S10 T100 R50 G500000" * 4
 PATH = Path("/state/x.eeprom")
@@ -704,7 +704,7 @@ def test_a_file_that_is_taken_away_or_written_by_somebody_else_is_written_anew_o
 
 KILLED = """
 import sys
-from slewline.links.lines.store import FileStore
+from slewline.links.lines.memory_file import FileStore
 store = FileStore(sys.argv[1])
 n = len(store.read())
 while True:

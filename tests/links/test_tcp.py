@@ -10,8 +10,8 @@ import pytest
 
 import slewline
 from slewline.errors import UsageError
-from slewline.links.lines.line import BACKLOG
 from slewline.links.lines.pace import Lockstep, Paced
+from slewline.links.lines.served_line import BACKLOG
 from slewline.links.server import Server
 from slewline.links.sockets.address import parse_address
 

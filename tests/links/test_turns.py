@@ -10,8 +10,8 @@ import pytest
 import serial
 
 import slewline
-from slewline.links.lines.line import BACKLOG
 from slewline.links.lines.pace import Lockstep, Paced
+from slewline.links.lines.served_line import BACKLOG
 from slewline.links.ports.tcp import AHEAD
 from slewline.links.server import Server
 

@@ -12,7 +12,7 @@ import slewline
 from slewline.links.clients.control_client import merged
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
-from slewline.links.views.dialogue import Dialogue
+from slewline.links.views.dialogue_view import Dialogue
 from tests.ensembles import few
 
 from .conftest import PATIENCE, Asks, Threaded

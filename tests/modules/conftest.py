@@ -10,7 +10,7 @@ import slewline.testing  # noqa: F401  # pySerial knows slewline://
 from slewline.chips import sheet_of
 from slewline.modules.finding import find
 from slewline.modules.module import Module
-from slewline.modules.port import ModulePort
+from slewline.modules.module_port import ModulePort
 from slewline.modules.speech import speech_of
 from tests.links.conftest import client, serve  # noqa: F401
 

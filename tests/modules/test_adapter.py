@@ -20,8 +20,8 @@ from slewline.modules.comparing.model import ModelLine
 from slewline.modules.conversation import Conversation, ShadowModel
 from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
 from slewline.modules.module import Module
-from slewline.modules.port import ModulePort
-from slewline.modules.proxy import DialogueRecorder, Proxy
+from slewline.modules.module_port import ModulePort
+from slewline.modules.recording_proxy import DialogueRecorder, Proxy
 from slewline.modules.speech import speech_of
 from tests.ensembles import few, in_long_runs
 from tests.links.conftest import PATIENCE, Asks, Client, until

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from slewline.chips import sheet_of
-from slewline.modules.comparing.differences import DialogueComparison, Tolerance, usual_tolerance
 from slewline.modules.comparing.exchanges import are_checked, commands, exchanges_of
+from slewline.modules.comparing.model_differences import DialogueComparison, Tolerance, usual_tolerance
 from slewline.modules.dialogue import RecordedDialogue, Said
 from slewline.modules.speech import speech_of
 from tests.ensembles import few

@@ -19,7 +19,7 @@ from slewline.core.wires.serial import CharacterFormat, LineSetting
 from slewline.links.ports.pty import PtyPort
 from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
 from slewline.modules.echo import LATE_S, EchoFilter
-from slewline.modules.proxy import DialogueRecorder, Proxy
+from slewline.modules.recording_proxy import DialogueRecorder, Proxy
 from tests.cli.conftest import call, folder, installed, write  # noqa: F401
 from tests.links.conftest import PATIENCE, serve, until  # noqa: F401
 from tests.rows import rows

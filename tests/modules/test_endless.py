@@ -20,7 +20,7 @@ from slewline.modules.echo import EchoFilter
 from slewline.modules.failures import EndlessInput, PortLost
 from slewline.modules.finding import find
 from slewline.modules.module import Module
-from slewline.modules.port import ModulePort
+from slewline.modules.module_port import ModulePort
 from slewline.modules.speech import speech_of
 from tests.modules.conftest import Taken
 

@@ -13,7 +13,7 @@ from slewline.language.lines import parse
 from slewline.modules.failures import DamagedAnswer, NoAnswer
 from slewline.modules.finding import LOOKS_FOR, find
 from slewline.modules.module import Module
-from slewline.modules.port import ModulePort
+from slewline.modules.module_port import ModulePort
 from slewline.modules.speech import QuerySpeech, speech_of
 
 from .conftest import rarely

@@ -15,7 +15,7 @@ from slewline.errors import UsageError
 from slewline.links.ports.urls import dismissal, unopened
 from slewline.modules.failures import PortLost
 from slewline.modules.finding import find
-from slewline.modules.port import ModulePort
+from slewline.modules.module_port import ModulePort
 from slewline.modules.speech import speech_of
 from slewline.testing.endpoints import running
 from tests.links.conftest import PATIENCE, until

@@ -24,10 +24,10 @@ from slewline.core.wires.serial import CharacterFormat, LineSetting
 from slewline.errors import UsageError
 from slewline.links.ports.pty import PtyPort
 from slewline.links.ports.tcp import TcpPort
-from slewline.modules import proxy
-from slewline.modules.comparing.differences import DialogueComparison, Tolerance
+from slewline.modules import recording_proxy
+from slewline.modules.comparing.model_differences import DialogueComparison, Tolerance
 from slewline.modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
-from slewline.modules.proxy import DialogueRecorder, LatenessHistogram, Proxy
+from slewline.modules.recording_proxy import DialogueRecorder, LatenessHistogram, Proxy
 from slewline.modules.speech import speech_of
 from tests.links.conftest import PATIENCE, until
 from tests.modules import lateness
@@ -141,7 +141,7 @@ def test_a_host_that_sends_much_at_once_is_held_up_and_loses_nothing(start):
 
 
 def test_times_are_those_of_the_characters(start, monkeypatch):
-    monkeypatch.setattr(proxy, "SILENCE_S", PATIENCE)  # however long this takes, it is one line
+    monkeypatch.setattr(recording_proxy, "SILENCE_S", PATIENCE)  # however long this takes, it is one line
     running = start()
     began = time.monotonic()
     os.write(running.host, b"F")

@@ -9,7 +9,7 @@ import pytest
 from slewline.chips import sheet_of
 from slewline.modules import raw
 from slewline.modules.comparing.exchanges import RecordedExchange
-from slewline.modules.comparing.memory import memory_of
+from slewline.modules.comparing.shown_memory import memory_of
 from slewline.modules.deviations import deviations, in_words
 from slewline.modules.raw import RawRecord
 from slewline.modules.speech import speech_of

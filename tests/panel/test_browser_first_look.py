@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from slewline.bench.files.examples import named
+from slewline.bench.files.shipped_files import named
 
 from .walking import DESKTOP, PHONE, Walk, running
 

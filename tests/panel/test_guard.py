@@ -6,9 +6,9 @@ import asyncio
 
 from starlette.datastructures import Headers
 
-from slewline.panel.app import application
 from slewline.panel.guard import Guard
 from slewline.panel.relay import Access
+from slewline.panel.web_server import application
 
 from .test_safety import HOSTILE, ORIGINS, OURS
 

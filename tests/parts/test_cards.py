@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import slewline
-from slewline.parts.boards.layouts import CARDS, layout_of
+from slewline.parts.boards.register_layouts import CARDS, layout_of
 from tests.rows import rows
 
 OWN = "data=4,command=6,status=7,reset=5,base=0x300"

@@ -10,8 +10,8 @@ import pytest
 
 import slewline
 from slewline.chips.mc1451a.axis.pin_edges import PinEdges
-from slewline.chips.mc1451a.profiles.curves import PLACES, JerkPiece, SCurve
 from slewline.chips.mc1451a.profiles.cycle_train import CycleTrain, Linear, SquareView
+from slewline.chips.mc1451a.profiles.s_curves import PLACES, JerkPiece, SCurve
 from slewline.core.motion.step_views import PulseView, StrobeView
 from slewline.core.motion.train import OPEN, Playing, StepTrain
 from slewline.core.time.events import ask_at
@@ -19,8 +19,8 @@ from slewline.core.time.kernel import Kernel
 from slewline.core.time.timebase import Clock
 from slewline.core.wires.clocking import clock_edges
 from slewline.core.wires.net import Driver, Net, Wave
-from slewline.parts.shafts.counter import CountScale, StepCounter
 from slewline.parts.shafts.encoder import Encoder, Quadrature
+from slewline.parts.shafts.shaft_counter import CountScale, StepCounter
 from slewline.parts.shafts.shaft_motion import ShaftMotion
 from slewline.parts.shafts.shown import EncoderChannel, LevelPattern
 from tests.ensembles import few

@@ -10,7 +10,7 @@ import slewline
 from slewline.core.memory.image import SIZES
 from slewline.core.memory.store import BufferedStore, Memory
 from slewline.errors import BenchFileError, StoreError, UsageError
-from slewline.links.lines.store import FileStore
+from slewline.links.lines.memory_file import FileStore
 from tests.parts.bus_master import BusMaster
 from tests.rows import rows
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.parts.motors.integration import MotorTrace, numba_is_there
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import DriverData, LoadData, MotorData
 
 from .currents import RELUCTANCE
 from .runs import L_4R, STEP, A, Floats, Ints, J, K, fast, ps, ramp, up_to, with_state

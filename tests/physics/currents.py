@@ -8,9 +8,9 @@ from math import cos, exp, log, pi, sqrt
 
 import numpy as np
 
-from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.parts.motors.integration import MotorTrace
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import DriverData, LoadData, MotorData
 
 from .runs import F0, NONE, STEP, A, J, K, frequency, passes, ps, restless, seconds, with_state
 from .table import Reading, at_most, check, near, same, within

@@ -8,8 +8,8 @@ from math import pi, sqrt
 
 import numpy as np
 
-from slewline.parts.motors.data import DriverData, LoadData
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import DriverData, LoadData
 
 from .runs import F0, HELD, NONE, OMEGA0, STIFFNESS, A, J, K, fast, loaded, ps, restless, seconds, with_state
 from .table import Reading, check, near

@@ -8,8 +8,8 @@ from math import asin, degrees, pi, sqrt
 
 import numpy as np
 
-from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import LoadData
 
 from .runs import (
     F0,

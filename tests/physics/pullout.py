@@ -11,8 +11,8 @@ from math import exp, pi, sqrt
 
 import numpy as np
 
-from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import DriverData, LoadData, MotorData
 
 from .runs import (
     F0,

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slewline.parts.motors.data import DriverData, MotorData
 from slewline.parts.motors.integration import MotorTrace, numba_is_there
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import DriverData, MotorData
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

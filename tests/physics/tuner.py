@@ -14,13 +14,13 @@ from time import monotonic, sleep
 from typing import NamedTuple
 
 from slewline.chips import ramps_of
-from slewline.parts.motors.data import LoadData
 from slewline.parts.motors.integration import numba_is_there
+from slewline.parts.motors.motor_data import LoadData
 from slewline.tuning.candidates import Candidates
 from slewline.tuning.judging import Trial, Verdict, judge
 from slewline.tuning.search import WORST
 from slewline.tuning.task import Tuned, TuningTask
-from slewline.tuning.tune import perform, task_of
+from slewline.tuning.tune_ramp import perform, task_of
 
 from .runs import F0, HELD, A, J, damped
 from .table import Reading, at_least, at_most, check, near, same
@@ -147,7 +147,7 @@ def start_stop_by_the_tuner() -> Iterator[Reading]:
 SWEEP = """
 import sys
 from slewline.chips import ramps_of
-from slewline.tuning.tune import perform
+from slewline.tuning.tune_ramp import perform
 from tests.physics.tuner import GRIDS
 task = GRIDS["GS-C200S"].task(False)
 perform(task, ramps_of(task.part), store=sys.argv[1], switching=False)

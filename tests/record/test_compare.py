@@ -7,7 +7,7 @@ import pytest
 
 import slewline
 from slewline.errors import TimeError, UsageError
-from slewline.record.measuring.compare import _fits, _pairs
+from slewline.record.measuring.compare_edges import _fits, _pairs
 from tests.rows import rows
 
 US = 10**6

@@ -11,8 +11,8 @@ from slewline.core.datasheet.table import Limit
 from slewline.errors import UsageError
 from slewline.record.measuring.intervals import Bound, Interval, SignalEdges
 from slewline.record.pictures.diagram import Diagram, DiagramLayout, Lane, LaneText, TimeScale
-from slewline.record.pictures.pictures import save
-from slewline.record.pictures.timing import draw
+from slewline.record.pictures.picture_files import save
+from slewline.record.pictures.timing_diagram import draw
 
 US, MS = 10**6, 10**9
 

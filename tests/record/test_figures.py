@@ -23,7 +23,7 @@ from slewline.core.time.timebase import Clock
 from slewline.errors import UsageError
 from slewline.record.pictures import figures, lanes, marks, panels, rate_lines
 from slewline.record.pictures.figures import Contents, description_of, figure
-from slewline.record.pictures.pictures import save
+from slewline.record.pictures.picture_files import save
 from slewline.record.pictures.tracks import Track
 from slewline.record.recording.traces import Trace
 from slewline.record.style import DARK, LIGHT, TimeAxis, duration, inches, number
@@ -435,7 +435,7 @@ def test_the_callers_axes_are_drawn_into():
 def test_pyplot_is_not_loaded(tmp_path):
     code = (
         "import sys, numpy as np; from slewline.record.pictures.figures import *; "
-        "from slewline.record.pictures.pictures import save; "
+        "from slewline.record.pictures.picture_files import save; "
         "z = np.array([1, 2, 3]); c = Contents('t', [], [Trace('x', z, z % 2, 0)], 0, 9); "
         f"save(figure(c), {str(tmp_path / 'a.svg')!r}, 't', 'd'); print('matplotlib.pyplot' in sys.modules)"
     )

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from slewline.core.datasheet.table import Limit
-from slewline.core.wires.serial import RS232, TTL, CharacterFormat, bit_clock, transmit
+from slewline.core.wires.characters import frames_of, transmit
+from slewline.core.wires.serial import RS232, TTL, CharacterFormat, bit_clock
 from slewline.errors import UsageError
-from slewline.record.measuring.characters import characters, shown
 from slewline.record.measuring.intervals import (
     Bound,
     Checked,
@@ -19,6 +19,7 @@ from slewline.record.measuring.intervals import (
     intervals,
     pairs,
 )
+from slewline.record.measuring.sampled_characters import characters, shown
 from tests.rows import rows
 
 NS, US = 1000, 1_000_000
@@ -177,7 +178,7 @@ def test_characters_on_a_line_are_read_as_they_were_sent(rig, word, mark):
     rig.recorder.record(line)
     clock, sent = bit_clock(9600, "x"), bytes(range(0, 1 << word.bits, 3))
     rig.kernel.run(50 * US)
-    rig.kernel.spawn(transmit, driver, clock, word, sent, mark, name="host")
+    rig.kernel.spawn(transmit, driver, frames_of(clock.hz, word, mark), sent, name="host")
     rig.kernel.run(10**12)
     read = characters(SignalEdges.of(line, rig.recorder, 0, 10**12), 10**12, clock, word, mark)
     assert bytes(character.byte for character in read) == sent
@@ -191,7 +192,7 @@ def test_a_character_that_is_not_over_is_left_out(rig):
     driver.drive(RS232)
     rig.recorder.record(line)
     rig.kernel.run(1)
-    rig.kernel.spawn(transmit, driver, clock, word, b"AB", RS232, name="host")
+    rig.kernel.spawn(transmit, driver, frames_of(clock.hz, word, RS232), b"AB", name="host")
     rig.kernel.run(10**12)
     length = clock.ps(word.ticks)
     middle = 1 + length + clock.ps(8 + 16 * 9)  # of the first stop bit of the second character
@@ -209,7 +210,7 @@ def test_a_faulty_character_is_told_of(rig, fault):
     rig.recorder.record(line)
     clock = bit_clock(9600, "x")
     rig.kernel.run(1)
-    rig.kernel.spawn(transmit, driver, clock, word, b"A", RS232, fault, name="host")
+    rig.kernel.spawn(transmit, driver, frames_of(clock.hz, word, RS232), b"A", fault, name="host")
     rig.kernel.run(10**11)
     rig.on(2 * 10**11, x_line=1)
     rig.on(2 * 10**11 + 20 * US, x_line=0)  # a spike, no start bit

@@ -8,8 +8,14 @@ import pytest
 from vcd.gtkw import GTKWFlag, GTKWSave
 
 from slewline.errors import UsageError
-from slewline.record.waveforms.layouts import ViewerSetup, gtkwave_lines, layout_paths, save_layouts, surfer_lines
 from slewline.record.waveforms.vcd_sources import Variable
+from slewline.record.waveforms.viewer_layouts import (
+    ViewerSetup,
+    gtkwave_lines,
+    layout_paths,
+    save_layouts,
+    surfer_lines,
+)
 
 WIRES = [Variable(f"x.db{bit}", bus="x.db") for bit in range(8)]
 VARIABLES = [

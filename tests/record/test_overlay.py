@@ -12,7 +12,7 @@ from slewline.record.measuring.overlay import differing, fitting, marked, told
 from slewline.record.pictures.diagram import Diagram, Lane
 from slewline.record.pictures.figures import Contents, description_of, figure
 from slewline.record.pictures.measured import position, track, velocity
-from slewline.record.pictures.timing import draw
+from slewline.record.pictures.timing_diagram import draw
 from slewline.record.recording.traces import Trace
 from slewline.record.style import LIGHT
 from tests.rows import rows

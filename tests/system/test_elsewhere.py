@@ -17,7 +17,7 @@ from tests.sources import tree
 
 ROOT = Path(__file__).parents[2]
 HOME = {  # who may ask what there is
-    "src/slewline/drive/board/reader.py",
+    "src/slewline/drive/board/reader_thread.py",
     "src/slewline/folders.py",
     "src/slewline/lifeline.py",
     "src/slewline/record/whole_file.py",

@@ -17,7 +17,7 @@ from slewline.chips import PARTS
 from slewline.core.chip import Chip
 from slewline.core.messages.instead import Instead
 from slewline.drive.board.rehearsal import TwinPort
-from slewline.drive.drive import Drive
+from slewline.drive.motor_drive import Drive
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
 from slewline.modules.module import Module
@@ -62,11 +62,11 @@ def test_an_empty_bench_loads_no_chip_no_language_no_host_and_nothing_that_draws
         "slewline.parts.base.part",
     }
     asked = {"bench", "circuit", "hosting", "pictures", "runner", "wiring"}
-    drawn = {"curves", "drawing", "options", "signals", "timing", "waveforms"}
+    drawn = {"bench_pictures", "named_curves", "picture_options", "signals", "timing", "waveform_files"}
     asked |= {f"pictures.{name}" for name in drawn}
     assert within(empty, "bench") == {f"slewline.bench.{name}" for name in asked}
     assert not within(empty, "core") & {
-        f"slewline.core.{name}" for name in ("motion.deviation", "motion.ideal", "wires.serial")
+        f"slewline.core.{name}" for name in ("motion.deviation", "motion.ideal_motion", "wires.serial")
     }
     assert not empty & {"difflib", "json", "numpy", "pathlib", "textwrap"}
 

@@ -15,8 +15,8 @@ from slewline.chips import sheet_of
 from slewline.cli.live.serve import open_bench_file
 from slewline.errors import BenchFileError, SlewlineError, UsageError
 from slewline.gate import MAX_VALUES, FileGate, LinkPlace, from_json, lines_of, opened
-from slewline.links.ports.link import DeviceLink
-from slewline.modules.comparing.differences import DialogueComparison
+from slewline.links.ports.symbolic_link import DeviceLink
+from slewline.modules.comparing.model_differences import DialogueComparison
 from slewline.modules.dialogue import DialogueHeader, RecordedDialogue
 from slewline.modules.speech import speech_of
 from tests.cli.conftest import call, installed  # noqa: F401  (fixtures)

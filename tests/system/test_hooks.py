@@ -19,7 +19,7 @@ from slewline.chips.mc1451a.axis.pin_edges import PinEdges
 from slewline.core.time.hook import Hook
 from slewline.drive.board.wire import BoardConfig
 from slewline.errors import StoreError
-from slewline.links.lines.store import FileStore
+from slewline.links.lines.memory_file import FileStore
 from tests.drive.pipe import Pipe
 from tests.drive.rig import TwinLine, drive_of
 from tests.sources import text, tree

@@ -19,7 +19,7 @@ from slewline.build import Part, from_outside
 from slewline.chips import PARTS, chip_class
 from slewline.core.component import input_of
 from slewline.errors import LONGEST_LINE, BenchFileError, SlewlineError, UsageError
-from slewline.links.lines.store import FileStore, packed
+from slewline.links.lines.memory_file import FileStore, packed
 from slewline.parts import KINDS, part_class
 from tests.cli.conftest import installed  # noqa: F401  (a fixture)
 from tests.sources import text, tree

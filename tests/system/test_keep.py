@@ -9,7 +9,7 @@ from slewline.core.motion import kept
 from slewline.errors import NotRecorded, TimeError
 from slewline.links.lines.pace import Lockstep
 from slewline.links.server import Server
-from slewline.links.time import exchange
+from slewline.links.time import bench_exchange
 
 NOW, SINCE = 3 * 10**12, 25 * 10**11
 STRAPS = {"br0": 0, "br1": 0, "br2": 0, "chs": 0}
@@ -141,7 +141,7 @@ def test_an_axis_of_cycles_forgets_in_the_midst_of_its_moves(part, monkeypatch):
 
 def test_a_server_keeps_so_many_stretches_and_counts_all_steps(monkeypatch):
     monkeypatch.setattr(kept, "FEWEST", 8)
-    monkeypatch.setattr(exchange, "KEPT_STRETCHES", 30)
+    monkeypatch.setattr(bench_exchange, "KEPT_STRETCHES", 30)
     bench, x = shuttling()
     serving = Server(bench, Lockstep(bench))
     serving.stop()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slewline.chips import ramps_of
-from slewline.parts.motors.data import DriverData, LoadData, MotorData
+from slewline.parts.motors.motor_data import DriverData, LoadData, MotorData
 from slewline.tuning.candidates import Candidates
 from slewline.tuning.grid import read_grid
 from slewline.tuning.judging import Trial, Verdict

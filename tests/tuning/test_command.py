@@ -21,7 +21,7 @@ QUICK = (*MOTOR, "--steps", "24", "--grid", "F=4,30 R=8,14,40 S=200", "--perturb
 def plain_python(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Short moves: to compile takes longer."""
     monkeypatch.setattr("slewline.tuning.judging.engine", lambda: "python")
-    monkeypatch.setattr("slewline.tuning.pictures.engine", lambda: "python")
+    monkeypatch.setattr("slewline.tuning.tuning_picture.engine", lambda: "python")
     monkeypatch.chdir(tmp_path)
 
 

@@ -15,7 +15,7 @@ from slewline.errors import UsageError
 from slewline.tuning.executors import INLINE, dask
 from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.task import Tuned
-from slewline.tuning.tune import perform
+from slewline.tuning.tune_ramp import perform
 from slewline.version import __version__
 from tests.ensembles import few
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import slewline
-from slewline.parts.motors.data import DriverData, LoadData
+from slewline.parts.motors.motor_data import DriverData, LoadData
 from slewline.parts.motors.motors import read_motor
 from slewline.tuning import judging
 from slewline.tuning.judging import Trial, Verdict, judge

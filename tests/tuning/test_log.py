@@ -22,7 +22,7 @@ from slewline.errors import UsageError
 from slewline.tuning.executors import INLINE, Workers
 from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.task import Tuned, TuningTask
-from slewline.tuning.tune import perform
+from slewline.tuning.tune_ramp import perform
 
 from .stand_in import LOAD, hits, task
 
@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[2]
 SWEEP = """
 import sys
 from slewline.chips import ramps_of
-from slewline.tuning.tune import perform
+from slewline.tuning.tune_ramp import perform
 from tests.tuning.stand_in import counted, task
 made = task("cy500")
 perform(made, ramps_of(made.part), store=sys.argv[1], full_map=True, judge=counted)
@@ -130,7 +130,7 @@ def test_an_interrupt_while_the_moves_are_listed_says_what_is_kept(path: Path, m
     def interrupt(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("slewline.tuning.tune.Candidates", interrupt)
+    monkeypatch.setattr("slewline.tuning.tune_ramp.Candidates", interrupt)
     with pytest.raises(KeyboardInterrupt, match=f"has {runs:,} runs: the same command goes on from there"):
         sweep(path)
 
@@ -165,7 +165,7 @@ def test_the_log_of_another_task_is_refused_with_what_differs(path: Path, change
 
 def test_the_log_of_another_version_is_refused(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sweep(path)
-    monkeypatch.setattr("slewline.tuning.log.__version__", "9.9")
+    monkeypatch.setattr("slewline.tuning.sweep_log.__version__", "9.9")
     with pytest.raises(UsageError, match=r"is the log of another task: slewline was .*, is now \"9.9\""):
         sweep(path)
 
@@ -243,7 +243,7 @@ def test_threads_write_whole_lines(path: Path) -> None:
 
 HOLDS = """
 import sys
-from slewline.tuning.log import Log
+from slewline.tuning.sweep_log import Log
 from tests.tuning.stand_in import task
 log = Log(sys.argv[1], task("cy500").as_json())
 print("begun", flush=True)

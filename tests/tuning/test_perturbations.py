@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from slewline.errors import UnknownName, UsageError
-from slewline.parts.motors.data import DriverData, LoadData
+from slewline.parts.motors.motor_data import DriverData, LoadData
 from slewline.tuning.perturbations import NOMINAL, USUAL, alone, read_perturbations, scenarios
 
 from .stand_in import DRIVER, LOAD, MOTOR

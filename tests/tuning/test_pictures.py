@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from slewline.chips import ramps_of
-from slewline.parts.motors.data import DriverData, LoadData
+from slewline.parts.motors.motor_data import DriverData, LoadData
 from slewline.parts.motors.motors import read_motor
 from slewline.record.pictures.tuned import draw
-from slewline.tuning.curves import demand, pull_out, resonance
-from slewline.tuning.pictures import outline, picture_of
-from slewline.tuning.tune import perform
+from slewline.tuning.torque_curves import demand, pull_out, resonance
+from slewline.tuning.tune_ramp import perform
+from slewline.tuning.tuning_picture import outline, picture_of
 
 from .stand_in import hits, task
 
@@ -47,7 +47,7 @@ def test_the_outline_keeps_every_extreme() -> None:
 
 
 def test_what_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slewline.tuning.pictures.engine", lambda: "python")
+    monkeypatch.setattr("slewline.tuning.tuning_picture.engine", lambda: "python")
     made = task("cy525", "F=3,6,9 R=4..40/6 S=1..250/4", steps=30)
     found = perform(made, ramps_of("cy525"), judge=hits, full_map=True, switching=False)
     picture = picture_of(found, ramps_of("cy525"))

@@ -13,9 +13,9 @@ import pytest
 import slewline
 from slewline.chips import PARTS, ramps_of
 from slewline.errors import UsageError
-from slewline.language.ramps import Calculator
-from slewline.tuning.replaying import bench_file, toml
+from slewline.language.ramp_answers import Calculator
 from slewline.tuning.task import Chosen, Tuned
+from slewline.tuning.tuned_bench_file import bench_file, toml
 
 from .stand_in import task
 

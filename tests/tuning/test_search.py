@@ -23,7 +23,7 @@ from slewline.tuning.executors import INLINE, Workers, processes
 from slewline.tuning.judging import Trial, Verdict
 from slewline.tuning.search import WORST
 from slewline.tuning.task import NothingHolds, Tuned, TuningTask
-from slewline.tuning.tune import perform, tune
+from slewline.tuning.tune_ramp import perform, tune
 from tests.ensembles import few, in_long_runs
 
 from .stand_in import DRIVER, GRIDS, SISTERS, candidates, hits, task
@@ -209,7 +209,7 @@ class Held(ThreadPoolExecutor):
 
 
 def test_an_executor_has_two_runs_in_flight_for_each_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("slewline.tuning.tune.cpu_count", lambda: 3)
+    monkeypatch.setattr("slewline.tuning.tune_ramp.cpu_count", lambda: 3)
     with Held() as pool:
         tune(
             "gs-c200s", motor="QSH4218-51-10-049", driver="24 V, 1 A averaged", load="friction 5 mNm", steps=200,

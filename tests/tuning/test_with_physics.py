@@ -11,7 +11,7 @@ import pytest
 from slewline.parts.motors.integration import numba_is_there
 from slewline.tuning.executors import INLINE, Workers, dask, processes
 from slewline.tuning.task import Tuned
-from slewline.tuning.tune import perform, task_of
+from slewline.tuning.tune_ramp import perform, task_of
 
 from .cluster import Cluster
 

@@ -4,6 +4,7 @@
 #include "language.h"
 #include "pins.h"
 #include "program.h"
+#include "storage.h"
 
 static uint8_t say(uint8_t *answer, const char *text)
 {
@@ -44,16 +45,15 @@ static uint8_t verify(const struct gsc *g, int32_t what, uint8_t *answer)
     return 3;
 }
 
-uint8_t list_program(struct gsc *g, uint8_t *at, uint8_t *answer)
+uint8_t list_program(struct gsc *g, uint8_t *at, bool *is_end, uint8_t *answer)
 {
     struct command_line found;
 
-    if (*at < g->program.size && unpack_instruction(g, g->program.memory + *at, (uint8_t)(g->program.size - *at), &found)) {
-        *at = (uint8_t)(*at + found.row->size);
-        return spell_instruction(&found, answer);
-    }
-    *at = GSC_LOCATIONS + 1;
-    return say(answer, "END");
+    *is_end = !instruction_at(g, *at, &found);
+    if (*is_end)
+        return say(answer, "END");
+    *at = (uint8_t)(*at + found.row->size);
+    return spell_instruction(&found, answer);
 }
 
 /* ----------------------------------------------------------------------------------------------- direct execution */
@@ -75,10 +75,9 @@ static const char *home(struct gsc *g, int32_t direction)
     return "Y";
 }
 
+/* When nothing runs, it does nothing (GSC-UND-KZ-IDLE). */
 static enum outcome kill(struct gsc *g, gsc_time *until)
 {
-    if (!is_running(g))
-        return IS_ANSWERED;
     *until = kill_run(g);
     return TAKES_TIME;
 }

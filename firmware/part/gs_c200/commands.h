@@ -22,8 +22,8 @@ enum outcome obey_command(struct gsc *g, const uint8_t *text, uint8_t count, boo
 /* K, Z and I have taken their time. */
 void finish_command(struct gsc *g);
 
-/* Write the answers that Q gives from a location on, one after the other; the last one is END, for which the location is
-   GSC_LOCATIONS + 1 afterwards. */
-uint8_t list_program(struct gsc *g, uint8_t *at, uint8_t *answer);
+/* Write an answer to Q: the instruction at a location, which becomes that of the next one, or at last END.  Return the
+   number of characters. */
+uint8_t list_program(struct gsc *g, uint8_t *at, bool *is_end, uint8_t *answer);
 
 #endif

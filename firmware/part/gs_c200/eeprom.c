@@ -1,7 +1,7 @@
 #include "eeprom.h"
 
 #include "pins.h"
-#include "program.h"
+#include "storage.h"
 
 enum result { UNKNOWN, GOOD, BAD };
 

@@ -122,10 +122,11 @@ struct gsc {
         struct gsc_line queue[3]; /* two strings, and an answer to M */
         uint8_t answer[GSC_LONGEST + 2];
         uint8_t length, sent; /* of it */
-        uint8_t list_at;      /* where Q is in the program memory */
+        bool is_listing;      /* Q: more lines follow */
+        uint8_t list_at;      /* the next one, in the program memory */
     } serial;
 
-    struct { /* program.c */
+    struct { /* storage.c, program.c */
         uint8_t phase;
         uint8_t memory[GSC_LOCATIONS];
         uint8_t size;
@@ -154,7 +155,7 @@ struct gsc {
         uint16_t start_stop, top_speed, ramp; /* as it began */
         bool is_flat;                         /* no ramps */
         uint16_t up, down;                    /* intervals of the ramps */
-        uint32_t down_from, steps, step;      /* where the way down begins; all; the next one */
+        uint32_t down_from, steps, step;      /* where the ramp down begins; all; the next one */
         uint64_t slew_ps;                     /* the interval between the ramps */
         gsc_time pulse_end, end;              /* of the last step */
     } motion;
@@ -210,8 +211,7 @@ void gsc_on_step(struct gsc *g, int direction, gsc_time now);
 /* The start bit of a character begins on TXD now.  The next one follows no sooner than it is over. */
 void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now);
 
-/* M: begin to keep a program in the EEPROM, and call gsc_stored() when that is over.  The bytes stay as they are until
-   then. */
+/* M: begin to keep a program in the EEPROM, and call gsc_stored() when that is over.  The bytes do not change before. */
 void gsc_on_store(struct gsc *g, const uint8_t *program, uint8_t size, gsc_time now);
 
 /* Return how many bytes the program in the EEPROM has, 0 to 119, written to `program`; -1: there is no valid one.  A new

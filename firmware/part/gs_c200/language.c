@@ -57,11 +57,11 @@ static bool take_argument(const struct arg *arg, struct rest *rest, int64_t *val
 
     if (has_sign)
         rest->at++;
-    if (arg->sign == SIGN_ALONE) {
-        *value = !has_sign ? arg->high : is_negative ? -1 : 1;
-        return has_sign || arg->is_optional;
+    if (arg->sign == SIGN_ALONE || arg->sign == SIGN_IF_ANY) { /* without it, + is meant */
+        *value = is_negative ? -1 : 1;
+        return has_sign || arg->sign == SIGN_IF_ANY;
     }
-    if (arg->sign == WITH_SIGN && !has_sign)
+    if ((arg->sign == WITH_SIGN || arg->sign == WITH_SIGN_BUT_0) && !has_sign)
         return false;
     for (*value = 0, digits = rest->at; !is_over(rest) && is_digit(*rest->at); rest->at++)
         *value = *value * 10 + (*rest->at - '0');
@@ -72,7 +72,7 @@ static bool take_argument(const struct arg *arg, struct rest *rest, int64_t *val
 
 static bool take_tail(const struct row *row, struct rest *rest)
 {
-    if (!row->tail[0])
+    if (!*row->tail)
         return true;
     if (is_over(rest) || (*rest->at != (uint8_t)row->tail[0] && *rest->at != (uint8_t)row->tail[1]))
         return false;
@@ -81,7 +81,7 @@ static bool take_tail(const struct row *row, struct rest *rest)
 }
 
 /* Between two arguments is a comma, unless the first is a sign alone. */
-static bool take_arguments(const struct row *row, struct rest *rest, int64_t values[2])
+static bool take_arguments(const struct row *row, struct rest *rest, int64_t *values)
 {
     for (uint8_t i = 0; i < row->args; i++) {
         if (i && row->arg[i - 1].sign != SIGN_ALONE && (is_over(rest) || *rest->at++ != ','))
@@ -94,10 +94,10 @@ static bool take_arguments(const struct row *row, struct rest *rest, int64_t val
 
 static bool is_allowed(const struct arg *arg, int64_t value)
 {
-    return value >= arg->low && value <= arg->high && (value != 0 || arg->is_zero);
+    return value >= arg->low && value <= arg->high && (value != 0 || arg->sign != WITH_SIGN_BUT_0);
 }
 
-static bool are_allowed(const struct row *row, const int64_t values[2])
+static bool are_allowed(const struct row *row, const int64_t *values)
 {
     for (uint8_t i = 0; i < row->args; i++)
         if (!is_allowed(&row->arg[i], values[i]))
@@ -129,7 +129,7 @@ enum reading read_command(const struct gsc *g, const uint8_t *text, uint8_t leng
 /* ------------------------------------------------------------------------------------------------------------ write */
 uint8_t spell_number(int32_t number, bool has_plus, uint8_t *text)
 {
-    uint8_t digits[8], count = 0, length = 0;
+    uint8_t digits[7], count = 0, length = 0;
     uint32_t rest = (uint32_t)(number < 0 ? -number : number);
 
     if (number < 0 || has_plus)
@@ -158,8 +158,8 @@ uint8_t spell_instruction(const struct command_line *instruction, uint8_t *text)
             length = (uint8_t)(length +
                                spell_number(instruction->values[i], row->arg[i].sign != UNSIGNED, text + length));
     }
-    if (row->tail[0])
-        text[length++] = (uint8_t)row->tail[0];
+    if (*row->tail)
+        text[length++] = (uint8_t)*row->tail;
     return length;
 }
 
@@ -185,10 +185,9 @@ void pack_instruction(const struct command_line *instruction, uint8_t *bytes)
 static const struct row *row_of(const struct gsc *g, uint8_t code)
 {
     for (const struct row *row = rows(g); row < rows_end(g); row++) {
-        bool is_within = row->args && !row->arg[0].size; /* the argument is added to the opcode */
-        uint8_t above = (uint8_t)(code - row->code);
+        bool is_added = row->args && !row->arg[0].size; /* the first argument, to the opcode */
 
-        if (row->size && above <= (is_within ? (uint8_t)row->arg[0].high : 0))
+        if (row->size && (is_added ? code >= row->code : code == row->code))
             return row;
     }
     return 0;

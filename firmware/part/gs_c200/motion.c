@@ -73,14 +73,12 @@ void end_motion(struct gsc *g)
 {
     let_fall(g);
     g->motion.phase = AT_REST;
-    stop_timer(g, GSC_RUN_TIMER);
 }
 
 gsc_time kill_motion(struct gsc *g)
 {
     bool is_pulse = g->motion.phase == STEPPING || g->motion.phase == LAST_PULSE;
 
-    g->motion.phase = AT_REST;
     return is_pulse && gsc_is_before(g->now, g->motion.pulse_end) ? g->motion.pulse_end : g->now;
 }
 
@@ -115,7 +113,6 @@ bool begin_homing(struct gsc *g, int8_t direction, uint16_t speed)
 {
     plan_homing(g, speed);
     begin(g, direction, TO_EOT);
-    g->motion.is_endless = false;
     return go_home(g);
 }
 
@@ -154,34 +151,22 @@ static bool sample(struct gsc *g)
         end_motion(g);
         return true;
     }
-    if (is_high(g, GSC_ENABLE)) {
+    if (is_high(g, GSC_ENABLE))
         make_step(g);
-    } else {
+    else
         g->motion.phase = HELD;
-        stop_timer(g, GSC_RUN_TIMER);
-    }
     return false;
 }
 
 bool motion_timed(struct gsc *g)
 {
-    switch ((enum phase)g->motion.phase) {
-    case SETTING_UP:
-    case STEPPING:
-    case RELEASED:
-        return sample(g);
-    case LAST_PULSE:
-        let_fall(g);
-        g->motion.phase = LAST_INTERVAL;
-        start_timer_at(g, GSC_RUN_TIMER, g->motion.end);
-        return false;
-    case LAST_INTERVAL:
-        g->motion.phase = AT_REST;
+    if (g->motion.phase == LAST_INTERVAL)
         return true;
-    case AT_REST:
-    case HELD:
-        break;
-    }
+    if (g->motion.phase != LAST_PULSE)
+        return sample(g);
+    let_fall(g);
+    g->motion.phase = LAST_INTERVAL;
+    start_timer_at(g, GSC_RUN_TIMER, g->motion.end);
     return false;
 }
 
@@ -199,7 +184,7 @@ bool motion_settled(struct gsc *g)
     return g->motion.is_stop && !g->motion.is_stopping && sample(g);
 }
 
-/* An order to come to rest leaves a step only where there is a ramp to go down. */
+/* An order to come to rest leaves a step only where there is a ramp down. */
 bool is_step_ahead(const struct gsc *g)
 {
     bool is_next = g->motion.phase == SETTING_UP || g->motion.phase == STEPPING || g->motion.phase == RELEASED;

@@ -16,8 +16,7 @@
 #include "program.h"
 #include "serial.h"
 #include "sheet.h"
-
-#define ALL_PINS ((uint16_t)((1U << GSC_PINS) - 1))
+#include "storage.h"
 
 /* --------------------------------------------------------------------------------------------------------- the supply */
 void gsc_power_up(struct gsc *g, enum gsc_part part, uint16_t inputs, gsc_time now)
@@ -25,7 +24,7 @@ void gsc_power_up(struct gsc *g, enum gsc_part part, uint16_t inputs, gsc_time n
     *g = (struct gsc){.part = part, .inputs = inputs, .now = now, .levels = LEVELS_AT_RESET};
     begin_work(g, START_WORK);
     pulse_reset(g);
-    g->shown = g->levels ^ ALL_PINS; /* so that all of them are reported */
+    g->shown = (uint16_t)~g->levels; /* so that all of them are reported */
     show_pins(g);
 }
 
@@ -137,5 +136,5 @@ void gsc_receive(struct gsc *g, uint8_t character, uint8_t faults, gsc_time end,
 bool gsc_step_ahead(const struct gsc *g, gsc_time *when)
 {
     *when = g->timer[GSC_RUN_TIMER].at;
-    return !g->is_unsettled && is_step_ahead(g);
+    return g->timer[GSC_RUN_TIMER].is_on && !g->is_unsettled && is_step_ahead(g);
 }

@@ -54,7 +54,6 @@ void plan_move(struct gsc *g, uint32_t steps)
     if (g->motion.is_flat)
         return;
     if (steps == 1) { /* GSC-UND-SINGLE */
-        g->motion.is_flat = true;
         g->motion.slew_ps = period(g->motion.start_stop);
         return;
     }
@@ -73,19 +72,17 @@ void plan_endless(struct gsc *g, uint32_t limit)
 void plan_homing(struct gsc *g, uint16_t speed)
 {
     plan(g, OPEN, speed);
-    g->motion.is_flat = true;
 }
 
-/* As many ramp steps as it took to get so fast, or the rest of the way down. */
+/* As many ramp steps as it took to get so fast, or the rest of the ramp down. */
 bool plan_stop(struct gsc *g)
 {
-    uint32_t room = g->motion.steps == OPEN ? OPEN : g->motion.steps - g->motion.step;
+    uint32_t room = g->motion.steps - g->motion.step; /* of a motion without end, more than is ever left */
     uint32_t left = least(g->motion.step, g->motion.up + 1U);
-    bool is_down = g->motion.step >= g->motion.down_from;
 
     if (g->motion.is_flat)
         left = 0;
-    else if (is_down)
+    else if (!g->motion.is_endless) /* a move goes no further than it was to go */
         left = least(left, room);
     g->motion.up = 0;
     g->motion.down = (uint16_t)(left ? left - 1 : 0);

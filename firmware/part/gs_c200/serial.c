@@ -67,7 +67,6 @@ static void begin_next(struct gsc *g)
 {
     struct gsc_line *line = g->serial.queue;
 
-    g->serial.list_at = GSC_LOCATIONS + 1;
     if (!g->serial.waiting) {
         g->serial.phase = NOTHING_COMES;
     } else if (line->is_answer) {
@@ -106,8 +105,10 @@ void answer_memorize(struct gsc *g, bool is_good)
 
 static void list_next(struct gsc *g)
 {
-    uint8_t length = list_program(g, &g->serial.list_at, g->serial.answer);
+    bool is_end;
+    uint8_t length = list_program(g, &g->serial.list_at, &is_end, g->serial.answer);
 
+    g->serial.is_listing = !is_end;
     begin_answer(g, length, g->serial.queue->is_checked);
 }
 
@@ -200,7 +201,7 @@ void serial_timed(struct gsc *g)
     case ANSWERING:
         if (g->serial.sent < g->serial.length) {
             send_character(g);
-        } else if (g->serial.list_at <= GSC_LOCATIONS) {
+        } else if (g->serial.is_listing) {
             list_next(g);
         } else {
             set_pin(g, GSC_TALK, false);

@@ -57,8 +57,8 @@ enum command {
     FOREIGN /* of the other part */
 };
 
-/* How an argument is written: a number, one that may have or has a sign, a sign alone. */
-enum sign { UNSIGNED, SIGNED, WITH_SIGN, SIGN_ALONE };
+/* How an argument is written: a number, with or without a sign; a sign alone, at times left out. */
+enum sign { UNSIGNED, SIGNED, WITH_SIGN, WITH_SIGN_BUT_0, SIGN_ALONE, SIGN_IF_ANY };
 
 /* When a command is executed directly. */
 enum state { IDLE = 1, ENTERING = 2, RUNNING = 4 };
@@ -66,9 +66,7 @@ enum state { IDLE = 1, ENTERING = 2, RUNNING = 4 };
 struct arg {
     int32_t low, high;
     uint8_t sign;
-    uint8_t size;     /* bytes in the program memory; 0: it is added to the opcode */
-    bool is_zero;     /* 0 is within the range */
-    bool is_optional; /* without it, it is `high` */
+    uint8_t size; /* bytes in the program memory; 0: it is added to the opcode */
 };
 
 /* One form of a command.  Forms with the same letters follow each other; the first that fits is meant. */

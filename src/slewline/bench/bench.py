@@ -26,11 +26,11 @@ from ..core.time.timebase import Seconds, Time, picoseconds, readable
 from ..errors import NoSuchAttribute, UsageError
 from .circuit import Circuit
 from .hosting import connect, host
-from .pictures.drawing import Pictures
-from .pictures.options import PICTURE, PictureOptions
+from .pictures.bench_pictures import Pictures
+from .pictures.picture_options import PICTURE, PictureOptions
 from .pictures.signals import Signals
 from .pictures.timing import TimingDiagrams
-from .pictures.waveforms import WaveformFiles
+from .pictures.waveform_files import WaveformFiles
 from .runner import Runner
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from ..record.recording.traces import Trace
     from .by_name import Adds, Hosts, Makes
     from .files.journal import Journal
-    from .pictures.waveforms import FilePath
+    from .pictures.waveform_files import FilePath
 
 SHOWN = 8  # chips and parts in the text of a bench
 
@@ -317,7 +317,7 @@ class Bench:
             UsageError: there is no screen, or as `figure`.
             UnknownName, NotRecorded: as `figure`.
         """
-        from ..record.pictures.pictures import show
+        from ..record.pictures.picture_files import show
 
         show(self.figure(*args, **options))
 

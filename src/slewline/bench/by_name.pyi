@@ -31,7 +31,7 @@ from ..parts.hosts.packet_host import PacketHost
 from ..parts.hosts.serial_host import SerialHost
 from ..parts.lines.rs232 import SerialPort
 from ..parts.lines.rs232_line import Rs232Line
-from ..parts.lines.serial import SerialSender, Uart
+from ..parts.lines.serial_to_parallel import SerialSender, Uart
 from ..parts.logic.gates import Delay, Gate, Latch8
 from ..parts.logic.latches import PhaseLatch, PositionLatch
 from ..parts.machines.drilling import Bar, Drill

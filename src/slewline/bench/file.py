@@ -67,7 +67,7 @@ from ..gate import FileGate, LinkPlace, read_text
 from ..parts import part_class
 from .bench import Bench
 from .files.images import read_image
-from .files.order import ordered
+from .files.part_order import ordered
 from .files.tables import Place, Tables, ValidationError, convert, keys_of
 from .files.toml import read_toml
 from .hosting import channel_over

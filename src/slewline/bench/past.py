@@ -11,7 +11,7 @@ A running bench cannot be copied.  So another one plays its journal, far enough 
 any more (`Past.follow`); to go back is to let that one play on, with the new inputs among the old ones.  It
 costs what the run has cost since then, however long it was before.  Each new run needs a shadow of its own.
 
-A server has a second way back, into a process of its own: `links/time/past.py`.
+A server has a second way back, into a process of its own: `links/time/server_past.py`.
 
 The journal of the new bench begins as the old one does, has the new inputs among the entries that follow, and is then
 written on.  It is what the new bench has played: another replay gives the same run, to the bit.

@@ -281,7 +281,7 @@ class Runner:
         """Return the nets whose edges are instants while a function is asked: steps, and what may go by value."""
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]
-        return steps + [pin.net for each in pins for pin in each.values() if pin.net.ends]
+        return steps + [pin.net for each in pins for pin in each.values() if pin.net.ends or pin.net.readers]
 
     def _until(self, condition: Condition, timeout: Time) -> None:
         """Let instant after instant pass until a condition is met."""

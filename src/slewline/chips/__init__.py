@@ -5,7 +5,7 @@ A guest is a class whose `sheet` is all that it must have.  What the tools take 
     class Mx10(LineChip):
         sheet = MX10
         checks = (go_without_speed,)     # rules for its linter (language/lint.py, Check)
-        ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramps.py, Calculator)
+        ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramp_answers.py, Calculator)
         quirks = (Quirk(...),)           # what its manual leaves open (core/datasheet/quirk.py)
 
 A chip of ours is a folder, with the files that it needs:
@@ -49,7 +49,7 @@ from ..errors import UsageError
 if TYPE_CHECKING:
     from ..core.datasheet.quirk import Quirk
     from ..language.lint import Check
-    from ..language.ramps import Calculator
+    from ..language.ramp_answers import Calculator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,12 +170,14 @@ def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -
     row = _ours(part)
     if row is not None:
         return _of(row, row.ramps)(sheet_of(part, options=options))  # type: ignore[no-any-return]
-    from ..language.ramps import Calculator
+    from ..language.ramp_answers import Calculator
 
     found = _named(part, "ramps", None)
     if not isinstance(found, Calculator):
         wrong = "has no ramp calculator" if found is None else f"ramps: found {found!r}"
-        raise UsageError(f"{_called(part)}: {wrong}; a class names one as `ramps`, a Calculator of language/ramps.py")
+        raise UsageError(
+            f"{_called(part)}: {wrong}; a class names one as `ramps`, a Calculator of language/ramp_answers.py"
+        )
     return found
 
 

@@ -21,9 +21,10 @@ from ..core.datasheet.table import Sheet
 from ..core.time.hook import Hook
 from ..core.time.kernel import Kernel, Task
 from ..core.time.timebase import Clock
+from ..core.wires.characters import Character, Receiver, frames_of, transmit
 from ..core.wires.net import Driver
 from ..core.wires.pin import Terminal
-from ..core.wires.serial import RS232, CharacterFormat, Receiver, Straps, bit_clock, transmit
+from ..core.wires.serial import RS232, CharacterFormat, Straps, bit_clock
 from ..core.wires.waits import next_round
 from ..errors import UsageError
 from ..language.dialect import Refusal, dialect_of
@@ -115,13 +116,21 @@ class LineInterface:
         self.worker: Task | None = None
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
-        self.coming = bytearray()  # the line that has not ended
+        self._coming = bytearray()
+        self._faulty = self._first_faulty = self._too_long = False
         self.line_feeds = False  # one has come, and been reported
 
     @property
     def answering(self) -> bool:
         """Is a line in progress, or its answer on its way?"""
         return self.worker is not None
+
+    @property
+    def coming(self) -> bytearray:
+        """The line that has not ended."""
+        if self.receiver is not None:
+            self.receiver.catch_up()
+        return self._coming
 
     @property
     def unfinished(self) -> str:
@@ -139,6 +148,7 @@ class LineInterface:
         """Begin to receive, at the rate that the straps select now."""
         self.baud = self.straps.take()
         self.bits = bit_clock(self.baud, self.owner.name)
+        self.frames = frames_of(self.bits.hz, self.word, RS232)
         self.listener = self.kernel.spawn(self._listen, name=f"{self.owner.name} listens")
         self.owner.refresh_idle()
 
@@ -151,29 +161,40 @@ class LineInterface:
             self.receiver.close()
         self.listener = self.worker = self.receiver = self.straps.taken = None
         self.work.clear()
-        self.coming.clear()
+        self._forget_line()
+
+    def _forget_line(self) -> None:
+        self._coming.clear()
+        self._faulty = self._first_faulty = self._too_long = False
 
     async def _listen(self) -> None:
-        receiver = self.receiver = Receiver(self.owner.pins["rxd"].net, self.bits, self.word, RS232)
-        text, faulty, first, too_long = self.coming, False, False, False
-        while True:
-            character = await receiver.character()
-            byte = character.byte
-            if byte == LF and character.good:
-                self._line_feed(bool(text))
-            if byte == CR:
-                faulty |= not character.good
-                self.take(Line(bytes(text), faulty, first, too_long, self.straps.checked, character.end_ps))
-                text.clear()
-                faulty = first = too_long = False
-            elif byte == LF and self.lenient and not text:
-                continue
-            elif len(text) < self.longest:
-                first |= not text and not character.good
-                faulty |= not character.good
-                text.append(byte)
-            else:
-                too_long = True
+        self.receiver = Receiver(self.owner.pins["rxd"].net, self.bits, self.word, RS232)
+        await self.receiver.receive(self._receive, self._passed, _line_end)
+
+    def _passed(self, data: bytes) -> None:
+        """Take good characters, neither carriage returns nor line feeds."""
+        room = self.longest - len(self._coming)
+        self._coming += data[: max(room, 0)]
+        self._too_long |= len(data) > room
+
+    def _receive(self, character: Character) -> None:
+        """Take a character; a carriage return ends a line."""
+        byte, text, good = character.byte, self._coming, character.good
+        if byte == LF and good:
+            self._line_feed(bool(text))
+        if byte == CR:
+            faulty = self._faulty or not good
+            checked = self.straps.checked
+            self.take(Line(bytes(text), faulty, self._first_faulty, self._too_long, checked, character.end_ps))
+            self._forget_line()
+        elif byte == LF and self.lenient and not text:
+            return
+        elif len(text) < self.longest:
+            self._first_faulty |= not text and not good
+            self._faulty |= not good
+            text.append(byte)
+        else:
+            self._too_long = True
 
     def _line_feed(self, within: bool) -> None:
         """Report once that the host sends line feeds."""
@@ -225,8 +246,15 @@ class LineInterface:
     async def _send(self, data: bytes) -> None:
         """Put characters on the line, then let go of it."""
         driver = self.owner.drivers["txd"]
-        await transmit(driver, self.bits, self.word, data, RS232)
-        driver.drive(None)
+        await transmit(driver, self.frames, data)
+        driver.release()
+
+
+def _line_end(data: bytes, at: int) -> int:
+    """Return the number of the next character that is looked at by itself: a carriage return, or a line feed; or -1."""
+    end = data.find(b"\r", at)
+    feed = data.find(b"\n", at)
+    return end if feed < 0 else feed if end < 0 else min(end, feed)
 
 
 class InLines:

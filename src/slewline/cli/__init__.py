@@ -1,6 +1,7 @@
 """The command line.  Its modules load click and nothing heavy; what a command needs, it loads when it runs.
 
-A command has its name and its options in a `commands.py`, here or in a room, and a module for its work beside it.
+A command has its name and its options in `commands.py`, or in the `..._commands.py` of a room, and a module for its
+work beside it.
 `tools/describe_docs.py` and `tools/share.py` write its page and the man page.  Templates of `new-chip` and `new-part`
 are in templates/: `both`, and what only a chip or a part has; `new.py` knows the words that are replaced.
 """

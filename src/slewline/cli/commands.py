@@ -6,12 +6,12 @@ from typing import Any
 
 import click
 
-from .live.commands import debug_command, drive_command, panel_command, serve_command
-from .modules.commands import epics_command, pull_command, push_command
+from .live.live_commands import debug_command, drive_command, panel_command, serve_command
 from .modules.dialogues import DIALOGUE_COMMANDS
-from .motors.commands import calibrate_command, tune_command
+from .modules.module_commands import epics_command, pull_command, push_command
+from .motors.motor_commands import calibrate_command, tune_command
 from .options import completion
-from .options.kinds import CommandGroup, CommandWithGuide, OncePerName
+from .options.command_kinds import CommandGroup, CommandWithGuide, OncePerName
 from .options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
 from .options.values import (
     DIRECTORY,
@@ -32,7 +32,7 @@ INTO = click.option(
 
 def _show_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
     if asked and not context.resilient_parsing:
-        from .version import version_line
+        from .version_line import version_line
 
         click.echo(version_line())
         context.exit()
@@ -367,7 +367,7 @@ def firmware_command(**options: Any) -> int:
 
     gs-c200s makes a Raspberry Pi Pico take the place of a GS-C200S; uno makes an Arduino Uno step for slewline drive.
     """
-    from .firmware import firmware
+    from .live.ready_made import firmware
 
     return firmware(**options)
 

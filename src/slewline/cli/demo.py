@@ -14,7 +14,7 @@ import click
 
 from ..core.time.timebase import readable
 from ..errors import UsageError
-from ..record.waveforms.layouts import layout_paths
+from ..record.waveforms.viewer_layouts import layout_paths
 from .files import Outputs
 from .transcript import seconds
 

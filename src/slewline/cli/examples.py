@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from ..bench.files.examples import named, title
+from ..bench.files.shipped_files import named, title
 from ..core.messages.near import hint
 from ..errors import UsageError
 from ..record.whole_file import WholeFile

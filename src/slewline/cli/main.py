@@ -123,7 +123,7 @@ def invoke(arguments: Sequence[str]) -> int:
         if error.name != "click":
             raise
         if list(arguments) == ["--version"]:
-            from .version import version_line
+            from .version_line import version_line
 
             sys.stdout.write(f"{version_line()}\n")
             return 0

@@ -19,7 +19,7 @@ from typing import Literal
 import click
 
 from .. import build
-from ..bench.files.examples import named, title
+from ..bench.files.shipped_files import named, title
 from ..chips import CATALOGUE as CHIPS
 from ..errors import UsageError
 from ..parts import CATALOGUE as PARTS

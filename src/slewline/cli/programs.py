@@ -333,7 +333,7 @@ def describe(chip: str, command: str | None, as_json: bool, options: str | None 
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
     """Return a data sheet as data; the commands alone, or one of them, when one is named."""
-    from ..core.datasheet.rows import row_object
+    from ..core.datasheet.command_rows import row_object
     from ..language.dialect import dialect_of
     from ..language.lookup import find
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..bench.ramps import find_ramps
-from ..bench.ramps import ramp as ramp_of
+from ..bench.ramp_calculator import find_ramps
+from ..bench.ramp_calculator import ramp as ramp_of
 from ..chips import ramps_of
-from ..core.messages.numbers import without_comma
+from ..core.messages.decimal_comma import without_comma
 from ..core.messages.whole import counted
 from ..core.time.timebase import readable
 from ..errors import UsageError
-from ..language.ramps import Calculator, Move, Ramp
-from ..record.pictures.pictures import SUFFIXES
+from ..language.ramp_answers import Calculator, Move, Ramp
+from ..record.pictures.picture_files import SUFFIXES
 from ..record.style import aligned
 from .files import Outputs, read_options
 from .programs import print_json
@@ -283,7 +283,7 @@ def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequen
         UsageError: no move reaches the rate, or one of too many steps.
     """
     from ..record.pictures.figures import Contents, description_of, figure
-    from ..record.pictures.pictures import save
+    from ..record.pictures.picture_files import save
     from ..record.style import grouped
 
     reached = [ramp.reached_from for ramp in ramps]

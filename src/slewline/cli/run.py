@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from ..bench.pictures.waveforms import STEPS, VCD
+from ..bench.pictures.waveform_files import STEPS, VCD
 from ..chips import sheet_of
 from ..core.messages.whole import counted
 from ..core.time.timebase import picoseconds, readable
 from ..errors import ProgramError, Timeout, TornJournal, UsageError
-from ..record.pictures.pictures import SUFFIXES
-from ..record.waveforms.layouts import layout_paths
+from ..record.pictures.picture_files import SUFFIXES
 from ..record.waveforms.vcd import unit_of
+from ..record.waveforms.viewer_layouts import layout_paths
 from .files import STDIN, Outputs, Refused, chip_of, is_bench, is_program, read_options, read_program, say_replaced
 from .single import BenchOptions, single
 from .transcript import Transcript, seconds

@@ -24,7 +24,7 @@ from ..folders import state_folder
 from ..gate import from_json, lines_of, opened, read_file
 
 if TYPE_CHECKING:
-    from .board.port import BoardPort
+    from .board.board_port import BoardPort
 
 MOST_BYTES = 8 << 20  # of each file of the line
 KEPT_SESSIONS = 20

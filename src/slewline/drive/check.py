@@ -12,7 +12,7 @@ from .board.wire import BoardEvent, Happening
 if TYPE_CHECKING:
     from ..core.time.hook import Hook
     from .board.boards import BoardModel
-    from .state import DrivePath, DriveState
+    from .drive_state import DrivePath, DriveState
     from .talk import Talk
 
 PULSES, PULSE_RATE = 1000, 10_000  # of the self-test; steps/s

@@ -14,9 +14,9 @@ from .stopping.findings import signed
 from .talk import WAY_DOWN_S
 
 if TYPE_CHECKING:
-    from .motor import Alignment, Following
+    from .drive_state import DrivePath, DriveState
+    from .following_motor import Alignment, Following
     from .power import Power
-    from .state import DrivePath, DriveState
     from .stopping.rewind import Rewind
     from .stopping.troubles import Troubles
     from .stopping.ways import WaysDown

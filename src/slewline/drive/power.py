@@ -17,9 +17,9 @@ from .board.wire import ENABLE, EnableOff, PowerFlag
 from .terminals import HOLD_TICKS
 
 if TYPE_CHECKING:
-    from .board.link import Link
+    from .board.board_link import Link
     from .cable import Cable
-    from .state import DriveState
+    from .drive_state import DriveState
 
 
 class Power:

@@ -12,14 +12,14 @@ from ..errors import UsageError
 from .blackbox import reopen
 from .board.boards import BAUD, BOARDS, BoardModel, board_of
 from .board.wire import ENABLE, BoardState, Damaged, Decoder, FrameKind, Ident, PowerFlag, encode, read
-from .state import FoundBoard
+from .drive_state import FoundBoard
 from .stopping.findings import signed
 from .stopping.troubles import MOVING
 
 if TYPE_CHECKING:
-    from .board.port import BoardPort
+    from .board.board_port import BoardPort
+    from .drive_state import DrivePath, DriveState
     from .power import Power
-    from .state import DrivePath, DriveState
     from .stopping.troubles import Troubles
 
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001

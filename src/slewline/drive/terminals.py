@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ..core.datasheet.units import other_kind
+from ..core.messages.decimal_comma import without_comma
 from ..core.messages.near import hint
-from ..core.messages.numbers import without_comma
 from ..core.time.timebase import PS_PER_S, Time, picoseconds, readable
 from ..errors import TimeError, UsageError
 from .board.wire import ENABLE_LOW, UP_IS_HIGH, BoardConfig, DriverFlag, EnableOff
-from .drivers import STEP_DRIVERS, check_pulse, step_driver
+from .step_drivers import STEP_DRIVERS, check_pulse, step_driver
 
 if TYPE_CHECKING:
     from ..core.chip import Chip

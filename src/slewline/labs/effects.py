@@ -10,13 +10,13 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
-from .motions import RecordMotion
-from .state import STEPS_A_REVOLUTION
-from .table import PAUSE, STOP
+from .field_table import PAUSE, STOP
+from .record_motions import RecordMotion
+from .record_state import STEPS_A_REVOLUTION
 
 if TYPE_CHECKING:
-    from ..language.ramps import Ramp
-    from .motions import Owner, RecordMotions
+    from ..language.ramp_answers import Ramp
+    from .record_motions import Owner, RecordMotions
 
 PRESET = {"FOF": ("FOFF", 1), "VOF": ("FOFF", 0), "SSET": ("SET", 1), "SUSE": ("SET", 0)}
 REVOLUTIONS = {"S": "VELO", "SBAS": "VBAS", "SBAK": "BVEL"}

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..errors import SlewlineError, UsageError
 from ..extras import needs
-from .table import LIMITED, FieldRow
+from .field_table import LIMITED, FieldRow
 
 try:
     from caproto import (

@@ -1,10 +1,10 @@
 """A motor behind a module as a motor record of EPICS, on Channel Access.
 
-    table.py      the fields: types, access, meaning
-    state.py      what they are: positions, limits, rates, switches
-    effects.py    what a put does
-    motions.py    one motion after the other, in the thread that speaks to the module
-    fields.py     channels of caproto
+    field_table.py     the fields: types, access, meaning
+    record_state.py    what they are: positions, limits, rates, switches
+    effects.py         what a put does
+    record_motions.py  one motion after the other, in the thread that speaks to the module
+    fields.py          channels of caproto
 
 A put into any of them goes to its effect; then every field that has changed is posted, RBV before DMOV, and the put
 completes.  A put of a position completes when all motions are over.  A client that dies leaves the motion to go on.
@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING, Any
 from ..errors import SlewlineError, UsageError
 from ..modules.failures import DamagedAnswer, EndlessInput, ModuleFailure, NoAnswer, PortLost, RefusedCommand
 from .effects import LONGEST, Effects
+from .field_table import FIELDS, LIMITED, ROWS, STATUS, FieldRow
 from .fields import NUMBERS, TEXT_ENDS, AlarmSeverity, AlarmStatus, ChannelAlarm, bounds_of, field_of, unit_of
-from .motions import RecordMotions
-from .state import RecordState, digits
-from .table import FIELDS, LIMITED, ROWS, STATUS, FieldRow
+from .record_motions import RecordMotions
+from .record_state import RecordState, digits
 
 if TYPE_CHECKING:
-    from .motor import ModuleMotor
+    from .module_motor import ModuleMotor
 
 LOST_BY = (PortLost, NoAnswer, EndlessInput, DamagedAnswer)
 NEWS_S = 0.03  # in which caproto sends what was posted, which a client is to have before its put completes

@@ -20,7 +20,7 @@ from ..errors import SheetError, UsageError
 from .statements import Instruction, Source, Statement
 
 if TYPE_CHECKING:
-    from .reader import Reader
+    from .line_reader import Reader
 
 Check = Callable[[Source], None]
 """A rule: looks at the text and reports what it finds with `source.report`."""

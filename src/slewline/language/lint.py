@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
 from ..core.datasheet.table import Row, Sheet
-from . import dialogue
+from . import host_rules
 from .assemble import link, units
 from .dialect import Check, dialect_of
 from .problems import Problem, render
@@ -160,4 +160,4 @@ def flow(source: Source) -> None:
             above = here
 
 
-RULES: tuple[Check, ...] = (targets, flow, dialogue.driven)
+RULES: tuple[Check, ...] = (targets, flow, host_rules.driven)

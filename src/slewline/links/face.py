@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from ..core.component import Finding
     from ..core.wires.pin import Condition
     from .control.control import Control
-    from .lines.line import HostLine
-    from .lines.log import TranscriptFile
+    from .lines.line_transcript import TranscriptFile
     from .lines.pace import Pace
+    from .lines.served_line import HostLine
     from .ports.adapters import Adapters
     from .sockets.loop import Loop
     from .sockets.stream import SocketStream
     from .time.branches import Branches
     from .time.breakpoints import Breakpoints
-    from .time.past import ServedPast
-    from .views.dialogue import Dialogue
+    from .time.server_past import ServedPast
+    from .views.dialogue_view import Dialogue
+    from .views.panel_views import Views
     from .views.reports import FindingReports
     from .views.scope import Scope
-    from .views.views import Views
 
 
 Data = dict[str, Any]

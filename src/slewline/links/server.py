@@ -23,12 +23,12 @@ from ..closing import Closing
 from ..core.chip import Chip
 from ..core.component import Finding
 from ..errors import UsageError
-from .lines.line import ConnectorLine, HostLine
-from .lines.log import TranscriptFile
+from .lines.line_transcript import TranscriptFile
 from .lines.pace import Pace, Paced
+from .lines.served_line import ConnectorLine, HostLine
 from .ports.adapters import Adapters
 from .ports.prologix import PrologixLine, PrologixPort
-from .ports.registers import RegisterLine, RegisterPort
+from .ports.register_port import RegisterLine, RegisterPort
 from .ports.tcp import LOCAL, TcpPort
 from .serving import line_to, prologix_line
 from .sockets.address import is_loopback, parse_address
@@ -36,9 +36,9 @@ from .sockets.loop import Loop
 from .sockets.system import fine_timer
 from .time.branches import Branches
 from .time.breakpoints import Breakpoints
-from .time.past import ServedPast
+from .time.server_past import ServedPast
+from .views.panel_views import Views
 from .views.reports import FindingReports, Lateness
-from .views.views import Views
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from ..gate import LinkPlace
     from .control.control import Control
     from .face import OpenPort
-    from .views.dialogue import Dialogue
+    from .views.dialogue_view import Dialogue
     from .views.scope import Scope
 
 KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
@@ -137,7 +137,7 @@ class Server(Closing):
             framing: lines of text with read-back, for a chip on a bus (see `links.lines.framing`).
             over: the channel of a chip that has several, as for `bench.host`.
             prologix: a GPIB controller, on an IEEE-488 bus with chips (see `links.ports.prologix`).
-            card: the interface board of a chipset, by which its registers are found (see `parts.boards.layouts`).
+            card: the interface board of a chipset, by which its registers are found (`parts.boards.register_layouts`).
 
         Raises:
             UsageError: the chips have nothing that could share a line.
@@ -311,7 +311,7 @@ class Server(Closing):
     def dialogue(self) -> Dialogue:
         """What hosts and chips have said, from when it was first asked for; with a control port, from the beginning."""
         if self._dialogue is None:
-            from .views.dialogue import Dialogue
+            from .views.dialogue_view import Dialogue
 
             names = {
                 line.port.name: line.chips[0].name if len(line.chips) == 1 else line.name

@@ -11,9 +11,9 @@ from ..core.datasheet.channel import SerialLine as SerialChannel
 from ..errors import UsageError
 from .lines.connectors import board, connector, gpib, uart
 from .lines.framing import FramedLine
-from .lines.line import ConnectorLine, HostLine
+from .lines.served_line import ConnectorLine, HostLine
 from .ports.prologix import PrologixLine
-from .ports.registers import RegisterLine
+from .ports.register_port import RegisterLine
 
 if TYPE_CHECKING:
     from ..core.chip import Chip

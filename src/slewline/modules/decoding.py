@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 from ..core.datasheet.table import Sheet
 from ..core.time.timebase import Clock, readable
-from ..core.wires.serial import OVERSAMPLING, Character, CharacterFormat
+from ..core.wires.characters import Character
+from ..core.wires.serial import OVERSAMPLING, CharacterFormat
 from ..errors import UsageError
-from ..record.measuring.characters import characters, shown
 from ..record.measuring.intervals import SignalEdges
+from ..record.measuring.sampled_characters import characters, shown
 from ..record.waveforms.waveforms import Waveforms
 from .dialogue import DialogueHeader, Gathered, RecordedDialogue, Said, Speaker
 from .speech import speech_of

@@ -18,7 +18,7 @@ from .adapter import FramedSpeech
 from .deviations import deviations
 from .failures import DamagedAnswer, NoAnswer, RefusedCommand
 from .module import NOTICE_S, DialogueRecord, Module
-from .port import ModulePort
+from .module_port import ModulePort
 from .speech import LineSpeech, QuerySpeech, speech_of
 from .spoken import CR, Speech
 

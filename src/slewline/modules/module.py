@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 
 from .deviations import deviations, in_words
 from .failures import DamagedAnswer, EndlessInput, MotionRefused, NoAnswer, RefusedCommand
-from .port import SLICE_S, Chunk, ModulePort
+from .module_port import SLICE_S, Chunk, ModulePort
 from .spoken import CR, Speech
 
 TRIES = 4

@@ -42,8 +42,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Open the panel that the options ask for, until it is ended."""
-    from .app import PanelServer
     from .relay import Access
+    from .web_server import PanelServer
 
     attach = options.attach if options.attach != "-" else sys.stdin.buffer.readline().decode().strip()
     if not attach:

@@ -31,8 +31,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, TypeVarTuple
 from ..bench.runner import Wait
 from ..core.time.timebase import PS_PER_S, readable
 from ..errors import Timeout, UsageError
-from ..links.lines.line import ANSWER_TIMEOUT_PS
 from ..links.lines.pace import Pace
+from ..links.lines.served_line import ANSWER_TIMEOUT_PS
 
 if TYPE_CHECKING:
     from ..bench import Bench

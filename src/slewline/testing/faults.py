@@ -21,7 +21,7 @@ from ..core.messages.instead import missing
 from ..core.time.timebase import Time, picoseconds, readable
 from ..errors import UsageError
 from ..language.dialect import dialect_of
-from ..links.lines.line import ConnectorLine
+from ..links.lines.served_line import ConnectorLine
 from ..parts.base.part import Part
 from ..parts.lines.noise import LINKED, Noise
 

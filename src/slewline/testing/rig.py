@@ -30,10 +30,10 @@ from ..core.messages.calls import level_of_caller
 from ..core.time.timebase import PS_PER_S
 from ..core.wires.net import Net
 from ..errors import UnknownName, UsageError
-from ..links.lines.line import ConnectorLine
-from ..links.lines.log import TranscriptFile
+from ..links.lines.line_transcript import TranscriptFile
+from ..links.lines.memory_file import FileStore
 from ..links.lines.pace import Lockstep, Pace, Paced
-from ..links.lines.store import FileStore
+from ..links.lines.served_line import ConnectorLine
 from ..parts.hosts.adaptive_host import AdaptiveHost
 from ..parts.hosts.serial_host import SerialHost
 

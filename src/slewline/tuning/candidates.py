@@ -8,7 +8,7 @@ from hashlib import blake2b
 from typing import TYPE_CHECKING
 
 from ..errors import UsageError
-from ..language.ramps import Calculator, Ramp, Value
+from ..language.ramp_answers import Calculator, Ramp, Value
 from .grid import Grid
 
 if TYPE_CHECKING:

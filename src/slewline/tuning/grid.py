@@ -19,7 +19,7 @@ from math import prod
 from ..core.datasheet.units import in_steps
 from ..core.messages.whole import whole
 from ..errors import UsageError
-from ..language.ramps import Calculator, RampParameter, Value, value_of
+from ..language.ramp_answers import Calculator, RampParameter, Value, value_of
 
 MOST = 1_000_000  # places
 Given = str | int | Iterable[Value]  # the values of a parameter, from Python

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from ..core.messages.near import hint
 from ..errors import UnknownName, UsageError
-from ..parts.motors.data import DriverData, LoadData, MotorData
+from ..parts.motors.motor_data import DriverData, LoadData, MotorData
 
 System: TypeAlias = tuple[MotorData, DriverData, LoadData]
 

@@ -12,8 +12,8 @@ from ..errors import UsageError
 from .candidates import Candidates
 from .executors import Workers
 from .judging import Trial, Verdict
-from .log import Log
 from .perturbations import Scenario
+from .sweep_log import Log
 
 Judge = Callable[[Trial], Verdict]
 EXECUTORS_FAIL = (BrokenExecutor, CancelledError, OSError)

@@ -8,10 +8,10 @@ from typing import Any
 
 from ..core.time.timebase import readable
 from ..errors import UsageError
-from ..language.ramps import Value
+from ..language.ramp_answers import Value
 from ..parts.motors.choppers import chopper_notes
-from ..parts.motors.data import DriverData, LoadData, MotorData
 from ..parts.motors.law import CHOPPED_PS, STEP_PS
+from ..parts.motors.motor_data import DriverData, LoadData, MotorData
 from ..parts.motors.motors import assumptions
 from .grid import Grid
 from .perturbations import Perturbation, Scenario, System, scenarios

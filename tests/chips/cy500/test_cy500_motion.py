@@ -8,7 +8,7 @@ import pytest
 from cy500 import FULL, HALF, MS, US, Rig500, made
 
 import slewline
-from slewline.bench.ramps import find_ramps
+from slewline.bench.ramp_calculator import find_ramps
 from slewline.chips import sheet_of
 from slewline.chips.cy5xx.stepping.slope import Law
 from slewline.chips.cy500 import profile

@@ -9,8 +9,8 @@ import pytest
 from cy545 import CC10, MS, US, Rig545, S
 
 from slewline.chips.cy545.sheet import BAUDS
-from slewline.core.time.timebase import Clock
-from slewline.core.wires.serial import TTL, CharacterFormat, bit_clock, transmit
+from slewline.core.wires.characters import frames_of, transmit
+from slewline.core.wires.serial import TTL, CharacterFormat, bit_clock
 
 WORD = CharacterFormat(8, "none", 1)
 CTS = "O 0A0H\r"
@@ -26,7 +26,7 @@ def line(crystal: str = "12 MHz", baud: int = 9600, **options: object) -> Rig545
 def spoken(rig: Rig545, data: bytes, hz: int) -> None:
     """Put characters on RXD, from a clock of sixteen times a rate, beside every host."""
     driver = rig.x.pin("rxd").net.drivers[0]
-    rig.bench.kernel.spawn(transmit, driver, Clock(hz), WORD, data, TTL, name="test")
+    rig.bench.kernel.spawn(transmit, driver, frames_of(hz, WORD, TTL), data, name="test")
 
 
 # ------------------------------------------------------------------------------------------------------ in and out

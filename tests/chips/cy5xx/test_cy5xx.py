@@ -176,7 +176,7 @@ def test_ready_has_one_writer():
             text = path.read_text("utf-8")
             if any(word in text for word in (".ready.drive", ".ready.wave", ".ready.play", 'drivers["ready"]')):
                 writers.add(f"{path.parent.name}/{path.name}")
-    assert writers == {"interfaces/port.py"}
+    assert writers == {"interfaces/command_port.py"}
 
 
 def test_the_family_takes_nothing_of_a_sheet_at_module_level():

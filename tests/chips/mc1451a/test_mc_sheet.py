@@ -10,7 +10,7 @@ import pytest
 import slewline
 from slewline.chips import PARTS, sheet_of
 from slewline.chips.mc1451a.sheet import CYCLE_TICKS, HIGH_RANGE, NOTES, SLICE_TICKS, STANDARD_RANGE, TIMES
-from slewline.core.datasheet.rows import PacketRow
+from slewline.core.datasheet.command_rows import PacketRow
 from slewline.core.datasheet.table import Table
 from slewline.errors import SheetError, UnknownName
 

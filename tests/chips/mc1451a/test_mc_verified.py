@@ -7,9 +7,9 @@ import pytest
 import slewline
 from slewline.chips.mc1451a.axis import generator
 from slewline.chips.mc1451a.axis.verified import fault_of_curve, fault_of_run
-from slewline.chips.mc1451a.profiles.curves import PLACES, SCurve
 from slewline.chips.mc1451a.profiles.cycle_train import Linear
 from slewline.chips.mc1451a.profiles.profile import CycleRun, MoveLimits, Phases, brake, contour, s_curve, trapezoid
+from slewline.chips.mc1451a.profiles.s_curves import PLACES, SCurve
 from slewline.core.motion.train import OPEN
 from slewline.errors import PlanError, SlewlineError
 

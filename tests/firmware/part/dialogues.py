@@ -2,8 +2,8 @@
 
     seed ----> Dialogue ----> modules of the model, then the core: outcomes to compare
 
-Boundaries are reached on purpose: a full memory, moves of 0, 1 and 2 steps, ramps of 1 and 999 steps, commands and inputs at
-the very instant at which something else is due.
+Boundaries are reached on purpose: a full memory, moves of 0, 1 and 2 steps, ramps of 1 and 999 steps, commands and
+inputs at the very instant at which something else is due.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import slewline
 from slewline.chips.gs_c200.sheet import GS_C200, GS_C200S
-from slewline.core.datasheet.rows import LineRow
+from slewline.core.datasheet.command_rows import LineRow
 from slewline.core.datasheet.table import Arg
 from slewline.language.lines import framed
 
@@ -26,12 +26,14 @@ US, MS, S = 10**6, 10**9, 10**12
 PARTS = ("gs-c200", "gs-c200s")
 SHEETS = dict(zip(PARTS, (GS_C200, GS_C200S), strict=True))
 ODD = (
-    *("P", "Po", "P0", "Px", "X9", "+0", "-0", "S0", "S1001", "T1001", "R1000", "R0", "foo", "G", "F", "V", "V0", "V3", "jc1", "L256"),
-    *("+", "-", "f5", "g1", "g+4", "g+0", "G+2", "G-", "g-", "Q", "K", "A", "A0", "A4", "A22", "D0", "D256", "-9999999", "L00", "G+-3"),
-    *("j119", "jc8,0", "jc1,119", "jc1;0", "h", "H0", "H+-", "E1", "M1", "po", "PX", "", " ", "S 1", "Lo", "l0", "+1000000", "-1000000"),
-    *("G10000000", "G9999999", "G-8388609", "f-8388609", "f+8388608", "I0", "I4", "U0", "U4", "W0", "W4", "+999999", "A1 ", "jc01,02"),
-    *("L", "D", "S", "U", "W", "I", "j", "jc", "jc1,", "jc,1", "G+", "g", "LO", "L0o", "l", "f+0", "A3", "C3", "D255", "T1", "S1000", "R999"),
-    *("S0001", "+0000001", "g+01", "f+", "f-", "J0", "JC1,1", "R", "T", "V01", "x", "z", "k", "12345678901", "123456789012", "G00000001"),
+    "P", "Po", "P0", "Px", "X9", "+0", "-0", "S0", "S1001", "T1001", "R1000", "R0", "foo", "G", "F", "V", "V0",
+    "V3", "jc1", "L256", "+", "-", "f5", "g1", "g+4", "g+0", "G+2", "G-", "g-", "Q", "K", "A", "A0", "A4",
+    "A22", "D0", "D256", "-9999999", "L00", "G+-3", "j119", "jc8,0", "jc1,119", "jc1;0", "h", "H0", "H+-", "E1",
+    "M1", "po", "PX", "", " ", "S 1", "Lo", "l0", "+1000000", "-1000000", "G10000000", "G9999999", "G-8388609",
+    "f-8388609", "f+8388608", "I0", "I4", "U0", "U4", "W0", "W4", "+999999", "A1 ", "jc01,02", "L", "D", "S",
+    "U", "W", "I", "j", "jc", "jc1,", "jc,1", "G+", "g", "LO", "L0o", "l", "f+0", "A3", "C3", "D255", "T1",
+    "S1000", "R999", "S0001", "+0000001", "g+01", "f+", "f-", "J0", "JC1,1", "R", "T", "V01", "x", "z", "k",
+    "12345678901", "123456789012", "G00000001",
 )  # fmt: skip
 
 
@@ -58,7 +60,9 @@ class Dialogue:
         self.rate = rng.choices(range(8), (60, 6, 4, 3, 2, 2, 1, 1))[0]
         self.checks = rng.random() < 0.3
         self.rec = rng.random() < 0.12
-        addresses = rng.sample(range(1, 8), rng.randint(2, 3)) if several else [rng.choice((0, 0, 0, rng.randint(1, 7)))]
+        addresses = (
+            rng.sample(range(1, 8), rng.randint(2, 3)) if several else [rng.choice((0, 0, 0, rng.randint(1, 7)))]
+        )
         for number, address in enumerate(addresses):
             name = f"m{number}"
             self.modules[name] = self._module(name, part or rng.choice(PARTS), address)
@@ -90,7 +94,10 @@ class Dialogue:
         rng = self.rng
         rows = SHEETS[rng.choice((part, part, part, *PARTS))].rows(LineRow)
         speeds = [row for form in "STR" for row in rows if row.form == form]
-        chosen = [*speeds[: rng.choice((3, 3, 3, 2, 0))], *rng.choices([row for row in rows if row.stored], k=rng.randint(0, 6))]
+        chosen = [
+            *speeds[: rng.choice((3, 3, 3, 2, 0))],
+            *rng.choices([row for row in rows if row.stored], k=rng.randint(0, 6)),
+        ]
         data = b"".join(row.pack([self.value(arg) for arg in row.args]) for row in chosen)
         spoil = rng.random()
         if spoil < 0.1:
@@ -187,7 +194,11 @@ class Dialogue:
     def speeds(self) -> list[str]:
         """Return S, T and R, most often all of them."""
         rng = self.rng
-        found = [f"S{rng.randint(20, 300)}", f"T{rng.randint(50, 1000)}", f"R{rng.choice((1, 2, 7, rng.randint(1, 200), 999))}"]
+        found = [
+            f"S{rng.randint(20, 300)}",
+            f"T{rng.randint(50, 1000)}",
+            f"R{rng.choice((1, 2, 7, rng.randint(1, 200), 999))}",
+        ]
         if rng.random() < 0.12:
             found.pop(rng.randrange(3))
         if rng.random() < 0.1:
@@ -227,7 +238,9 @@ class Dialogue:
             elif what < 0.62:
                 self.aimed(rng.choice(("Z", "Z", "K", "F", "V1", "Q")))
             else:
-                self.ask(rng.choice(("F", "F", "V1", "V2", "Q", "S5", "+5", "E", "I3", "H", "Po", "Z", "K", rng.choice(ODD))))
+                self.ask(
+                    rng.choice(("F", "F", "V1", "V2", "Q", "S5", "+5", "E", "I3", "H", "Po", "Z", "K", rng.choice(ODD)))
+                )
             self.wait(self.pause())
         self.settle()
 
@@ -322,7 +335,9 @@ class Dialogue:
         """Lines without a program, and damaged ones."""
         rng = self.rng
         for _ in range(rng.randint(2, 12)):
-            text = rng.choice((*ODD, "V1", "V2", "F", "I1", "I2", "I3", "f+7", "f-8388608", "Q", "X", "H", "E", "K", "Z", "M", "A1"))
+            text = rng.choice(
+                (*ODD, "V1", "V2", "F", "I1", "I2", "I3", "f+7", "f-8388608", "Q", "X", "H", "E", "K", "Z", "M", "A1")
+            )
             self.ask(text, wait=rng.random() < 0.7)
             if rng.random() < 0.15:
                 self.noise()
@@ -341,7 +356,21 @@ class Dialogue:
             self.ask(rng.choice(("f+8388607", "f-8388608", "f+8388600", "f-8388600", "f-8388590", "f+0")))
         for _ in range(rng.randint(1, 4)):
             velocity = "g" if self.is_200s else "G"
-            self.ask(rng.choice(("+1", "-1", f"+{self.distance()}", f"-{self.distance()}", "G0", "G1", "G5", velocity + "-", velocity + "-1")))
+            self.ask(
+                rng.choice(
+                    (
+                        "+1",
+                        "-1",
+                        f"+{self.distance()}",
+                        f"-{self.distance()}",
+                        "G0",
+                        "G1",
+                        "G5",
+                        velocity + "-",
+                        velocity + "-1",
+                    )
+                )
+            )
         self.ask("E")
         self.interfere(rng.randint(1, 4))
         self.ask("V1")
@@ -370,12 +399,18 @@ class Dialogue:
         self.ask("I1")
         self.enter()
         speed = rng.randint(20, 60)
-        for text in (f"S{speed}", f"T{speed + rng.randint(-1, 60)}", f"R{rng.randint(1, 40)}", f"+{number}", f"{velocity}-{rng.choice(('', '1'))}"):
+        for text in (
+            f"S{speed}",
+            f"T{speed + rng.randint(-1, 60)}",
+            f"R{rng.randint(1, 40)}",
+            f"+{number}",
+            f"{velocity}-{rng.choice(('', '1'))}",
+        ):
             self.ask(text)
         self.ask("E")
-        self.kernel.run_while(lambda: self.modules[self.to].x.position < number, self.kernel.now + 5 * S)
+        self.kernel.run_while(lambda: self.modules[self.to].x.position >= number, self.kernel.now + 5 * S)
         wanted = number - rng.randint(1, number)
-        self.kernel.run_while(lambda: self.modules[self.to].x.position != wanted, self.kernel.now + 5 * S)
+        self.kernel.run_while(lambda: self.modules[self.to].x.position == wanted, self.kernel.now + 5 * S)
         if rng.random() < 0.5:
             self.modules[self.to].drive("ui1", 0)
         self.aimed(rng.choice(("Z", "Z", "F")))
@@ -422,7 +457,11 @@ class Dialogue:
         pin = pin or rng.choice(("enable", "enable", "ui1", "ui2", "ui3", "eot", "home"))
         level = rng.choice((0, 0, 1))
         at = self.due() if rng.random() < 0.5 else None
-        at = self.kernel.now + rng.choice((0, rng.randint(0, 5 * MS))) if at is None else max(at + rng.choice((0, 0, -1, 1)), 0)
+        at = (
+            self.kernel.now + rng.choice((0, rng.randint(0, 5 * MS)))
+            if at is None
+            else max(at + rng.choice((0, 0, -1, 1)), 0)
+        )
         if rng.random() < 0.3:
             self.wait(max(at - self.kernel.now, 0))
             at = self.kernel.now

@@ -1,6 +1,6 @@
 """The core as a shared library: built by the compiler of the system, given what came in at the pins of a module.
 
-    Events in ----> replay.c, firmware/part/gs_c200 ----> Outcome: steps, characters, edges of each output
+events ----> tests/firmware/part/replay.c and firmware/part/gs_c200 ----> Outcome
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contra
 COMPILER = os.environ.get("CC", "cc")
 MOST = 1 << 21  # steps, characters, edges that are kept
 PINS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3", "talk")  # as gsc200.h numbers them
-INPUTS = ("sel0 sel1 sel2 br0 br1 br2 chs rec rxd enable home eot ui1 ui2 ui3").split()
+INPUTS = (
+    *("sel0", "sel1", "sel2", "br0", "br1", "br2", "chs", "rec"),
+    *("rxd", "enable", "home", "eot", "ui1", "ui2", "ui3"),
+)
 ON, OFF, INPUTS_NOW, INPUTS_AFTER, CHARACTER, FAULT, END = range(7)
 PARITY, FRAMING = 1, 2
 EVENT = np.dtype([("at", np.int64), ("end", np.int64), ("kind", np.int32), ("value", np.int32)])
@@ -38,10 +41,11 @@ class Event(NamedTuple):
     kind: int
     value: int = 0
     end: int = 0
+    kept: bytes = b""
 
 
 class Out(ctypes.Structure):
-    """As in replay.c."""
+    """As in tests/firmware/part/replay.c."""
 
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("step_times", "pin_times", "character_times")),
@@ -59,7 +63,8 @@ class Outcome:
         characters: instants of their start bits (ps), and the codes.
         edges: by the name of the output: instants (ps) and levels, -1 without supply.
         end: of what is known, ps.
-        wrong: deadlines of which it was foreseen wrongly whether they are steps.
+        kept: what the EEPROM holds.
+        wrong: how often a step was foreseen wrongly, or a level reported that an output had already.
     """
 
     times: NDArray[np.int64]
@@ -68,6 +73,7 @@ class Outcome:
     characters: list[tuple[int, int]]
     edges: dict[str, list[tuple[int, int]]]
     end: int = 0
+    kept: bytes = b""
     wrong: int = 0
 
 
@@ -93,7 +99,9 @@ def build(into: Path, core: Path = CORE, flags: Sequence[str] = ("-O2", *FLAGS))
     """
     made = into / "part.so"
     command = [COMPILER, *flags, "-shared", "-fPIC", "-Wl,-Bsymbolic", f"-I{core}", *map(str, sorted(core.glob("*.c")))]
-    subprocess.run([*command, str(HERE / "replay.c"), "-lm", "-o", str(made)], check=True, capture_output=True, text=True)
+    subprocess.run(
+        [*command, str(HERE / "replay.c"), "-lm", "-o", str(made)], check=True, capture_output=True, text=True
+    )
     return made
 
 
@@ -101,10 +109,11 @@ class Library:
     """A built core."""
 
     def __init__(self, path: Path) -> None:
-        self.replay = ctypes.CDLL(str(path)).replay
+        made = ctypes.CDLL(str(path))
+        self.replay, self.keep, self.kept_now = made.replay, made.keep, made.kept
         self.replay.argtypes = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int32, ctypes.c_uint64, ctypes.c_void_p]
-        self.keep = ctypes.CDLL(str(path)).keep
         self.keep.argtypes = [ctypes.c_char_p, ctypes.c_int32, ctypes.c_int32]
+        self.kept_now.argtypes = [ctypes.c_char_p]
         wide = {name: np.zeros(MOST, np.int64) for name in ("step_times", "pin_times", "character_times")}
         narrow = {name: np.zeros(MOST, np.int32) for name in ("positions", "pins", "characters")}
         self.kept = wide | narrow | {"directions": np.zeros(MOST, np.int8)}
@@ -124,19 +133,22 @@ class Library:
         given = np.array([(event.at, event.end, event.kind, event.value) for event in events], EVENT)
         self.replay(given.ctypes.data, len(given), part == "gs-c200s", since, ctypes.addressof(self.out))
         out, kept = self.out, self.kept
-        assert max(out.steps, out.pin_count, out.character_count) <= MOST
+        assert max(out.pin_count, out.character_count) <= MOST
+        content = ctypes.create_string_buffer(256)
+        length = self.kept_now(content)
         edges: dict[str, list[tuple[int, int]]] = {name: [] for name in PINS}
         changes = zip(kept["pin_times"][: out.pin_count].tolist(), kept["pins"][: out.pin_count].tolist(), strict=True)
         for at, change in changes:
             edges[PINS[change // 4]].append((at, change % 4 - 1))
         times = kept["character_times"][: out.character_count].tolist()
         return Outcome(
-            kept["step_times"][: out.steps].copy(),
-            kept["directions"][: out.steps].copy(),
-            kept["positions"][: out.steps].copy(),
+            kept["step_times"][: min(out.steps, MOST)].copy(),
+            kept["directions"][: min(out.steps, MOST)].copy(),
+            kept["positions"][: min(out.steps, MOST)].copy(),
             list(zip(times, kept["characters"][: out.character_count].tolist(), strict=True)),
             {name: settled(each) for name, each in edges.items()},
             events[-1].at,
+            content.raw[:length],
             out.wrong,
         )
 

@@ -19,13 +19,14 @@ struct out {
     int32_t *positions, *pins, *characters; /* a pin: number * 4 + level + 1 */
     int8_t *directions;
     int64_t most, steps, pin_count, character_count;
-    int64_t wrong; /* deadlines that gsc_step_ahead() foresaw, and that were none */
+    int64_t wrong; /* steps foreseen that do not come or the other way round; levels reported that are none */
 };
 
 static struct gsc module;
 static struct out *out;
 static uint64_t offset;
 static int is_on, leaps;
+static int shown[GSC_PINS]; /* -1: not yet, since the supply came */
 
 static struct {
     uint8_t content[GSC_LOCATIONS + 2], program[GSC_LOCATIONS];
@@ -51,6 +52,8 @@ static void note_pin(int64_t now, int pin, int level)
 void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
 {
     (void)g;
+    out->wrong += shown[pin] == level;
+    shown[pin] = level;
     note_pin(told(now), (int)pin, level);
 }
 
@@ -158,6 +161,7 @@ static void advance(gsc_time now)
         finish_write(told(due));
         gsc_advance(&module, due);
         out->wrong += is_step != (out->steps > before);
+        out->wrong += gsc_step_ahead(&module, &when) && !module.timer[GSC_RUN_TIMER].is_on;
     }
     gsc_advance(&module, now);
 }
@@ -183,6 +187,7 @@ static void play(const struct event *event, enum gsc_part part)
     finish_write(event->at);
     switch (event->kind) {
     case ON:
+        memset(shown, -1, sizeof shown);
         gsc_power_up(&module, part, (uint16_t)event->value, now);
         is_on = 1;
         break;
@@ -210,6 +215,13 @@ void keep(const char *content, int32_t length, int32_t looks)
     store.length = length;
     store.looks = looks;
     memcpy(store.content, content, (size_t)(length > GSC_LOCATIONS ? GSC_LOCATIONS : length));
+}
+
+/* What the EEPROM holds; return how many bytes. */
+int32_t kept(uint8_t *content)
+{
+    memcpy(content, store.content, (size_t)store.length);
+    return store.length;
 }
 
 void replay(const struct event *events, int64_t count, int32_t part, uint64_t from, struct out *into)

@@ -1,8 +1,8 @@
-"""The model as the witness: modules on a bench, whose inputs and outputs are kept as the core has to get and give them."""
+"""The model as the witness: modules on a bench, whose inputs and outputs are kept as the core has to have them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 from unittest.mock import patch
@@ -12,10 +12,10 @@ import numpy as np
 import slewline
 from slewline.chips import line
 from slewline.core.memory.store import Memory
+from slewline.core.wires.characters import Character, Receiver
 from slewline.core.wires.net import Driver
-from slewline.core.wires.serial import RS232, Character, CharacterFormat, Receiver, bit_clock
+from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 from slewline.core.wires.wave import Wave
-from slewline.language.lines import framed
 from slewline.record.recording.recorder import Recorder
 
 from . import library
@@ -29,16 +29,20 @@ CLOCK_PS = 1_700_000
 
 
 class Tapped(Receiver):
-    """A receiver whose characters are kept."""
+    """A receiver whose characters are kept, each as it comes."""
 
     modules: Mapping[str, Module] = {}
+    whole_lines = False
 
-    async def character(self) -> Character:
-        character = await super().character()
-        faults = library.PARITY * character.parity_wrong + library.FRAMING * character.framing_wrong
+    async def receive(self, taken: Callable[[Character], object], *_: Any) -> None:
         module = self.modules[self.net.name.partition(".")[0]]
-        module.note(library.CHARACTER, character.byte | faults << 8, character.end_ps)
-        return character
+
+        def note(character: Character) -> None:
+            faults = library.PARITY * character.parity_wrong + library.FRAMING * character.framing_wrong
+            module.note(library.CHARACTER, character.byte | faults << 8, character.end_ps)
+            taken(character)
+
+        await super().receive(note)
 
 
 class SlowMemory(Memory):
@@ -163,7 +167,7 @@ class Module:
         for name in RECORDED:
             times, levels = recorder.edges(self.x.pins[name], 0, now)
             edges[name] = list(zip(times.tolist(), levels.tolist(), strict=True))
-        return Outcome(steps.times_ps, steps.directions, steps.positions, [], edges)
+        return Outcome(steps.times_ps, steps.directions, steps.positions, [], edges, kept=self.x.store.read())
 
 
 ORDER = {
@@ -183,7 +187,7 @@ def tapped(modules: Mapping[str, Module]) -> Iterator[None]:
 
 
 def characters_of(data: bytes, baud: int, start: int, damage: Mapping[int, int] | None = None) -> Wave:
-    """Return characters on RXD; `damage` has bits that are inverted, by the number of the character: bit 0 its start."""
+    """Return characters on RXD; `damage`: bits that are inverted, by the number of the character; bit 0 its start."""
     clock, times, levels = bit_clock(baud, "host"), [], []
     for number, byte in enumerate(data):
         bits = [RS232 if bit else 1 - RS232 for bit in (*WORD.levels(byte), 1)]
@@ -211,7 +215,9 @@ def difference(model: Outcome, core: Outcome, baud_at: Mapping[int, int], rests:
         rests: the level of TXD when it is released.
     """
     if core.wrong:
-        return f"{core.wrong} deadlines were foreseen wrongly"
+        return f"{core.wrong} steps were foreseen wrongly, or levels reported twice"
+    if model.kept != core.kept:
+        return f"the EEPROM holds {model.kept!r} in the model, {core.kept!r} in the core"
     if len(model.times) != len(core.times):
         return f"steps: model {len(model.times)}, core {len(core.times)}{first_of(model.times, core.times)}"
     for name in ("times", "directions", "positions"):
@@ -240,7 +246,11 @@ def first_of(wanted: Any, found: Any) -> str:
 
 def lifted(edges: list[tuple[int, int]], name: str) -> list[tuple[int, int]]:
     """Return edges of an output as a net shows them: RDY is pulled up without supply."""
-    return library.settled([(0, 1), *((at, 1 if level < 0 else level) for at, level in edges)])[1:] if name == "rdy" else edges
+    return (
+        library.settled([(0, 1), *((at, 1 if level < 0 else level) for at, level in edges)])[1:]
+        if name == "rdy"
+        else edges
+    )
 
 
 def clock_of(core: Outcome) -> list[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""Random dialogues at the pins of Picos: answers, steps and outputs as the model has them."""
+"""Random dialogues at the pins of Picos: answers, steps and outputs are those of the model."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from .replay import converse
 
 pytestmark = pytest.mark.system
 
-# In one of some hundred an input changes within microseconds of a step: before it on the board, which makes the steps of
-# a motion as late as its first one, and after it in the model.
+# In one of some hundred an input changes within microseconds of a step: before it on the board, which makes all steps
+# of a motion as late as the first one, and after it in the model.
 MOST = 0.01
 
 

@@ -7,8 +7,8 @@ import asyncio
 import pytest
 
 from slewline.panel.terminal import session
-from slewline.panel.terminal.drawing import clock, figure, line, pair, spread, stamp, strip
 from slewline.panel.terminal.session import CURVE_COLUMNS, DebugSession, columns
+from slewline.panel.terminal.text_drawing import clock, figure, line, pair, spread, stamp, strip
 
 
 def test_a_line_has_its_width():

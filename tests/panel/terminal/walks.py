@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from slewline.cli.live.debug import server_process
-from slewline.panel.terminal.app import Debugger
+from slewline.panel.terminal.debugger import Debugger
 from slewline.panel.terminal.session import DebugSession
 
 ROOT = Path(__file__).parents[3]

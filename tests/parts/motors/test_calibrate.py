@@ -8,11 +8,11 @@ from functools import cache
 import pytest
 
 from slewline.errors import UsageError
-from slewline.parts.motors import calibrate as room
-from slewline.parts.motors.calibrate import calibrate
-from slewline.parts.motors.data import LoadData
+from slewline.parts.motors import calibration as room
+from slewline.parts.motors.calibration import calibrate
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import LoadData
 from slewline.parts.motors.motors import MOTORS
 from tests.rows import rows
 

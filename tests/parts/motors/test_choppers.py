@@ -10,10 +10,10 @@ import pytest
 import slewline
 from slewline.errors import UsageError
 from slewline.parts.motors.choppers import chopper_notes, least_current, ripple
-from slewline.parts.motors.data import DriverData
 from slewline.parts.motors.drivers import DRIVERS, read_driver
 from slewline.parts.motors.integration import numba_is_there
 from slewline.parts.motors.law import MotorLaw
+from slewline.parts.motors.motor_data import DriverData
 from slewline.parts.motors.motors import read_motor
 from tests.physics.runs import restless
 from tests.rows import rows

@@ -8,7 +8,6 @@ import pytest
 
 from slewline.core.datasheet.option import Option
 from slewline.errors import UnknownName, UsageError
-from slewline.parts.motors.data import DriverData
 from slewline.parts.motors.drivers import (
     ALWAYS,
     DRIVERS,
@@ -19,6 +18,7 @@ from slewline.parts.motors.drivers import (
     driver_complaint,
     read_driver,
 )
+from slewline.parts.motors.motor_data import DriverData
 from slewline.parts.motors.motors import MOTORS, read_motor
 from tests.rows import rows
 

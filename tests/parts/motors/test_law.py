@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from slewline.errors import UnknownName, UsageError
-from slewline.parts.motors.data import DriverData, LoadData, MotorData
 from slewline.parts.motors.law import CHOPPED_PS, STEP_PS, MotorLaw
+from slewline.parts.motors.motor_data import DriverData, LoadData, MotorData
 from tests.rows import rows
 
 A = MotorData(name="A", current=1.0, resistance=5.0, inductance=8e-3, torque=0.49, inertia=6.8e-6, iron=2e-3)

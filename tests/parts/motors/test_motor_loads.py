@@ -9,9 +9,9 @@ import pytest
 from slewline.core.datasheet.option import Option
 from slewline.core.datasheet.units import UNITS, expected
 from slewline.errors import UsageError
-from slewline.parts.motors.data import DriverData, LoadData
 from slewline.parts.motors.drivers import read_driver
 from slewline.parts.motors.loads import FIGURES, check_holds, load_complaint, read_load
+from slewline.parts.motors.motor_data import DriverData, LoadData
 from slewline.parts.motors.motors import MOTORS, read_motor
 from tests.rows import rows
 

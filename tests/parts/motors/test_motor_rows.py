@@ -9,7 +9,7 @@ import pytest
 from slewline.core.datasheet.option import Option
 from slewline.core.datasheet.units import expected
 from slewline.errors import UnknownName, UsageError
-from slewline.parts.motors.data import MotorData
+from slewline.parts.motors.motor_data import MotorData
 from slewline.parts.motors.motors import EXAMPLE, FIGURES, MOTORS, motor_complaint, motor_named, read_motor
 from tests.rows import rows
 

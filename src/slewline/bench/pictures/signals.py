@@ -13,7 +13,7 @@ from ...core.wires.pin import Terminal
 from ...errors import NotRecorded, UnknownName, UsageError
 from ...parts.base.part import check_kept
 from ..circuit import Circuit
-from .curves import axes_of
+from .named_curves import axes_of
 
 if TYPE_CHECKING:
     import numpy as np

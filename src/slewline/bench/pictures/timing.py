@@ -9,7 +9,7 @@ from ...core.messages.calls import answering
 from ...core.messages.near import hint
 from ...core.time.timebase import Time, picoseconds, window
 from ...errors import UnknownName, UsageError
-from .options import DIAGRAM, DiagramOptions
+from .picture_options import DIAGRAM, DiagramOptions
 from .signals import Signals
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ...record.measuring.intervals import Interval, TimingTable
     from ...record.pictures.diagram import Diagram
     from ...record.recording.traces import Trace
-    from .waveforms import FilePath
+    from .waveform_files import FilePath
     from .window import Between
 
 
@@ -65,8 +65,8 @@ class TimingDiagrams:
                 path that cannot be written.
             NotRecorded: nothing is recorded, or not this pin.
         """
-        from ...record.pictures.pictures import SUFFIXES, save
-        from ...record.pictures.timing import draw
+        from ...record.pictures.picture_files import SUFFIXES, save
+        from ...record.pictures.timing_diagram import draw
         from ...record.whole_file import check_suffix
 
         check_suffix(path, SUFFIXES)
@@ -88,7 +88,7 @@ class TimingDiagrams:
         Raises:
             UsageError, NotRecorded: as `timing`.
         """
-        from ...record.pictures.timing import draw
+        from ...record.pictures.timing_diagram import draw
 
         return draw(self._diagram(pins, start, stop, options), options["width"], options["dark"])
 

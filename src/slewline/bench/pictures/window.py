@@ -137,7 +137,7 @@ class Window:
 
     def _characters(self, chip: Chip, name: str) -> list[Written]:
         """The characters on a serial line, also those that only begin or end in the window."""
-        from ...record.measuring.characters import characters, shown
+        from ...record.measuring.sampled_characters import characters, shown
         from ...record.pictures.diagram import LaneText as Written
 
         port: SerialLine | AdaptiveLine | None = chip.sheet.channel(SerialLine) or chip.sheet.channel(AdaptiveLine)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.datasheet.channel import BusHandshake, Channel, HostPort, SerialLine
-from ...core.datasheet.rows import PacketRow
+from ...core.datasheet.command_rows import PacketRow
 from ...core.datasheet.table import Arg
 from ...core.messages.near import hint
 from ...core.time.timebase import picoseconds, readable

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from ...core.wires.pin import Terminal
     from ...parts.hosts.adaptive_host import AdaptiveHost
     from ...parts.hosts.bus_host import BusHost
+    from ...parts.hosts.ends.handshake_port import CommandPort
     from ...parts.hosts.ends.packet_port import PacketPort
-    from ...parts.hosts.ends.port import CommandPort
     from ...parts.hosts.flow_host import FlowHost
     from ...parts.hosts.host import Host
     from ...parts.hosts.packet_host import PacketHost

@@ -11,8 +11,8 @@ from ..cy5xx import interpreter
 from ..cy5xx.firmware import Cy5xx
 from ..cy5xx.sheet import POWER_UP_RC_PS, POWER_UP_RESET_PS
 from ..cy5xx.stepping import sloped
+from ..cy5xx.stepping.phase_outputs import Patterns
 from ..cy5xx.stepping.slope import Law
-from ..cy5xx.stepping.steps import Patterns
 from ..cy5xx.supply import PowerUp
 from .instructions import Instructions, Registers
 from .motion import Motion

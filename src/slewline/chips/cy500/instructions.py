@@ -8,7 +8,7 @@ from typing import Protocol
 
 from ...core.motion.plan import steps
 from ..cy5xx import instructions
-from ..cy5xx.program import Moves
+from ..cy5xx.program_buffer import Moves
 from ..cy5xx.stepping import sloped
 from ..cy5xx.stepping.slope import Law
 

@@ -15,12 +15,12 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any
 
+from ...core.datasheet.command_rows import TextRow
 from ...core.datasheet.option import Option
-from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Arg, Pin, Table
 from ..cy5xx import sheet
+from ..cy5xx.family_options import at_power_up, clocks, slopes
 from ..cy5xx.letters import exchanged
-from ..cy5xx.options import at_power_up, clocks, slopes
 
 PART = "cy500"
 REFERENCE_HZ = 6_000_000

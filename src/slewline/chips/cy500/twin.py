@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from ...core.motion.ideal import Ideal
+from ...core.motion.ideal_motion import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.motion.train import OPEN
 from ..cy5xx.stepping.twin import DOWN, SLEW, SlopeStepwise, TwinStep

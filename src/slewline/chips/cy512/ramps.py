@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.datasheet.table import Sheet
-from ...language.ramps import Calculator
+from ...language.ramp_answers import Calculator
 from ..cy5xx.ramps import SlopeRamps
 from .profile import LAW, move
 

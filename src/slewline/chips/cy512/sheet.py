@@ -15,12 +15,12 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
+from ...core.datasheet.command_rows import TextRow
 from ...core.datasheet.option import Option
-from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Arg, Limit, Pin, Table, Timing, Trust
 from ..cy5xx import sheet
+from ..cy5xx.family_options import at_power_up, clocks, slopes
 from ..cy5xx.letters import exchanged
-from ..cy5xx.options import at_power_up, clocks, slopes
 
 PART = "cy512"
 BUFFER_BYTES = 48  # guide; s.4 and s.6 of the CY525 manual still name it

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..cy5xx.firmware import Cy5xx
 from ..cy5xx.sheet import PHASES, POWER_UP_RC_PS, POWER_UP_RESET_PS
-from ..cy5xx.stepping.steps import Patterns
+from ..cy5xx.stepping.phase_outputs import Patterns
 from ..cy5xx.supply import PowerUp
 from .instructions import Instructions, Registers
 from .motion import Motion

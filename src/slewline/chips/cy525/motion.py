@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from ...core.motion.ideal import Ideal
+from ...core.motion.ideal_motion import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.motion.plan import Plan, Runs, head, mirrored, steps, tail
 from ...core.wires.net import Net, Wave

@@ -24,7 +24,7 @@ from typing import NamedTuple
 from ...core.motion.plan import Leg, Plan, Runs, head, mirrored, steps, tail
 from ...core.motion.plan import plan as core_plan
 from ...core.motion.train import OPEN
-from ..cy5xx.stepping.units import accelerate
+from ..cy5xx.stepping.unit_ramps import accelerate
 from . import sheet
 
 __all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ramp", "rate", "steady", "steps", "tail"]

@@ -17,7 +17,7 @@ from math import log
 from ...core.datasheet.table import Sheet
 from ...core.time.timebase import PS_PER_S
 from ...errors import UsageError
-from ...language.ramps import Calculator, Candidate, RampParameter, Search, Values
+from ...language.ramp_answers import Calculator, Candidate, RampParameter, Search, Values
 from ...language.rates import steps_per_s
 from ..cy5xx.ramps import UnitRamp
 from ..cy5xx.sheet import COMMANDS

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from ...core.datasheet.option import Option
 from ...core.datasheet.table import Arg, Register
 from ..cy5xx import sheet
-from ..cy5xx.options import at_power_up
+from ..cy5xx.family_options import at_power_up
 from ..cy5xx.sheet import BUFFER_BYTES, LABELS, REFERENCE_HZ
 
 # --------------------------------------------------------------------------------------------------------- registers

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import cast
 
-from ...core.motion.ideal import Ideal
+from ...core.motion.ideal_motion import Ideal
 from ...core.motion.motions import MotionParameters
 from ...core.wires.net import Wave
 from ..cy5xx.stepping import twin

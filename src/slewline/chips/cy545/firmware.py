@@ -19,24 +19,24 @@ from ...core.time.kernel import Kernel
 from ..cy5xx.crystal import check_crystal, clocks
 from ..cy5xx.supply import PowerUp, Supplied, Supply
 from . import sheet
+from .external_program import Program
 from .instructions import Instructions
 from .interfaces.arbiter import InputArbiter
 from .interfaces.display import Display
 from .interfaces.local_bus import LocalBus
-from .interfaces.port import ParallelPort
+from .interfaces.parallel_side import ParallelPort
 from .interfaces.serial_side import SerialSide
 from .interfaces.user_bits import UserBits
 from .interpreter import Interpreter
 from .profile import law_of
-from .program import Program
 from .registers import Registers
 from .stepping.home import Home
 from .stepping.jog import Jog
 from .stepping.motion import Motion
-from .stepping.steps import StepOutputs
+from .stepping.pulse_outputs import StepOutputs
 
 if TYPE_CHECKING:
-    from ..cy5xx.program import Moves
+    from ..cy5xx.program_buffer import Moves
     from .twin import Homewise, Stepwise
 
 

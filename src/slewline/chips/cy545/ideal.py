@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-from ...core.motion.ideal import Ideal
+from ...core.motion.ideal_motion import Ideal
 from ...core.motion.motions import MotionParameters
-from ..cy5xx.stepping.units import pieces
+from ..cy5xx.stepping.unit_ramps import pieces
 from . import sheet
 from .profile import Law
 

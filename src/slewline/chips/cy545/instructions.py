@@ -6,17 +6,17 @@ from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ...core.wires.waits import first_of
-from ...language.text.numbers import query_meant
+from ...language.text.written_values import query_meant
 from ..cy5xx import instructions
 from . import sheet
 
 if TYPE_CHECKING:
     from ...core.context import ChipContext
-    from ..cy5xx.program import Moves
+    from ..cy5xx.program_buffer import Moves
+    from .external_program import Program
     from .interfaces.display import Display
     from .interfaces.local_bus import LocalBus
     from .interfaces.user_bits import UserBits
-    from .program import Program
     from .registers import Registers
     from .stepping.home import Home
     from .twin import Homewise

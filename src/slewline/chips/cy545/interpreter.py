@@ -20,10 +20,10 @@ from . import sheet
 
 if TYPE_CHECKING:
     from ...core.context import ChipContext
+    from .external_program import Program
     from .instructions import Instructions
     from .interfaces.arbiter import InputArbiter
     from .interfaces.local_bus import LocalBus
-    from .program import Program
     from .registers import Registers
     from .stepping.jog import Jog
 

@@ -21,7 +21,7 @@ from ...core.datasheet.option import defaults
 from ...core.datasheet.table import Sheet
 from ...core.motion.plan import Plan, Runs, head, mirrored, plan, steps, tail
 from ...core.motion.train import OPEN
-from ..cy5xx.stepping.units import accelerate
+from ..cy5xx.stepping.unit_ramps import accelerate
 
 
 class Law(NamedTuple):

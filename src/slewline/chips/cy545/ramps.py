@@ -8,7 +8,7 @@ from math import log
 
 from ...core.datasheet.table import Sheet
 from ...errors import UsageError
-from ...language.ramps import Calculator, Candidate, RampParameter, Search, Values
+from ...language.ramp_answers import Calculator, Candidate, RampParameter, Search, Values
 from ...language.rates import steps_per_s
 from ..cy5xx.ramps import UnitRamp
 from . import profile

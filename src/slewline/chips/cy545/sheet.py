@@ -15,11 +15,11 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from ...core.datasheet.channel import AdaptiveLine, FlowBus
+from ...core.datasheet.command_rows import TextRow
 from ...core.datasheet.option import Option, defaulted
-from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Arg, Limit, Pin, Register, Sheet, Table, Timing, Trust
 from ...language.text import Verbatim
-from ..cy5xx.options import clocks
+from ..cy5xx.family_options import clocks
 
 PART, PART_B = "cy545", "cy545b"
 REFERENCE_HZ = 12_000_000

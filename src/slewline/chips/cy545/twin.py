@@ -25,7 +25,7 @@ from .ideal import RegistersAtStart, Single
 from .interfaces.user_bits import UserBits
 from .profile import Law
 from .registers import Registers
-from .stepping.steps import StepOutputs
+from .stepping.pulse_outputs import StepOutputs
 
 UP, SLEW, DOWN, CRAWL = "up", "slew", "down", "crawl"
 

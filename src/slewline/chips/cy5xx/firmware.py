@@ -13,13 +13,13 @@ from ...core.motion.train import OPEN, Playing, StepTrain
 from ...core.time.kernel import Kernel
 from .crystal import check_crystal, clocks
 from .instructions import Instructions
-from .interfaces.port import BusPort
+from .interfaces.command_port import BusPort
 from .interfaces.readout import ReadOut
 from .interpreter import Interpreter
-from .program import Moves, Program
+from .program_buffer import Moves, Program
 from .registers import Registers
 from .stepping.motion import Motion
-from .stepping.steps import Patterns, StepOutputs
+from .stepping.phase_outputs import Patterns, StepOutputs
 from .supply import PowerUp, Supplied, Supply
 
 if TYPE_CHECKING:

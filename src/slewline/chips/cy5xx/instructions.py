@@ -10,12 +10,12 @@ from typing import Protocol
 
 from ...core.context import ChipContext
 from ...core.time.timebase import readable
-from .interfaces.lines import line_in, line_out
-from .interfaces.port import BusPort
+from .interfaces.command_port import BusPort
+from .interfaces.family_lines import line_in, line_out
 from .interfaces.readout import ReadOut
-from .program import Moves, Program
+from .program_buffer import Moves, Program
 from .registers import Registers
-from .stepping.steps import StepOutputs
+from .stepping.phase_outputs import StepOutputs
 
 
 class DirectionOutput(Protocol):

@@ -14,8 +14,8 @@ from ...core.wires.net import Net
 from ...language.dialect import Command, spoken_as
 from ...language.text import CommandText, Label, Letters
 from .instructions import Instructions
-from .interfaces.port import BusPort
-from .program import Program
+from .interfaces.command_port import BusPort
+from .program_buffer import Program
 
 UNKNOWN_US = 40  # what a byte of the program takes that is no opcode
 

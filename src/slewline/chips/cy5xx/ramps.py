@@ -1,4 +1,4 @@
-"""The ramp calculator of parts with slopes (slope.py), and the ramps of parts whose rate grows with time (units.py)."""
+"""The ramp calculator of parts with slopes (slope.py), and ramps whose rate grows with time (unit_ramps.py)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...core.motion.plan import Plan, Runs, steps
 from ...core.motion.train import StepTrain
 from ...core.time.timebase import PS_PER_S, Clock
 from ...errors import UsageError
-from ...language.ramps import (
+from ...language.ramp_answers import (
     Accelerations,
     Calculator,
     Candidate,

@@ -13,8 +13,8 @@ from functools import partial
 from types import MappingProxyType
 
 from ...core.datasheet.channel import BusHandshake
+from ...core.datasheet.command_rows import TextRow
 from ...core.datasheet.option import Option
-from ...core.datasheet.rows import TextRow
 from ...core.datasheet.table import Arg, Limit, Pin, Register, Sheet, Table, Timing
 from ...language.text import Letters
 

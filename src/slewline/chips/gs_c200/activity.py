@@ -25,13 +25,13 @@ class Activity:
     def begin(self, kind: str) -> None:
         """Begin a kind of work."""
         self.kinds.add(kind)
-        self.busy.activate()
+        self.busy.put(self.busy.active_level)
 
     def end(self, kind: str) -> None:
         """End a kind of work, if it is under way."""
         self.kinds.discard(kind)
         if not self.kinds:
-            self.busy.drive(None)
+            self.busy.put(None)
 
     def works_on(self, text: str) -> None:
         """Report what has begun that is no instruction of the program; empty: it is over."""

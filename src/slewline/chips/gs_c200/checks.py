@@ -14,7 +14,7 @@ from ...core.time.timebase import PS_PER_S
 from ...language.lint import Check, explored
 from ...language.problems import Severity
 from ...language.statements import Source, Statement
-from .dialogue.program import set_first
+from .dialogue.program_memory import set_first
 from .profile import ramp
 from .sheet import POSITIONS, RATE_UNIT
 

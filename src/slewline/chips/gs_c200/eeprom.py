@@ -10,7 +10,7 @@ from ...core.time.kernel import Task
 from ...core.time.timebase import PS_PER_S
 from ...core.wires.waits import until
 from .activity import EEPROM, Activity
-from .dialogue.program import Program
+from .dialogue.program_memory import Program
 
 LOOK_PS = PS_PER_S // 100  # after which a store that is still writing is asked again
 INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves

@@ -1,6 +1,7 @@
 """A GS-C module: it owns the objects, starts and ends what runs, takes and answers lines, and is what a user sees.
 
-A line is first looked at here: how was it received (E1), is it for this module?  What it says is for commands.py.
+A line is first looked at here: how was it received (E1), is it for this module?  What it says
+is for immediate_commands.py.
 """
 
 from __future__ import annotations
@@ -23,18 +24,18 @@ from ...language.dialect import spoken_as
 from ...language.lines import KEPT, Lines, checksum
 from ..line import InLines, Line, LineInterface, serial_line
 from .activity import LINE, START, Activity
-from .dialogue.commands import HostDialogue
+from .dialogue.immediate_commands import HostDialogue
 from .dialogue.instructions import Instructions, Moves
 from .dialogue.interpreter import Interpreter
-from .dialogue.program import Program
+from .dialogue.program_memory import Program
 from .dialogue.reception import fault
 from .eeprom import ProgramEeprom
 from .profile import LAWS
 from .registers import Registers
 from .sheet import GS_C200, GS_C200S, LOADS_MA, POSITIONS, SUPPLY_VOLTS
-from .stepping.counter import PositionCounter
-from .stepping.lines import StepLines, UserLines
+from .stepping.driver_lines import StepLines, UserLines
 from .stepping.motion import Motion
+from .stepping.position_counter import PositionCounter
 from .supply import Supplied, Supply
 
 if TYPE_CHECKING:

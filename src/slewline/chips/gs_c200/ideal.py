@@ -14,7 +14,7 @@ from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
-from ...core.motion.ideal import FOREVER, Ideal, IdealPiece, duration, there_and_down
+from ...core.motion.ideal_motion import FOREVER, Ideal, IdealPiece, duration, there_and_down
 from ...core.motion.motions import MotionParameters
 from ...core.motion.train import OPEN
 from .profile import Law

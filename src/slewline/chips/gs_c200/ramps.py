@@ -14,7 +14,7 @@ from math import floor, log
 from ...core.datasheet.table import Sheet
 from ...core.motion.train import StepTrain
 from ...core.time.timebase import PS_PER_S, Clock
-from ...language.ramps import (
+from ...language.ramp_answers import (
     Accelerations,
     Calculator,
     Candidate,

@@ -10,8 +10,8 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from ...core.datasheet.channel import SerialLine
+from ...core.datasheet.command_rows import LineRow
 from ...core.datasheet.option import Option
-from ...core.datasheet.rows import LineRow
 from ...core.datasheet.table import Arg, Limit, Pin, Register, Sheet, Table, Timing
 from ...core.memory.store import STORE
 from ...language.lines import Lines

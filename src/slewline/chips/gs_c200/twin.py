@@ -25,8 +25,8 @@ from ...core.motion.plan import Leg, Plan
 from ...core.motion.train import Playing, StepTrain
 from ...core.wires.net import Driver, Net
 from ...core.wires.waits import first_of, level, until
-from .stepping.counter import PositionCounter
-from .stepping.lines import StepLines
+from .stepping.driver_lines import StepLines
+from .stepping.position_counter import PositionCounter
 
 SECOND = 10**12
 

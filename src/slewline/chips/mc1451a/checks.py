@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf, sqrt
 
-from ...core.datasheet.rows import PacketRow
+from ...core.datasheet.command_rows import PacketRow
 from ...core.datasheet.table import Sheet
 from ...core.time.timebase import PS_PER_S, picoseconds
 from ...errors import SlewlineError

@@ -26,11 +26,11 @@ from ...core.time.kernel import Kernel
 from . import sheet
 from .activity import Activity
 from .cycle_clock import CycleClock
+from .host_port import Port
 from .instructions import Instructions, Moves
 from .interrupt import HostInterrupt
 from .motion import Motion
 from .omissions import forgotten, pending_of
-from .port import Port
 from .profiles.cycles import ChipsetAxis
 from .registers import Registers
 from .supply import Supplied, Supply

@@ -18,7 +18,7 @@ from ...core.motion.train import OPEN
 from ...core.time.timebase import Clock
 from ...errors import UsageError
 from ...language import rates
-from ...language.ramps import (
+from ...language.ramp_answers import (
     Accelerations,
     Calculator,
     Candidate,
@@ -32,8 +32,8 @@ from ...language.ramps import (
     levels,
 )
 from .profiles import profile
-from .profiles.curves import PLACES, SCurve
 from .profiles.cycle_train import CYCLE, ONE, CycleTrain, Law, Linear
+from .profiles.s_curves import PLACES, SCurve
 from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, STANDARD_RANGE, START_VELOCITY, VELOCITY
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")

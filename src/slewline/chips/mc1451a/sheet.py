@@ -15,8 +15,8 @@ from types import MappingProxyType
 from typing import Any
 
 from ...core.datasheet.channel import HostPort
+from ...core.datasheet.command_rows import PacketRow
 from ...core.datasheet.option import Option
-from ...core.datasheet.rows import PacketRow
 from ...core.datasheet.table import Arg, Bits, Limit, Pin, Register, Sheet, Table, Timing, Way
 from ...language.packets import Packets, Sibling
 

@@ -31,7 +31,7 @@ from ..single import BenchOptions, single
 if TYPE_CHECKING:
     from ...bench import Bench
     from ...links.server import Server
-    from ...panel.terminal.app import Debugger
+    from ...panel.terminal.debugger import Debugger
 
 TOKEN = "SLEWLINE_TOKEN"  # in the environment
 LOOPBACK = "127.0.0.1:0"
@@ -164,7 +164,7 @@ def app_class() -> Any:
         UsageError: its extra is missing.
     """
     try:
-        from ...panel.terminal.app import Debugger
+        from ...panel.terminal.debugger import Debugger
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "textual":
             raise

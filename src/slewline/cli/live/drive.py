@@ -23,7 +23,7 @@ from .serve import ServeCommand, remark, say, show, show_again, signals, state_d
 if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.chip import Chip
-    from ...drive.drive import Drive
+    from ...drive.motor_drive import Drive
     from ...links.lines.pace import Pace
     from ...links.server import Server
 
@@ -109,7 +109,7 @@ class DriveCommand(ServeCommand):
 
     def new_drive(self, bench: Bench, folder: Path) -> Drive:
         """Return the drive, not yet open."""
-        from ...drive.drive import Drive
+        from ...drive.motor_drive import Drive
 
         chip, axis = self._motor(bench)
         return Drive(

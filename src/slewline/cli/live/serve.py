@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from ...bench.file import BenchFile
     from ...core.datasheet.table import Sheet
     from ...links.lines.background import BackgroundStore
-    from ...links.lines.line import HostLine
     from ...links.lines.pace import Pace
+    from ...links.lines.served_line import HostLine
     from ...links.server import Server
     from ...links.sockets.loop import Loop
 
@@ -293,7 +293,7 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
 def background_store(path: Path, lockstep: bool) -> BackgroundStore:
     """Return a memory in a file; a damaged one is reported now, not when a program is missing."""
     from ...links.lines.background import PATIENCE_S, BackgroundStore
-    from ...links.lines.store import FileStore
+    from ...links.lines.memory_file import FileStore
 
     return BackgroundStore(FileStore(path), None if lockstep else PATIENCE_S)
 
@@ -321,7 +321,7 @@ def remark(text: str) -> None:
 
 def show(server: Server, end: str = "\n") -> None:
     """Print a status line."""
-    from ...links.views.status import as_line
+    from ...links.views.server_status import as_line
 
     say(as_line(server), end)
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
-from ..options.kinds import HintingCommand
+from ..options.command_kinds import HintingCommand
 from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, STRAPS, path
 from ..options.values import FILE, TimeWithUnit, WholeNumber
-from .options import CLOCK, ECHO, MARKINGS, PORT, chip_option, setting_options
+from .module_options import CLOCK, ECHO, MARKINGS, PORT, chip_option, setting_options
 
 ADDRESS = click.option("--address", type=WholeNumber(2), metavar="N", help="Of the module, on a line of several.")
 CHECKSUM = click.option(
@@ -189,7 +189,7 @@ DIALOGUES = (
 
 def compare(model: str, measured: str | None, **options: Any) -> int:
     """Compare two waveforms, or a dialogue with the model."""
-    from .differences import CompareDialogue, is_dialogue
+    from .compare_dialogue import CompareDialogue, is_dialogue
 
     for name in filter(None, (model, measured)):
         if measured is not None and Path(name).is_file() and is_dialogue(name):

@@ -21,10 +21,10 @@ from ...modules.failures import ModuleFailure
 from ...modules.finding import find
 from .. import FOUND
 from ..live.serve import remark, show_ports
-from .options import SettingOptions
+from .module_options import SettingOptions
 
 if TYPE_CHECKING:
-    from ...labs.motor import ModuleMotor
+    from ...labs.module_motor import ModuleMotor
     from ...labs.record import MotorRecord
 
 
@@ -45,7 +45,7 @@ class EpicsCommand(SettingOptions):
 
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
-        from ...labs.epics import interfaces, port_of_server
+        from ...labs.channel_access import interfaces, port_of_server
         from ...labs.record import MotorRecord
 
         port_of_server()  # is one
@@ -73,7 +73,7 @@ class EpicsCommand(SettingOptions):
 
     def find(self) -> ModuleMotor:
         """Find the module, now or again."""
-        from ...labs.motor import ModuleMotor
+        from ...labs.module_motor import ModuleMotor
 
         sheet = sheet_of(self.part)
         if not sheet.acting("goto"):
@@ -125,7 +125,7 @@ class EpicsCommand(SettingOptions):
 
     async def serve(self, record: MotorRecord, every_s: float) -> None:
         """Serve the record until a signal comes."""
-        from ...labs.epics import interfaces, serve
+        from ...labs.channel_access import interfaces, serve
         from ...links.sockets.system import ends
 
         loop, task = asyncio.get_running_loop(), asyncio.current_task()

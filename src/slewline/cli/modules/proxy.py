@@ -11,14 +11,14 @@ import click
 from ...chips import sheet_of
 from ...errors import SlewlineError
 from ..live.serve import ended_by_signals, remark, say, show_ports
-from .options import SettingOptions
+from .module_options import SettingOptions
 
 if TYPE_CHECKING:
     from ...core.wires.serial import LineSetting
     from ...links.face import OpenPort
     from ...links.sockets.loop import Loop
     from ...modules.dialogue import DialogueFile
-    from ...modules.proxy import Proxy, ProxyEnd
+    from ...modules.recording_proxy import Proxy, ProxyEnd
 
 
 @dataclass
@@ -37,7 +37,7 @@ class ProxyCommand(SettingOptions):
     def perform(self) -> int:
         """Do it, until a signal ends it; return the exit status."""
         from ...links.sockets.system import be_prompt
-        from ...modules.proxy import DialogueRecorder, Proxy
+        from ...modules.recording_proxy import DialogueRecorder, Proxy
 
         if (self.pty is None) == (self.tcp is None):
             raise click.UsageError("give one of --pty LINK and --tcp HOST:PORT, for the host program")

@@ -21,7 +21,7 @@ from ...modules.speech import speech_of
 from .. import Terminated
 from ..files import read_options
 from ..live.serve import remark
-from .programs import PortOptions, performed, raw_record
+from .pull_push import PortOptions, performed, raw_record
 
 LISTEN_S = 0.05  # how often what comes unasked is looked for
 LEAVE = "Ctrl-D leaves, :help lists the commands"

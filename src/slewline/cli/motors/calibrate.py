@@ -8,13 +8,13 @@ from typing import Any
 import click
 
 from ...core.datasheet.units import quantity
-from ...parts.motors.calibrate import Calibration
-from ...parts.motors.calibrate import calibrate as calibrated
+from ...parts.motors.calibration import Calibration
+from ...parts.motors.calibration import calibrate as calibrated
 from ...parts.motors.choppers import chopper_notes
 from ...parts.motors.drivers import read_driver
 from ...parts.motors.loads import read_load
 from ...parts.motors.motors import assumptions, is_described, motor_table, read_motor
-from ...tuning.replaying import toml
+from ...tuning.tuned_bench_file import toml
 from ..programs import print_json
 from .own import OPTION, motor_value
 

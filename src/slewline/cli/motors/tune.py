@@ -15,15 +15,15 @@ from ...core.messages.whole import counted
 from ...core.time.timebase import readable
 from ...errors import UsageError
 from ...gate import read_text
-from ...language.ramps import Calculator, Value
-from ...record.pictures.pictures import SUFFIXES
+from ...language.ramp_answers import Calculator, Value
+from ...record.pictures.picture_files import SUFFIXES
 from ...record.style import aligned
 from ...tuning.executors import MOST_JOBS, Workers, dask, processes
 from ...tuning.grid import Grid
-from ...tuning.replaying import is_tuned
 from ...tuning.search import OnProgress, Progress
 from ...tuning.task import Chosen, MapPlace, NothingHolds, Tuned
-from ...tuning.tune import perform, task_of
+from ...tuning.tune_ramp import perform, task_of
+from ...tuning.tuned_bench_file import is_tuned
 from .. import FOUND
 from ..files import Outputs, read_options
 from ..programs import print_json
@@ -90,7 +90,7 @@ def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | No
         return
     outputs.save(plot, lambda path: draw(path, found, calculator))
     if bench is not None:
-        from ...tuning.replaying import bench_file
+        from ...tuning.tuned_bench_file import bench_file
 
         outputs.write(bench, bench_file(found, calculator))
 
@@ -112,7 +112,7 @@ def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> Abstrac
 
 def draw(path: str, found: Tuned, calculator: Calculator) -> None:
     """Draw map, curve and lag."""
-    from ...tuning.pictures import save_tuning
+    from ...tuning.tuning_picture import save_tuning
 
     save_tuning(path, found, calculator)
 

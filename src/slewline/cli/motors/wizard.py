@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ...errors import SlewlineError
-from ..options.kinds import HintingCommand
+from ..options.command_kinds import HintingCommand
 
 if TYPE_CHECKING:
-    from ...parts.motors.data import MotorData
+    from ...parts.motors.motor_data import MotorData
 
 MOST_SHOWN = 9  # rows of a list
 STEPS = 500

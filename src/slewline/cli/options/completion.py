@@ -112,7 +112,7 @@ def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comple
 @quietly
 def example(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
     """Complete the name of an example, or of a folder of them."""
-    from ...bench.files.examples import named, title
+    from ...bench.files.shipped_files import named, title
 
     found = {place: title(path) for place, path in named().items()}
     folders = {place.rpartition("/")[0]: "" for place in found if "/" in place}

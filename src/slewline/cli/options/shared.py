@@ -6,7 +6,7 @@ from functools import partial
 
 import click
 
-from .kinds import OncePerName
+from .command_kinds import OncePerName
 from .values import FILE, FREQUENCY, PartName, Strap, look_here
 
 EXIT = "Exit status: 0 all is well, 1 a problem was found or time ran out, 2 wrong use."

@@ -12,8 +12,8 @@ import click
 from click.shell_completion import CompletionItem
 
 from ...core.datasheet.units import KINDS, quantity
+from ...core.messages.decimal_comma import without_comma
 from ...core.messages.near import hint
-from ...core.messages.numbers import without_comma
 from ...core.time.timebase import hertz, picoseconds
 from ...errors import TimeError, UsageError
 from . import completion

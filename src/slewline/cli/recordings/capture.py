@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import click
 
+from ...drive.captures.capture_report import CaptureReport
 from ...drive.captures.checking import check_capture
-from ...drive.captures.report import CaptureReport
 from ...errors import UsageError
 from ...record.waveforms.read_waveforms import read_waveforms
 from .. import FOUND
@@ -33,7 +33,7 @@ def capture(
     as_json: bool,
 ) -> int:
     """Print what is wrong with a recording; 0 if nothing is."""
-    from ...record.pictures.pictures import SUFFIXES
+    from ...record.pictures.picture_files import SUFFIXES
 
     outputs = Outputs([file])
     outputs.claim(plot, SUFFIXES)

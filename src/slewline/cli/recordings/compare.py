@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import click
 
 from ...errors import UsageError
-from ...record.measuring.compare import Comparison
+from ...record.measuring.compare_edges import Comparison
 from ...record.measuring.explain import SignalPair, Terms, compare_signals
 from ...record.waveforms.read_vcd import read_vcd
 from ...record.waveforms.read_waveforms import read_waveforms

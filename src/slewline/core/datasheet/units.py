@@ -20,7 +20,7 @@ from numbers import Integral
 from types import MappingProxyType
 
 from ...errors import UsageError
-from ..messages.numbers import without_comma
+from ..messages.decimal_comma import without_comma
 
 UNITS: Mapping[str, Mapping[str, str]] = MappingProxyType(  # by the first unit: what may be written, how much it is
     {

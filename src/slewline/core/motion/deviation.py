@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from .axis import Axis
-from .ideal import Ideal
+from .ideal_motion import Ideal
 
 if TYPE_CHECKING:
     import numpy as np

@@ -23,7 +23,7 @@ from ..time.hook import Hook
 from ..time.kernel import Kernel
 
 if TYPE_CHECKING:
-    from .ideal import Ideal
+    from .ideal_motion import Ideal
 
 Why = Literal["done", "stopped", "limit", "changed", "cut"]
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import lru_cache
 from math import gcd
 from operator import index
 from typing import TYPE_CHECKING, Self, TypeAlias
 
 from ...errors import TimeError
-from ..messages.numbers import without_comma
+from ..messages.decimal_comma import without_comma
 
 if TYPE_CHECKING:
     import numpy as np
@@ -76,11 +77,16 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     return -value if match[1] == "-" else value
 
 
+@lru_cache(maxsize=256)  # a program says a handful of times
+def _in_ps(text: str) -> int:
+    return _scaled(text, UNITS, "time", "25 us")
+
+
 def _whole(time: Time, negative: bool) -> int:
     try:
         if isinstance(time, bool):
             raise TypeError
-        ps = _scaled(time, UNITS, "time", "25 us") if isinstance(time, str) else index(time)  # type: ignore[arg-type]
+        ps = _in_ps(time) if isinstance(time, str) else index(time)  # type: ignore[arg-type]
     except TypeError:
         if not isinstance(time, Seconds):
             example = f"{time:g} s" if isinstance(time, float) and "e" not in f"{time:g}" else "25 us"

@@ -6,21 +6,29 @@ r"""Exchanges as values: what two ends do with each other costs nothing on the w
     real                                |    the rest as waves, which the ends watch
 
 A bus cycle or a strobe has many edges, and all of them follow from a few numbers: when it begins, an address, a byte.
-While both ends are known, and nothing else watches, samples, records or drives their wires, no edge is an instant: one
-end calls the other with what comes over, and each driver shows a `DrawnLine`, which works out its edges when asked for
-a level.  As soon as anything begins to look, or any other driver is given something, the exchange is withdrawn: the
-lines become the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is
-also how everything goes that is not quiet: the twin, to which an exchange is equal in every edge, byte and finding.
+While both ends are known, and nothing else watches, samples or drives their wires, no edge is an instant: one end calls
+the other with what comes over, and each driver shows a `DrawnLine`, which works out its edges when asked for a level.
+All of them follow from the state of the exchange, a few values.  Where a wire is recorded the states are kept, and the
+edges are worked out when somebody wants them (`PastExchanges`).
+
+As soon as anything begins to look, or any other driver is given something, the exchange is withdrawn: the lines become
+the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is also how
+everything goes that is not quiet: the twin, to which an exchange is equal in every edge, byte and finding.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from ..time.events import When
 from .net import Driver, Net
 from .wave import Level, Wave, floats
+
+SEGMENT = 1024  # exchanges that one entry of a log stands for: a recorder drops old entries
+
+Shown = Callable[[Any], Wave]  # of the state of an exchange: what a driver shows of it
 
 
 class End(Protocol):
@@ -34,59 +42,150 @@ class End(Protocol):
 class DrawnLine:
     """What a driver shows of the exchange in progress, or showed of the last one; worked out when asked for."""
 
-    __slots__ = ("driver", "shown")
+    __slots__ = ("driver", "exchange", "shown")
     until: int | None = None
 
-    def __init__(self, driver: Driver, shown: Callable[[], Wave]) -> None:
-        self.driver, self.shown = driver, shown
+    def __init__(self, driver: Driver, shown: Shown, exchange: Exchange) -> None:
+        self.driver, self.shown, self.exchange = driver, shown, exchange
+
+    @property
+    def wave(self) -> Wave:
+        """All of its edges."""
+        return self.shown(self.exchange.state)
 
     @property
     def floats(self) -> bool:
         """Does it let go of the wire at times?"""
-        return floats(self.shown())
+        return floats(self.wave)
 
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), edges at that instant included."""
-        return self.shown().level(ps)
+        return self.wave.level(ps)
 
     def after(self, ps: int) -> When:
         """Return the next edge strictly after an instant (ps); None: none is foreseen."""
-        return self.shown().after(ps)
+        return self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop (ps), as two lists."""
-        return self.shown().edges(start, stop)
+        return self.wave.edges(start, stop)
+
+
+class PastExchanges:
+    """What a net showed of exchanges, one after the other: an entry of its log.
+
+    Args:
+        net: the net.
+        shown: what each driver on it shows of a state.
+    """
+
+    __slots__ = ("net", "shown", "starts", "states")
+    until: int | None = None
+    floats = True  # at times, perhaps; the log knows where a net rests
+
+    def __init__(self, net: Net, shown: Sequence[Shown], starts: list[int], states: list[Any]) -> None:
+        self.net, self.shown, self.starts, self.states = net, shown, starts, states
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
+        state = self.states[max(bisect_right(self.starts, ps) - 1, 0)]
+        return self._together([shown(state) for shown in self.shown], ps)
+
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps); None: there was none."""
+        for times, _ in self._edges(ps, None):
+            if times:
+                return times[0]
+        return None
+
+    def edges(self, start: int, stop: int) -> tuple[Any, Any]:
+        """Return the edges at start < t <= stop (ps), as two lists."""
+        times: list[int] = []
+        levels: list[Level] = []
+        for its_times, its_levels in self._edges(start, stop):
+            times += its_times
+            levels += its_levels
+        return times, levels
+
+    def _together(self, waves: list[Wave], ps: int) -> Level:
+        """Return the level that the drivers make, at an instant (ps)."""
+        return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
+
+    def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
+        """Yield the edges of each exchange at start < t <= stop (ps), and the level that ends the one before."""
+        starts = self.starts
+        for number in range(max(bisect_right(starts, start) - 1, 0), len(starts)):
+            if stop is not None and starts[number] > stop:
+                return
+            state, end = self.states[number], starts[number + 1] - 1 if number + 1 < len(starts) else stop
+            if end is None or (stop is not None and end > stop):
+                end = stop
+            waves = [shown(state) for shown in self.shown]
+            since = max(start, starts[number] - 1)
+            until = end if end is not None else max((wave.times[-1] for wave in waves if wave.times), default=since)
+            if start < starts[number]:
+                yield [starts[number]], [self._together(waves, starts[number])]
+            if len(waves) == 1:
+                yield waves[0].edges(since, until)
+                continue
+            times = sorted({time for wave in waves for time in wave.times if since < time <= until})
+            yield times, [self._together(waves, time) for time in times]
 
 
 class Exchange:
     """What may go between ends as a value.
 
     Args:
-        led: the drivers of the end that leads, each with a function that returns its wave of the exchange in progress,
-            or of the last one.  When it is withdrawn, they show the rest of it.
+        led: the drivers of the end that leads, each with a function of the state of an exchange that returns its wave.
+            When an exchange is withdrawn, they show the rest of it.
         answering: the same of those that answer.  When it is withdrawn, they stay as they are, until their end hears
             of the next edge.
         ends: what watches the nets.
         withdrawn: called with the last instant (ps) of which the value is true, before the ends watch again.
+
+    Attributes:
+        state: that of the exchange in progress, or of the last one; what the drivers show follows from it alone.
     """
 
     def __init__(
         self,
-        led: Mapping[Driver, Callable[[], Wave]],
-        answering: Mapping[Driver, Callable[[], Wave]],
+        led: Mapping[Driver, Shown],
+        answering: Mapping[Driver, Shown],
         ends: Sequence[End],
         withdrawn: Callable[[int], object],
     ) -> None:
-        self.led = [DrawnLine(driver, shown) for driver, shown in led.items()]
-        self.answering = [DrawnLine(driver, shown) for driver, shown in answering.items()]
+        self.led = [DrawnLine(driver, shown, self) for driver, shown in led.items()]
+        self.answering = [DrawnLine(driver, shown, self) for driver, shown in answering.items()]
         self.ends, self.withdrawn = ends, withdrawn
+        self.state: Any = None
         self.by_value = False
         self.nets: tuple[Net, ...] = ()  # of the wires, while it goes by value
         self.watches: Sequence[tuple[Net, Callable[[Net], object]]] = ()  # what the ends watch of them otherwise
+        self.recorded = False  # one of the nets has a log
+        self.starts: list[int] = []  # of the exchanges that the last entries of the logs stand for
+        self.states: list[Any] = []
 
-    def begin(self) -> bool:
+    def begin(self, state: Any) -> bool:
         """Return whether the exchange that begins now goes by value: all its edges are yet to come."""
-        return self.by_value or self._enter()
+        before, self.state = self.state, state
+        if not self.by_value and not self._enter():
+            self.state = before
+            return False
+        if self.recorded:
+            if not self.starts or len(self.starts) >= SEGMENT:
+                self._log()
+            self.starts.append(self.nets[0].kernel.now)
+            self.states.append(state)
+        return True
+
+    def _log(self) -> None:
+        """Begin new entries in the logs."""
+        now = self.nets[0].kernel.now
+        self.starts, self.states = [], []
+        for net in self.nets:
+            if net.log is not None:
+                shown = [line.shown for line in [*self.led, *self.answering] if line.driver.net is net.root]
+                net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
 
     def _enter(self) -> bool:
         """Go by value from now on, if nothing else takes part in any wire, or looks at one."""
@@ -111,6 +210,8 @@ class Exchange:
             net.token += 1
             net.exchange = self
         self.by_value, self.nets, self.watches = True, tuple(nets), watches
+        self.recorded = any(net.log is not None for net in nets)
+        self.starts, self.states = [], []
         return True
 
     @property
@@ -126,7 +227,7 @@ class Exchange:
         nets, self.nets, self.by_value = self.nets, (), False
         seen = nets[0].kernel.seen
         for line in self.led:
-            wave = line.shown()
+            wave = line.wave
             line.driver.level = wave.level(seen)
             line.driver.promise = wave if wave.times and wave.times[-1] > seen else None
         for line in self.answering:
@@ -138,6 +239,8 @@ class Exchange:
         for net in nets:
             net.root.sort_drivers()
             net.value = net.resolve(seen)  # it has not followed the lines
+            if self.recorded and net.log is not None:
+                net.log_present(seen)
         for net, observer in self.watches:
             net.watch(observer)
 

@@ -97,16 +97,39 @@ class Driver:
         That is so while the task that runs is alone in its round; it must not read the net in the same round.
         """
         net, kernel = self.net, self.kernel
-        if not kernel.sole or net.plain is not self or self.pending or net.observers or level is None:
+        if not kernel.sole or net.plain is not self or self.pending or net.observers:
+            self.drive(level)
+            return
+        if level is None and len(net.drivers) > 1:  # it drives no longer, another one may
             self.drive(level)
             return
         self.level = level
-        if level != net.value:
-            net.value = level
+        shown = level
+        if level is None:
+            shown = net.tie if net.tie is not None else net.pull
+        if shown != net.value:
+            net.value = shown
             net.changes += 1
             net.changed_at = kernel.now
             if net.waiters:
                 net.tell()
+
+    def release(self) -> None:
+        """Let go of the wire: at once where its level stays and nothing keeps a log of it, else as `drive(None)`."""
+        root, kernel = self.net, self.kernel
+        nets = root.joined or (root,)
+        rest = root.tie if root.tie is not None else root.pull
+        quiet = kernel.sole and not kernel.pending and len(root.active) == 1 and root.exchange is None
+        if not quiet or self.at(kernel.now) != rest or any([net._log is not None for net in nets]):
+            self.drive(None)
+            return
+        for net in nets:
+            for sampler in net.before_change:
+                sampler()
+            net.token += 1
+            net.value = rest
+        self.level = self.promise = None
+        root.sort_drivers()
 
     def play(self, promise: Promise) -> None:
         """Drive a promised waveform from this instant on."""
@@ -173,6 +196,13 @@ class Driver:
         return self.level if self.promise is None else self.promise.level(ps)
 
 
+class Reader(Protocol):
+    """What takes what comes over a net as a whole, and late, while nobody looks (characters.py)."""
+
+    def one_by_one(self) -> None:
+        """Take each thing at its instant from now on, while the net has observers."""
+
+
 class ByValue(Protocol):
     """What goes over some wires as a value (exchange.py)."""
 
@@ -236,6 +266,7 @@ class Net:
         "plain",
         "promise",
         "pull",
+        "readers",
         "renewed",
         "root",
         "tie",
@@ -271,6 +302,7 @@ class Net:
         self.active: list[Driver] = []  # those drivers that drive at all; the only one counts as doing so
         self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
         self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
+        self.readers: tuple[Reader, ...] = ()
         self.ends: tuple[Any, ...] = ()  # what watches it, and can be told of exchanges as values
         self.exchange: ByValue | None = None  # what goes over the wire as a value, at present
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
@@ -286,11 +318,26 @@ class Net:
         self._log = log
         self.sort_drivers()
 
+    def log_from(self, ps: int, what: Promise | Level) -> None:
+        """Note in the log what the net shows from an instant (ps) on."""
+        log = self._log
+        if log and log[-1][0] == ps:
+            log[-1] = ps, what
+        elif log is not None:
+            log.append((ps, what))
+
+    def log_present(self, ps: int) -> None:
+        """Note in the log what the net shows now (ps): a promise, where one driver alone makes the level."""
+        alone = len(self.active) == 1 and self.promise is not None
+        self.log_from(ps, self.promise if alone else self.resolve(ps))
+        if self.promise is not None and not alone:
+            self.schedule(ps)
+
     @property
     def looked_at(self) -> bool:
-        """Does anything but observers go by what the net shows, and when?"""
+        """Does anything but observers and a recorder go by what the net shows, and when?"""
         waiting = self.waiters and any(task.token == token for task, token, _ in self.waiters)
-        return bool(waiting or self.before_change or self.latched or self._log is not None)
+        return bool(waiting or self.before_change or self.latched)
 
     def _alone(self) -> None:
         """Let what goes over the wire as a value go on edge by edge: something is going to look."""
@@ -305,9 +352,15 @@ class Net:
             plain = driver.promise is None and self._log is None and not self.before_change
             self.plain = driver if plain else None
             return
-        self.active = [driver for driver in self.drivers if driver.promise is not None or driver.level is not None]
-        self.promise = next((driver.promise for driver in self.active if driver.promise is not None), None)
-        self.contention &= len(self.active) > 1
+        active, promise = [], None
+        for driver in self.drivers:
+            if driver.promise is not None:
+                active.append(driver)
+                promise = promise or driver.promise
+            elif driver.level is not None:
+                active.append(driver)
+        self.active, self.promise = active, promise
+        self.contention &= len(active) > 1
         if self.joined:
             for net in self.joined:
                 net.active, net.promise, net.plain, net.contention = self.active, self.promise, None, self.contention
@@ -481,6 +534,8 @@ class Net:
         self.observers.append(observer)
         if self.promise is not None:
             self.follow()
+        for reader in self.readers:
+            reader.one_by_one()
 
     def unwatch(self, observer: Callable[[Net], object]) -> None:
         """Remove a function that was given to `watch`."""

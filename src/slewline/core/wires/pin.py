@@ -134,8 +134,10 @@ class EdgeCondition(Condition):
 class GotCondition(Condition):
     """These bytes, or words, have been received one after the other."""
 
-    def __init__(self, name: str, received: bytearray | list[int], data: bytes | list[int]) -> None:
-        self.received, self.data, self.text = received, data, f"{name} got {data!r}"
+    def __init__(
+        self, name: str, received: bytearray | list[int], data: bytes | list[int], nets: tuple[Net, ...] = ()
+    ) -> None:
+        self.received, self.data, self.text, self.nets = received, data, f"{name} got {data!r}", nets
 
     def met(self) -> bool:
         received, data = self.received, self.data

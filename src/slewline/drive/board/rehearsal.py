@@ -8,7 +8,7 @@ from time import perf_counter_ns
 from ...errors import UsageError
 from .boards import UNO, BoardModel
 from .frames import Decoder, Frame
-from .twin import BoardTwin
+from .twin_board import BoardTwin
 from .wire import FrameKind, check_numbers
 
 TWIN = "twin"

@@ -24,8 +24,8 @@ from ...record.measuring.measure import jitter, pulses, skew
 from ...record.recording.recorder import real_edges
 from ...record.waveforms.read_waveforms import read_waveforms
 from ...record.waveforms.waveforms import EDGES, Waveforms
-from ..drivers import OWN, StepDriver, own_driver, step_driver
-from .report import AxisCapture, CaptureReport
+from ..step_drivers import OWN, StepDriver, own_driver, step_driver
+from .capture_report import AxisCapture, CaptureReport
 
 if TYPE_CHECKING:
     import numpy as np

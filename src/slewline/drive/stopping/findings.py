@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from ..drive_state import DriveState
     from ..feeder import Feeder
-    from ..state import DriveState
 
 
 def signed(number: int) -> int:

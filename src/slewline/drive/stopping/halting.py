@@ -9,7 +9,7 @@ from ...errors import UsageError
 if TYPE_CHECKING:
     from ...core.chip import Chip
     from ..board.wire import BoardEvent
-    from ..state import DriveState
+    from ..drive_state import DriveState
     from .findings import DriveFindings
 
 WAYS = ("abort", "kill", "reset", "power")  # in which a chip can be stopped

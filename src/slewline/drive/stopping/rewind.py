@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ...bench.past import Past
     from ...core.motion.axis import Axis
     from ...core.time.hook import Hook
-    from ..state import DrivePath, DriveState, Movable, Stopping
+    from ..drive_state import DrivePath, DriveState, Movable, Stopping
     from .findings import DriveFindings
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)

@@ -11,7 +11,7 @@ from .findings import DriveFindings, signed
 
 if TYPE_CHECKING:
     from ...core.time.hook import Hook
-    from ..state import DrivePath, DriveState, FoundBoard, Stopping
+    from ..drive_state import DrivePath, DriveState, FoundBoard, Stopping
 
 TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
     Happening.UNDERRUN: (

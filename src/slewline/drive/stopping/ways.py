@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...core.motion.axis import Axis, Segment
     from ...core.motion.plan import Leg, Plan
-    from ..board.link import Link
+    from ..board.board_link import Link
+    from ..drive_state import DriveState
     from ..feeder import Feeder
-    from ..state import DriveState
 
 LEVELS, BACK = "brake", "brake back"  # words of REFLEXES
 QUEUE_LEVELS = 40  # that a board takes at any rate

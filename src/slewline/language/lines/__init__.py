@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ...core.datasheet.rows import LineRow
+from ...core.datasheet.command_rows import LineRow
 from ...core.datasheet.table import Row, Sheet, Trust
 from ..dialect import Command, Dialect, Refusal, spoken_as
-from ..reader import Reader
+from ..line_reader import Reader
 from ..statements import Operand, Source, Statement
-from .grammar import KEPT, checksum, framed, parse, places, range_of, spell, usage
-from .reference import line_in_full, line_table
+from .line_grammar import KEPT, checksum, framed, parse, places, range_of, spell, usage
+from .line_reference import line_in_full, line_table
 from .remedies import alike, refusal, remedy
 
 __all__ = ["KEPT", "Lines", "Refusal", "checksum", "framed", "parse", "places", "range_of", "refusal", "spell", "usage"]

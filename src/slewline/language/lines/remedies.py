@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from ...core.datasheet.channel import SerialLine
-from ...core.datasheet.rows import LineRow
+from ...core.datasheet.command_rows import LineRow
 from ...core.datasheet.table import Sheet
 from ..dialect import IN_DIGITS, LIKE_DIGITS, Command, Refusal, slip_remedy
-from .grammar import KEPT, SIGN, checksum, parse, range_of, usage
+from .line_grammar import KEPT, SIGN, checksum, parse, range_of, usage
 
 LF = "\n"
 

@@ -6,13 +6,13 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...core.datasheet.rows import PacketRow
+from ...core.datasheet.command_rows import PacketRow
 from ...core.datasheet.table import Row, Sheet
 from ...errors import UsageError
 from ..dialect import Refusal, spoken_as
-from ..reader import Reader
+from ..line_reader import Reader
 from ..statements import Instruction, Operand, Source
-from .grammar import (
+from .packet_grammar import (
     DIRECTS,
     LONGEST,
     Sibling,
@@ -33,7 +33,7 @@ from .grammar import (
     values,
     words,
 )
-from .reference import packet_in_full, packet_table, words_of
+from .packet_reference import packet_in_full, packet_table, words_of
 
 # fmt: off
 __all__ = [

@@ -1,23 +1,23 @@
 """Commands of a letter and its arguments, as text or in binary form.
 
-dialect.py      `Letters`: arguments are decimal numbers and labels, a program is stored as opcodes;
-                `Verbatim`: hexadecimal numbers, switches, queries and strings, too; a program is stored as text
-forms.py        what both have in common: which signs there are, what is sent
-commands.py     a command that was decoded; how commands are spelled
-numbers.py      how numbers are written
-decoder.py      characters in, commands out
-entry.py        the end of a program that is stored as it was written
-reader.py       a line of a program, for assembler and linter
-rules.py        the rules of the linter; in dialogue.py those about a running program
-reference.py    the table of commands
+letter_dialects.py  `Letters`: arguments are decimal numbers and labels, a program is stored as opcodes;
+                    `Verbatim`: hexadecimal numbers, switches, queries and strings, too; a program is stored as text
+forms.py            what both have in common: which signs there are, what is sent
+command_text.py     a command that was decoded; how commands are spelled
+written_values.py   how numbers are written
+decoder.py          characters in, commands out
+entry.py            the end of a program that is stored as it was written
+text_reader.py      a line of a program, for assembler and linter
+rules.py            the rules of the linter; in live_rules.py those about a running program
+text_reference.py   the table of commands
 """
 
 from __future__ import annotations
 
-from .commands import CommandText, Label, spell
+from .command_text import CommandText, Label, spell
 from .decoder import Decoder
-from .dialect import Letters, Verbatim
 from .entry import Entry
 from .forms import TextDialect
+from .letter_dialects import Letters, Verbatim
 
 __all__ = ["CommandText", "Decoder", "Entry", "Label", "Letters", "TextDialect", "Verbatim", "spell"]

@@ -20,12 +20,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar, cast
 
-from ...core.datasheet.rows import TextRow
+from ...core.datasheet.command_rows import TextRow
 from ...core.datasheet.table import Arg, Sheet
 from ..dialect import Note, unknown_remedy
-from .commands import CR, LF, OPEN_BUS, CommandText, Label, spell
+from .command_text import CR, LF, OPEN_BUS, CommandText, Label, spell
 from .forms import TextDialect
-from .numbers import hint, number
+from .written_values import hint, number
 
 L_co = TypeVar("L_co", covariant=True)  # Label, or Never where a dialect has none
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.datasheet.table import Row
-from .commands import CR, OPEN_BUS
+from .command_text import CR, OPEN_BUS
 
 
 class Entry:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from ...core.datasheet.rows import TextRow
+from ...core.datasheet.command_rows import TextRow
 from ...core.datasheet.table import Arg, Row, Sheet
 from ...errors import UsageError
 from ..dialect import Dialect
 from ..statements import Statement
-from .commands import CR, NO_NAMES, CommandText, Label, letters_for, spell
-from .numbers import BETWEEN
+from .command_text import CR, NO_NAMES, CommandText, Label, letters_for, spell
+from .written_values import BETWEEN
 
 END = bytes([CR])
 

@@ -8,9 +8,9 @@ from ..assemble import units
 from ..dialect import Check, spoken_as
 from ..lint import branches, reached, section
 from ..statements import Source, Statement
-from . import dialogue
-from .dialogue import listed
+from . import live_rules
 from .forms import TextDialect
+from .live_rules import listed
 
 FURTHEST = ("nt", "n0", "t", "0")  # ways on, as remedies name them: those on a condition first
 
@@ -110,5 +110,5 @@ def entries(source: Source) -> None:
                     source.report(statement, "unused-label", "note", found, section=about_labels)
 
 
-FOR_TOKENS: tuple[Check, ...] = (ends, loops, misplaced, entries, dialogue.live, dialogue.course)
+FOR_TOKENS: tuple[Check, ...] = (ends, loops, misplaced, entries, live_rules.live, live_rules.course)
 FOR_TEXT: tuple[Check, ...] = (ends, kinds_of_loops, pages, misplaced, entries)

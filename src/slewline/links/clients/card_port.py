@@ -6,8 +6,8 @@
         card.command("O 81H")                            # answers to this side
         print(card.ask("? P"))                           # P=00000000
 
-The registers are those of parts/boards/parallel_card.py, the messages those of links/ports/registers.py.  This file and
-chipset_port.py need nothing but the standard library: a host program may take copies of them to another machine.
+The registers are those of parts/boards/parallel_card.py, the messages those of links/ports/register_port.py.  This file
+and chipset_port.py need nothing but the standard library: a host program may take copies of them to another machine.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@
         port.ready()
         print(f"{port.inp(DATA):02x}{port.inp(DATA):02x}")
 
-Of an address the lowest four bits count, so 0x342 is the command register too.  The messages are those of registers.py.
-A server with another card (--card) says in its first line where the registers are: `at`.
+Of an address the lowest four bits count, so 0x342 is the command register too.  The messages are those of
+register_port.py.  A server with another card (--card) says in its first line where the registers are: `at`.
 
 A packet is one message.  In lockstep OUT and a poll whose answer can be foreseen do not wait for one: HostRdy is low
 after a command and after the second byte of a word, until a poll has found it so, and high after the first byte.  What

@@ -2,7 +2,7 @@
 
 A verb is a row, which has its keys and those of its reply, and a method do_... of the same name:
 
-    rows.py, verbs.py                pins, faults, the state of a server
+    rows_of_pins.py, pin_verbs.py    pins, faults, the state of a server
     rows_of_views.py, view_verbs.py  what is seen of chips and parts; events that a client subscribes to
     rows_of_time.py, time_verbs.py   pause, steps, breakpoints, going back
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from ...core.time.timebase import PS_PER_S, picoseconds
 from ..sockets.stream import SocketStream
 from ..time.roads import connection, greeting
-from .kinds import Data
 from .requests import READING
+from .value_kinds import Data
 
 if TYPE_CHECKING:
     from ..face import ClientFace

@@ -36,13 +36,13 @@ from ..ports.tcp import Listener
 from ..sockets.address import is_loopback, parse_address
 from ..sockets.preamble import CONTROL, Preamble
 from ..sockets.stream import SocketStream
-from ..views.views import at, difference, put
+from ..views.panel_views import at, difference, put
 from .beyond import Beyond
-from .kinds import Data
+from .pin_verbs import PinVerbs
 from .requests import read
 from .time_verbs import TimeVerbs
 from .validator import as_object
-from .verbs import PinVerbs
+from .value_kinds import Data
 from .view_verbs import ViewVerbs
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """The requests of the control port: what each needs and what its reply has, as rows.
 
 The JSON schema is made from them, and `validator.py` checks each request against it; so is the page of the
-documentation.  What a request does is the method of its name in `verbs.py`, `time_verbs.py` and `view_verbs.py`.
+documentation.  What a request does is the method of its name in `pin_verbs.py`, `time_verbs.py` and `view_verbs.py`.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from functools import cache
 
 from ...core.messages.near import hint
 from ...errors import UsageError
-from . import rows, rows_of_time, rows_of_views
-from .kinds import TEXT, WHOLE, Data, EventSpec, Key, RequestSpec, record
+from . import rows_of_pins, rows_of_time, rows_of_views
 from .rows_of_views import EVENTS
 from .validator import as_object, check, shown
+from .value_kinds import TEXT, WHOLE, Data, EventSpec, Key, RequestSpec, record
 
-REQUESTS = (*rows.REQUESTS, *rows_of_time.REQUESTS, *rows_of_views.REQUESTS)
+REQUESTS = (*rows_of_pins.REQUESTS, *rows_of_time.REQUESTS, *rows_of_views.REQUESTS)
 NAMES = tuple(dict.fromkeys(row.do for row in REQUESTS))
 READING = frozenset(row.do for row in REQUESTS if row.reads)
 COMMON = (

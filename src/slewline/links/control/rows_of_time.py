@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .kinds import (
+from .value_kinds import (
     A_CHIP,
     A_PIN,
     A_RATE,

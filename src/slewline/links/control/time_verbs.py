@@ -16,8 +16,8 @@ from ..time.moments import (
     PinCondition,
     StepCondition,
 )
-from .kinds import Data
-from .verbs import Verbs
+from .pin_verbs import Verbs
+from .value_kinds import Data
 
 RESTING = "no command or program is in progress"
 

@@ -17,7 +17,7 @@ from typing import Any
 from ...core.messages.near import hint
 from ...core.time.timebase import PS_PER_S, moment
 from ...errors import UsageError
-from .kinds import A_RATE, A_TIME, Data
+from .value_kinds import A_RATE, A_TIME, Data
 
 LONGEST = 60  # characters of a text that a message shows
 PS_PER_DAY = 86_400 * PS_PER_S

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from ...bench.files import examples
+from ...bench.files import shipped_files
 from ...bench.scripts.script import run_script
 from ...chips import checks_of
 from ...core.component import input_of
@@ -23,11 +23,11 @@ from ...language.assemble import RefusedProgram, assemble
 from ...language.describe import syntax
 from ...language.lint import lint
 from ...parts.hosts.host import Host
-from ..lines.line import ConnectorLine
-from .kinds import INTEGER, Data
+from ..lines.served_line import ConnectorLine
+from .pin_verbs import Verbs
 from .rows_of_views import MAX_ENTRIES
 from .validator import check
-from .verbs import Verbs
+from .value_kinds import INTEGER, Data
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -207,14 +207,14 @@ class ViewVerbs(Verbs):
     def do_examples(self, _request: Data) -> Data:
         """Reply with the examples."""
         rows = [
-            {"name": name, "part": path.suffix[1:], "title": examples.title(path)}
-            for name, path in examples.named().items()
+            {"name": name, "part": path.suffix[1:], "title": shipped_files.title(path)}
+            for name, path in shipped_files.named().items()
         ]
         return {"examples": rows}
 
     def do_example(self, request: Data) -> Data:
         """Reply with the text of an example."""
-        found = examples.named()
+        found = shipped_files.named()
         if request["name"] not in found:
             raise UsageError(f"no example {request['name']!r}{hint(request['name'], found)}; `examples` lists them")
         return {"text": found[request["name"]].read_text("utf-8", "replace")}

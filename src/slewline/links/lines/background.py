@@ -16,7 +16,7 @@ from collections.abc import Callable
 from ...core.memory.store import Memory
 from ...core.time.hook import Hook
 from ...errors import StoreError
-from .store import FileStore
+from .memory_file import FileStore
 
 PATIENCE_S = 0.001
 

@@ -34,10 +34,10 @@ from ...language.text import Letters
 from ...parts.hosts.bus_host import BusHost
 from ...parts.lines.far_end import RAW_REMEDY, TELNET
 from ..sockets.stream import CHUNK
-from .line import HostLine, Say
-from .log import TranscriptFile
+from .line_transcript import TranscriptFile
 from .outlet import Told
 from .pace import Pace
+from .served_line import HostLine, Say
 
 if TYPE_CHECKING:
     from ...bench import Bench
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
     from ...parts.base.part import Part
     from ...parts.base.request_queue import Request
-    from ...parts.hosts.ends.port import CommandPort
+    from ...parts.hosts.ends.handshake_port import CommandPort
 
 LONGEST = 256  # characters of a line
 BACKLOG = 4096  # lines that may wait for the chip

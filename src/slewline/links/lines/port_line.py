@@ -1,6 +1,6 @@
 """What ports need of a line: bytes in, bytes out, one host at a time.
 
-The line ends in modules of a bench (`HostLine`), or in a module at the far end of a cable (`modules/proxy.py`).
+The line ends in modules of a bench (`HostLine`), or in a module at the end of a cable (`modules/recording_proxy.py`).
 """
 
 from __future__ import annotations

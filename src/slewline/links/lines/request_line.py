@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from .line import HostLine, Say
-from .log import TranscriptFile
+from .line_transcript import TranscriptFile
 from .outlet import Told
 from .pace import Pace
+from .served_line import HostLine, Say
 
 if TYPE_CHECKING:
     from ...bench import Bench

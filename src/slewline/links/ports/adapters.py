@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..face import ServerFace
-    from ..lines.line import HostLine
+    from ..lines.served_line import HostLine
 
 
 class Adapters:

@@ -25,7 +25,7 @@ from ...language.dialect import Command, dialect_of
 from ...parts.boards.gpib_device import GO_TO_LOCAL, LOCAL_LOCKOUT, SELECTED_CLEAR
 from ...parts.lines.far_end import CERTAIN, RAW, TELNET
 from ...version import __version__
-from ..lines.log import TranscriptFile
+from ..lines.line_transcript import TranscriptFile
 from ..lines.pace import Pace
 from ..lines.request_line import RequestLine
 from .tcp import TcpPort, TurnSession

@@ -32,7 +32,7 @@ from ..lines.port_line import PortLine
 from ..sockets import system
 from ..sockets.loop import Loop
 from ..sockets.stream import SocketStream
-from .link import DeviceLink
+from .symbolic_link import DeviceLink
 
 IFLAG, CFLAG, LFLAG, ISPEED, OSPEED = 0, 2, 3, 4, 5  # places in what tcgetattr returns
 WAYS = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"

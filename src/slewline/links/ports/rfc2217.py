@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self, cast
 from ...core.wires.serial import PARITIES, CharacterFormat, bit_clock
 from ...errors import SlewlineError, UsageError
 from ...extras import needs
-from ..lines.line import ConnectorLine
+from ..lines.served_line import ConnectorLine
 from .tcp import Session, TcpPort
 
 try:

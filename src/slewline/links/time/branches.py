@@ -2,7 +2,7 @@
 
 While another branch than the first one is shown, the time of the server is paused.  Everything that comes from outside
 goes to the world of that branch (`worlds.py`), and its output goes out: requests of clients and their replies, bytes of
-hosts and the answers.  Requests about branches are answered here; `past.py` brings the past back.
+hosts and the answers.  Requests about branches are answered here; `server_past.py` brings the past back.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from ..sockets import system
 from ..sockets.stream import CHUNK, SocketStream
 
 if TYPE_CHECKING:
-    from ..lines.line import HostLine
+    from ..lines.served_line import HostLine
     from ..sockets.loop import Loop
 
 ANSWER_S = 1.5  # in which a branch has to answer

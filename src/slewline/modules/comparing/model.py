@@ -9,11 +9,11 @@ from ...chips import chip_class
 from ...core.datasheet.channel import AdaptiveLine, SerialLine
 from ...core.time.hook import Hook
 from ...core.time.timebase import PS_PER_S
-from ...core.wires.serial import Character
+from ...core.wires.characters import Character
 from ...errors import UsageError
 from ...links.lines.connectors import connector
 from ...links.lines.framing import FramedLine
-from ...links.lines.log import TranscriptFile
+from ...links.lines.line_transcript import TranscriptFile
 from ...links.lines.pace import Lockstep
 from ...parts.hosts.adaptive_host import AdaptiveHost
 from ..adapter import FramedSpeech

@@ -8,9 +8,9 @@ from typing import Any
 from textual.content import Content
 
 from ...core.time.timebase import PS_PER_S
-from .drawing import LEVELS, Part, figure, line, pair, strip
 from .panes import OfChip
 from .session import CURVE_PS
+from .text_drawing import LEVELS, Part, figure, line, pair, strip
 
 SHOWN = (  # roles of the pins that are shown, in this order
     *("ready", "running", "moving", "slewing", "ramping", "motion_complete", "program_entry", "direction", "step"),

@@ -9,8 +9,8 @@ from textual.message import Message
 from textual.suggester import Suggester
 from textual.widgets import Input
 
+from .debugger_verbs import candidates
 from .session import DebugSession
-from .verbs import candidates
 
 
 class Completion(Suggester):

@@ -12,9 +12,9 @@ from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Static
 
-from .drawing import Part
+from .debugger_verbs import VERBS
 from .session import DebugSession
-from .verbs import VERBS
+from .text_drawing import Part
 
 TITLE = "bold $text-primary"
 NAME = 15  # columns of a key, a verb or a command

@@ -12,8 +12,8 @@ from textual.binding import Binding, BindingType
 from textual.content import Content
 from textual.widget import Widget
 
-from .drawing import Part, line, stamp
 from .session import DebugSession
+from .text_drawing import Part, line, stamp
 
 MARKS = {"sent": "→", "got": "←", "finding": "!", "command": "·", "event": " "}
 STYLES = {"sent": "$text-primary", "got": "$text-accent", "finding": "bold $text-error", "command": "dim"}

@@ -72,6 +72,22 @@ class Strobed:
         return None, (self.start, *changes, self.end), (*((0xFF, byte) for byte in data), None)
 
 
+class Taken(NamedTuple):
+    """An operation as a value: what its lines show follows from this alone.
+
+    Attributes:
+        strobes: its instants.
+        data: what is written; None: it is a read operation.
+        command: the byte is a command.
+        answer: what is read.
+    """
+
+    strobes: Strobed
+    data: bytes | None
+    command: bool
+    answer: bytes
+
+
 class PortEnd(End, Protocol):
     """The host port of a chipset, as an end of operations."""
 
@@ -142,11 +158,13 @@ class Operation(Leader):
             command: the byte is a command.
         """
         exchange = self.possible()
-        if exchange is None or not self.chip.takes(strobes.number, data is None, strobes.first) or not exchange.begin():
+        if exchange is None or not self.chip.takes(strobes.number, data is None, strobes.first):
+            return False
+        answer = self.chip.shows(strobes.number) if data is None else b""
+        if not exchange.begin(Taken(strobes, data, command, answer)):
             return False
         self.strobes, self.data, self.command, self.over = strobes, data, command, False
-        if data is None:
-            self.shown[:] = self.chip.shows(strobes.number)
+        self.shown[:] = answer
         return True
 
     async def take_place(self) -> bytes:
@@ -186,32 +204,21 @@ class Operation(Leader):
             return None
         (self.chip,) = ends
         led = {
-            lines.select: lambda: Wave(*self.strobes.select()),
-            lines.command: self._command,
-            lines.writing: lambda: self._strobe(self.data is not None),
-            lines.reading: lambda: self._strobe(self.data is None),
-            lines.bus: self._bus,
+            lines.select: lambda taken: Wave(*taken.strobes.select()),
+            lines.command: _command,
+            lines.writing: lambda taken: _strobe(taken, taken.data is not None),
+            lines.reading: lambda taken: _strobe(taken, taken.data is None),
+            lines.bus: _bus,
         }
-        return Exchange(led, {self.chip.bus_driver: lambda: self._answer(self.strobes.end)}, ends, self._withdrawn)
+        answering = {self.chip.bus_driver: lambda taken: self._answer(taken, taken.strobes.end)}
+        return Exchange(led, answering, ends, self._withdrawn)
 
-    # ------------------------------------------------------------------------------------------- what the drivers show
-    def _command(self) -> Wave:
-        return Wave(*self.strobes.command()) if self.command else Wave(0, (), ())
-
-    def _strobe(self, its: bool) -> Wave:
-        """HostWrite or HostRead: the one that the operation is by, or the other one."""
-        return Wave(*self.strobes.strobe()) if its else Wave(1, (), ())
-
-    def _bus(self) -> Wave:
-        """Return what the host has on the bus."""
-        return Wave(None, (), ()) if self.data is None else Wave(*self.strobes.bus(self.data))
-
-    def _answer(self, ps: int) -> Wave:
+    def _answer(self, taken: Taken, ps: int) -> Wave:
         """Return what the chipset has on the bus, of what has come over by an instant (ps)."""
-        if self.data is not None:
+        if taken.data is not None:
             return Wave(None, (), ())
         edges: dict[int, Level] = {}
-        for fall, rise, byte in zip(self.strobes.falls, self.strobes.rises, self.shown, strict=False):
+        for fall, rise, byte in zip(taken.strobes.falls, taken.strobes.rises, taken.answer, strict=False):
             if fall <= ps:
                 edges[fall + self.chip.access_ps] = 0xFF, byte
             if rise <= ps:
@@ -223,7 +230,7 @@ class Operation(Leader):
         falls, rises = self.strobes.falls, self.strobes.rises
         if seen >= self.strobes.end:
             return
-        answer = self._answer(seen)
+        answer = self._answer(Taken(self.strobes, self.data, self.command, bytes(self.shown)), seen)
         if answer.times:
             self.chip.bus_driver.promise = answer
         over = [rise for rise in rises if rise <= seen]
@@ -242,3 +249,18 @@ class Operation(Leader):
         """Look at the bus at the end of a strobe, unless the host has been broken off."""
         if self.waited and strobes is self.strobes:
             self.shown.append(self.lines.bus.net.byte)  # type: ignore[attr-defined]
+
+
+# ---------------------------------------------------------------------------------- what the drivers of a host show
+def _command(taken: Taken) -> Wave:
+    return Wave(*taken.strobes.command()) if taken.command else Wave(0, (), ())
+
+
+def _strobe(taken: Taken, its: bool) -> Wave:
+    """HostWrite or HostRead: the one that the operation is by, or the other one."""
+    return Wave(*taken.strobes.strobe()) if its else Wave(1, (), ())
+
+
+def _bus(taken: Taken) -> Wave:
+    """Return what the host has on the bus."""
+    return Wave(None, (), ()) if taken.data is None else Wave(*taken.strobes.bus(taken.data))

@@ -21,7 +21,7 @@ from ...core.wires.waits import until
 from ...errors import UsageError
 from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
-from .layouts import BASES, OFFSETS, STATUS, STEPS, Layout
+from .register_layouts import BASES, OFFSETS, STATUS, STEPS, Layout
 from .series import IN, MS, OUT, POLL, POLL_PS, WAITS, Done, is_step, met, spelled
 
 CLOCK_PS = 125_000

@@ -17,9 +17,9 @@ from ...core.time.timebase import Clock, hertz
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, until
 from ...errors import UsageError
-from ..base.data import Data, as_bytes
 from ..base.part import Part
 from ..base.request_queue import RequestQueue
+from ..base.written_data import Data, as_bytes
 
 LOOP, IN, OUT, MVI, MOVE = 27, 10, 10, 7, 5  # states
 STOPPER = 0xFF

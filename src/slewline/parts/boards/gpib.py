@@ -19,9 +19,9 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
 from ...core.wires.waits import level, until
-from ..base.data import Data, as_bytes
 from ..base.part import Part
 from ..base.request_queue import RequestQueue
+from ..base.written_data import Data, as_bytes
 
 US = 1_000_000
 SETTLING_PS = 2 * US  # data before DAV, and ATN before data

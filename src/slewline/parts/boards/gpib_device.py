@@ -16,9 +16,9 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel, Task
 from ...core.wires.net import Net
 from ...core.wires.waits import first_of, level, until
-from ..base.data import Data
 from ..base.part import Part
 from ..base.request_queue import Request, RequestQueue
+from ..base.written_data import Data
 from .gpib import (
     HANDSHAKE,
     MANAGEMENT,

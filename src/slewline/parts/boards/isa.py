@@ -1,6 +1,6 @@
 r"""An ISA board: the host port of a chipset as I/O addresses of a PC.
 
-That of the chipset's application note has these; other cards have them elsewhere (layouts.py).
+That of the chipset's application note has these; other cards have them elsewhere (register_layouts.py).
 
     base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
 
@@ -24,7 +24,7 @@ from ...core.wires.waits import first_of, until
 from ..base.operation import HostLines, Operation
 from .board import FLOATING, READY, Board, base_option
 from .isa_cycle import IsaCycle
-from .layouts import ALLOWED, COMMAND, DATA, RESET, STATUS, layout_of, wrong
+from .register_layouts import ALLOWED, COMMAND, DATA, RESET, STATUS, layout_of, wrong
 
 RESET_PS = 2_000_000  # the chipset wants 1 µs; the strobe of the bus alone would be too short
 HOSTRDY = 0x80

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from ...core.time.kernel import Kernel
 from ...core.wires.waits import first_of, until
 from .board import FLOATING, READY, Board, base_option
-from .layouts import DATA, RESET, STATUS, Layout
+from .register_layouts import DATA, RESET, STATUS, Layout
 
 CONTROL = "control"
 LAYOUT = Layout(0x340, {0: DATA, 2: CONTROL, 4: STATUS}, {0: DATA, 2: CONTROL, 8: RESET})

@@ -21,7 +21,8 @@ from typing import Any
 from ...core.datasheet.option import Option
 from ...core.time.hook import Hook
 from ...core.time.kernel import Kernel
-from ...core.wires.serial import BAUD, TTL, CharacterFormat, Receiver, bit_clock
+from ...core.wires.characters import Character, Receiver
+from ...core.wires.serial import BAUD, TTL, CharacterFormat, bit_clock
 from ..base.part import Part
 from ..memories.external import WRITE_WIRING, BusInterface, start_bus
 
@@ -196,12 +197,13 @@ class Lcd(Shows, Part):
 
     async def _listen(self) -> None:
         receiver = Receiver(self.pin("rxd").net, self._clock, CharacterFormat(8, "none", 1), TTL)
-        while True:
-            character = await receiver.character()
-            if character.good:
-                self._take(character.byte)
-            else:
-                self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
+        await receiver.receive(self._receive)
+
+    def _receive(self, character: Character) -> None:
+        if character.good:
+            self._take(character.byte)
+        else:
+            self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
 
     def _take(self, byte: int) -> None:
         """Show what a character makes; what may still become a parameter counts as text as long as it is none."""

@@ -16,9 +16,9 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
 from ...core.wires.waits import first_of, until
-from ..base.data import Data, as_bytes
 from ..base.part import Part
 from ..base.request_queue import RequestQueue
+from ..base.written_data import Data, as_bytes
 
 
 class Keyboard(Part):

@@ -47,7 +47,6 @@ class AdaptiveHost(UartHost, Host):
     ) -> None:
         super().__init__(kernel, name, chips)
         self.uart = AdaptiveUart(self, chips[0], baud, strapped)
-        self.received: bytearray = self.uart.received
         self.on_character = self.uart.on_character
 
     @from_outside

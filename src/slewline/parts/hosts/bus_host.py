@@ -10,9 +10,9 @@ from ...core.messages.whole import whole
 from ...core.time.inputs import from_outside
 from ...core.wires.pin import Condition, GotCondition
 from ...errors import Timeout, UsageError
-from ..base.data import Data, as_bytes
 from ..base.part import served
-from .ends.port import CommandPort
+from ..base.written_data import Data, as_bytes
+from .ends.handshake_port import CommandPort
 from .host import TO_ONE, Host
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from ...core.messages.calls import answering
 from ...core.time.inputs import from_outside
 from ...core.wires.pin import Condition, GotCondition
 from ...errors import Timeout, UsageError
-from ..base.data import Data, as_bytes
 from ..base.part import served
+from ..base.written_data import Data, as_bytes
 from .ends.flow_port import FlowPort
 from .host import TO_ONE, Host
 

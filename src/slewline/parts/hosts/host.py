@@ -27,9 +27,9 @@ from ...core.messages.instead import missing
 from ...core.time.hook import Hook
 from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
-from ..base.data import Data
 from ..base.part import Part, served
 from ..base.request_queue import RequestQueue
+from ..base.written_data import Data
 
 if TYPE_CHECKING:
     from ...core.chip import Chip

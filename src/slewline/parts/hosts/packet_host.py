@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from ...core.datasheet.rows import PacketRow
+from ...core.datasheet.command_rows import PacketRow
 from ...core.messages.calls import answering
 from ...core.messages.instead import face, missing
 from ...core.messages.whole import whole
@@ -25,9 +25,9 @@ from ...core.wires.pin import Condition, GotCondition
 from ...errors import Timeout, UsageError
 from ...language import packets
 from ...language.source import host_lines
-from ..base.data import Data, as_bytes
 from ..base.operation import GAP_PS, LOW_PS, Strobes
 from ..base.part import served
+from ..base.written_data import Data, as_bytes
 from .ends.packet_port import UNKNOWN, USUAL, Packet, PacketPort, operations, packet_of
 from .host import TO_ONE, Host
 

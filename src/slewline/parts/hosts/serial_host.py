@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from ...core.messages.calls import answering
@@ -43,7 +44,6 @@ class SerialHost(UartHost, Host):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], *, baud: int | None = None) -> None:
         super().__init__(kernel, name, chips)
         self.uart = StrappedUart(self, chips, lambda: self.chip, baud)
-        self.received: bytearray = self.uart.received
         self.answers, self.on_character = self.uart.answers, self.uart.on_character
 
     # --------------------------------------------------------------------------------------------------- the line
@@ -110,7 +110,7 @@ class SerialHost(UartHost, Host):
         before = uart.faulty
         self.send(uart.framed(command))
         try:
-            self.queue.let_pass(lambda: uart.answered(command), f"an answer to {command!r}", timeout)
+            self.queue.let_pass(partial(uart.answered, command), f"an answer to {command!r}", timeout)
         except Timeout as error:
             if not (why := uart.far.disagreement):
                 raise

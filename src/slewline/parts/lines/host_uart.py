@@ -6,18 +6,19 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ...core.time.hook import Hook
 from ...core.time.inputs import from_outside
+from ...core.wires.characters import Character, CharacterHook, Receiver, frames_of, transmit
 from ...core.wires.pin import Condition, GotCondition
-from ...core.wires.serial import Character, CharacterFormat, LineSetting, Receiver, bit_clock, transmit
+from ...core.wires.serial import CharacterFormat, LineSetting, bit_clock
 from ...core.wires.waits import until
 from ...errors import UsageError
-from ..base.data import Data, as_bytes
+from ..base.written_data import Data, as_bytes
 from .far_end import FarEnd
 
 if TYPE_CHECKING:
     from ...core.time.kernel import Task
     from ..base.part import Part
+    from ..base.recent import Recent
 
 FAULTS = ("parity", "framing", "late")
 LATE_PS = 10**11  # how much later than it could a late character begins
@@ -46,10 +47,10 @@ class HostUart:
         self.driver = part.drivers["txd"]
         self.outgoing: deque[tuple[bytes, str]] = deque()  # bursts of characters, each with its fault
         self.sender: Task | None = None
-        self.received = bytearray()  # the data bits of every character, good or not
-        self.recent = part.keep_recent(self.received)
+        self._received = bytearray()
+        self._recent = part.keep_recent(self._received)
         self.faulty = 0  # characters with a parity or framing fault
-        self.on_character: Hook[[Character]] = Hook()  # one has come in
+        self.on_character = CharacterHook()  # one has come in
 
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
@@ -60,9 +61,10 @@ class HostUart:
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
         """Take another rate or format, from the next character on."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
+        self.frames = frames_of(self.clock.hz, word, self.mark)
         self.far.compared = False
         if self.receiver is not None:
-            self.receiver.clock, self.receiver.word = self.clock, self.word
+            self.receiver.set_line(self.clock, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
         """Take another rate or format, as an input."""
@@ -136,7 +138,7 @@ class HostUart:
                 self.far.compare()
             if self.far.addressed:
                 self.far.look_at_addresses(data)
-            await transmit(self.driver, self.clock, self.word, data, self.mark, fault)
+            await transmit(self.driver, self.frames, data, fault)
             self.after_burst(data)
             self.outgoing.popleft()
 
@@ -161,20 +163,49 @@ class HostUart:
         self.kernel.spawn(self._receive, name=f"{self.name} receives")
 
     async def _receive(self) -> None:
-        receiver = self.receiver = Receiver(self.rxd.net, self.clock, self.word, self.mark)
-        while True:
-            self.take(await receiver.character())
+        receiver = Receiver(self.rxd.net, self.clock, self.word, self.mark)
+        self.receiver = self.on_character.receiver = receiver
+        await receiver.receive(self.take, self.passed, self._acts)
+
+    def catch_up(self) -> None:
+        """Receive what has come, if it has not been received yet: part of a line that is taken as a whole."""
+        if self.receiver is not None:
+            self.receiver.catch_up()
+
+    @property
+    def received(self) -> bytearray:
+        """The data bits of every character, good or not."""
+        self.catch_up()
+        return self._received
+
+    @property
+    def recent(self) -> Recent:
+        """How much has been received, and which of it is still there."""
+        self.catch_up()
+        return self._recent
+
+    def _acts(self, data: bytes, at: int) -> int:
+        """Return the number of the next character of a line that must be taken at its instant."""
+        return at if self.on_character.listeners else self.acts(data, at)
+
+    def acts(self, data: bytes, at: int) -> int:
+        """Return the number of the next character, of those from `at` on, at which this end acts; -1: of none."""
+        return -1
+
+    def passed(self, data: bytes) -> None:
+        """Receive good characters, at which this end does not act."""
+        self._received += data
 
     def take(self, character: Character) -> None:
         """Receive a character."""
-        self.received.append(character.byte)
+        self._received.append(character.byte)
         self.faulty += not character.good
         self.on_character(character)
 
     def got(self, data: Data) -> Condition:
         """Return a condition: these bytes have been received, one after the other."""
         mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: what is connected there only receives)"
-        return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data))
+        return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data), (self.rxd.net,))
 
 
 class OverUart:
@@ -195,6 +226,11 @@ class OverUart:
     def word(self) -> CharacterFormat:
         """The format of a character: data bits, parity, stop bits."""
         return self.uart.word
+
+    @property
+    def received(self) -> bytearray:
+        """The characters received."""
+        return self.uart.received
 
     @property
     def faulty(self) -> int:

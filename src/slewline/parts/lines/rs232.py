@@ -33,7 +33,7 @@ class SerialPort(OverUart, Part):
     ) -> None:
         super().__init__(kernel, name)
         self.uart = HostUart(self, LineSetting(baud, CharacterFormat(bits, parity, stop)), TTL if ttl else RS232)
-        self.received, self.on_character = self.uart.received, self.uart.on_character
+        self.on_character = self.uart.on_character
 
     @property
     def idle(self) -> bool:

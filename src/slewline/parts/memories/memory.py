@@ -21,8 +21,8 @@ from ...core.time.inputs import from_outside
 from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds, readable
 from ...errors import NoSuchAttribute, UsageError
-from ..base.data import Data, as_bytes
 from ..base.part import Part
+from ..base.written_data import Data, as_bytes
 from .external import WRITE_WIRING, BusInterface, start_bus
 
 POLLED = 0x80  # what a read shows inverted while a byte is being written

@@ -16,8 +16,8 @@ from types import MappingProxyType
 from ...core.datasheet.option import Option
 from ...core.time.kernel import Kernel
 from ...core.wires.net import Net
-from ..base.data import Data, as_bytes
 from ..base.part import Part
+from ..base.written_data import Data, as_bytes
 
 ADDRESSES = 256
 STOPPER = 0xFF

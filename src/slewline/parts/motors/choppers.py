@@ -6,8 +6,8 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from .data import DriverData, MotorData
 from .drivers import has_own_clock
+from .motor_data import DriverData, MotorData
 
 _AMPERES = re.compile(r"\d\s*m?A\b")
 UNDER = 0.2  # times the rated current: less is hardly meant, and a fifth of the torque

@@ -22,8 +22,8 @@ from ...core.datasheet.option import Option, checked, defaulted
 from ...core.datasheet.units import SPELLED, UNITS, expected, measured
 from ...core.messages.near import hint, same_part
 from ...errors import UnknownName, UsageError
-from .data import Decay, DriverData, DriverKind, MotorData
-from .figures import complaint, figure, positive, share
+from .motor_data import Decay, DriverData, DriverKind, MotorData
+from .motor_figures import complaint, figure, positive, share
 from .motors import MOTORS
 
 

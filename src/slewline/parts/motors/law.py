@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import UsageError
 from . import equations as eq
-from .data import DriverData, LoadData, MotorData
 from .integration import Integration, MotorTrace, Point
 from .integrator import Model
+from .motor_data import DriverData, LoadData, MotorData
 
 if TYPE_CHECKING:
     import numpy as np

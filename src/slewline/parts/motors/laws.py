@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...core.messages.calls import answering
-from .data import DriverData, LoadData, MotorData
 from .drivers import read_driver
 from .law import MotorLaw
 from .loads import check_holds, read_load
+from .motor_data import DriverData, LoadData, MotorData
 from .motors import read_motor
 
 

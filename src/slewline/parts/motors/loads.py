@@ -13,8 +13,8 @@ from typing import Any
 
 from ...core.datasheet.option import Option, checked
 from ...errors import UsageError
-from .data import DriverData, LoadData, MotorData
-from .figures import complaint, figure, of_text, share, signed
+from .motor_data import DriverData, LoadData, MotorData
+from .motor_figures import complaint, figure, of_text, share, signed
 from .motors import MOTORS
 
 GRAVITY = 9.80665  # m/s2

@@ -19,8 +19,8 @@ from ...core.datasheet.option import Option, checked, defaulted
 from ...core.datasheet.units import measured
 from ...core.messages.near import same_part
 from ...errors import UnknownName, UsageError
-from .data import IRON_S, MotorData
-from .figures import complaint, figure, of_text, positive
+from .motor_data import IRON_S, MotorData
+from .motor_figures import complaint, figure, of_text, positive
 
 QSH4218 = "Trinamic, QSH4218 manual, V1.10"
 QSH5718 = "Trinamic, QSH5718 manual, V2.6"

@@ -5,7 +5,8 @@
     b             1  0  0  1  1  0  0
     index         1  0  1  1  1  1  1            low once a turn: at count 0, `counts` ...
 
-All three are promises on top of what turns the shaft (counter.py), so while PULSE follows a train, no step is an event.
+All three are promises on top of what turns the shaft (shaft_counter.py): while PULSE follows a train, no step is an
+event.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ from ...core.time.kernel import Kernel
 from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
 from ..base.part import Part
-from .counter import CountScale
 from .motor import Translator
 from .sensors import Sensor
 from .shaft import GearedShaft, Shaft
+from .shaft_counter import CountScale
 from .shown import EncoderChannel, LevelPattern
 
 if TYPE_CHECKING:

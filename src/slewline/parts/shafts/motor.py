@@ -17,9 +17,9 @@ from ...errors import UsageError
 from ..base.clocked import Clocked
 from ..base.follower import Follower, start_rule
 from ..base.part import AXIS, Part
-from .counter import CountScale, StepCounter
 from .followed_steps import FollowedSteps, MotorLimits, PulseFollowing
 from .shaft import Shaft, forget_shaft, shaft_quantities
+from .shaft_counter import CountScale, StepCounter
 from .shaft_motion import Once
 from .shown import EncoderChannel, LevelPattern
 

@@ -16,7 +16,7 @@ from ...core.time.timebase import Time, picoseconds
 from ...errors import UsageError
 from ..base.follower import Follower, ignored, start_rule
 from ..base.part import Part
-from .counter import Counter, CountScale
+from .shaft_counter import Counter, CountScale
 from .shown import SwitchZone
 
 if TYPE_CHECKING:

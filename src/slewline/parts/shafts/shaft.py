@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 from ...core.motion.history import Staircase
 from ...core.time.events import Events, Listed
 from ...core.time.hook import Hook
-from .counter import counter_of
+from .shaft_counter import counter_of
 from .shaft_motion import BLOCKED, Once, ShaftMotion, common
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from ...core.motion.quantity import Quantity
     from ...core.time.kernel import Kernel
-    from .counter import Counter, CountScale
+    from .shaft_counter import Counter, CountScale
 
 Place = Fraction | None
 KEPT = 1 << 14  # motions of the past, at least; up to twice as many are there

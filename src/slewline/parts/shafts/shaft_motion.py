@@ -7,7 +7,7 @@ whole parts of a step, so that nothing drifts, whatever gears lie between.  It i
     edges    |    |    |    |    |    |    |    |        of the clock, after `since`
     place    0    0    0    1    2    3    3    3        `slack` is 2, `room` 5: there the shaft stands at a stop
 
-A `Counter` (counter.py) tells what a motion passes, on a scale.
+A `Counter` (shaft_counter.py) tells what a motion passes, on a scale.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...core.time.events import NotYet, When, ask_at
 from ...core.wires.wave import Level, real_edges
-from .counter import Counter
+from .shaft_counter import Counter
 
 LOOKS = 4  # changes that a channel looks through before it says "ask again then"
 

@@ -16,7 +16,7 @@ from ..motors.law import LEVELS
 
 if TYPE_CHECKING:
     from ..motors.law import MotorLaw
-    from .run import Run
+    from .motor_run import Run
 
 BACK_PS = 20_000_000_000  # so long in one place, and the rotor is in step again
 

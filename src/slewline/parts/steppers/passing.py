@@ -6,7 +6,7 @@
 
 A `Linkage` says where something is that the rotor moves: its shaft, a shaft behind a gear, a carriage with play, or the
 rotor as seen from its command.  `Passings` are the changes of a count along it, found once and kept; a `RunCounter`
-shows them on a wire (`parts/shafts/counter.py`).
+shows them on a wire (`parts/shafts/shaft_counter.py`).
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from ..motors.law import MotorLaw
 from .linkage import Linkage
 
 if TYPE_CHECKING:
-    from ..shafts.counter import CountScale
-    from .run import Run
+    from ..shafts.shaft_counter import CountScale
+    from .motor_run import Run
 
 MARKS = 512  # places that are known again after the future has been cut
 FIRST_PS = 1_000_000_000  # how far ahead is looked at first; then twice as far

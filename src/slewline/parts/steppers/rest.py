@@ -8,7 +8,7 @@ from ...core.wires.pin import Condition
 
 if TYPE_CHECKING:
     from ...core.time.kernel import Kernel
-    from .run import Run
+    from .motor_run import Run
 
 
 class RestCondition(Condition):

@@ -22,15 +22,15 @@ from ..motors.law import MotorLaw
 from ..motors.laws import read_system
 from ..motors.loads import load_complaint
 from ..motors.motors import motor_complaint
-from ..shafts.counter import CountScale
 from ..shafts.motor import EDGE, EDGES
+from ..shafts.shaft_counter import CountScale
 from ..shafts.shown import SwitchZone
-from .curves import current_of, curve
 from .feed import Feed, Pins, Reading, phases_asked, steps_asked
 from .linkage import Linkage
 from .losses import Losses
+from .motor_run import Run
 from .rest import RestCondition
-from .run import Run
+from .stepper_curves import current_of, curve
 from .turning import LinkageMotion, MotorShaft, pushed
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from ...core.motion.history import Polyline
 from ...core.time.events import Events, When, later
 from ...errors import UsageError
-from ..shafts.counter import CountScale
 from ..shafts.shaft import Place, Shaft
+from ..shafts.shaft_counter import CountScale
 from .linkage import Linkage
 from .passing import Passings
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from ...core.time.kernel import Kernel
     from ..motors.law import MotorLaw
-    from ..shafts.counter import Counter
-    from .run import Run
+    from ..shafts.shaft_counter import Counter
+    from .motor_run import Run
 
 FINEST = Fraction(1, 1 << 20)  # step, of places that are told as fractions
 ROTOR = Linkage()
@@ -115,7 +115,7 @@ def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> P
 
 
 class RunCounter:
-    """The counts of a linkage as a wire shows them, `lag_ps` later: a counter of `parts/shafts/counter.py`."""
+    """The counts of a linkage as a wire shows them, `lag_ps` later: a counter of `parts/shafts/shaft_counter.py`."""
 
     def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
         self.passings, self.scale, self.lag_ps = passings, scale, lag_ps

@@ -12,11 +12,11 @@ from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.time.timebase import Time, readable
-from .compare import Comparison, compare_edges
+from .compare_edges import Comparison, compare_edges
 from .intervals import rounded
 
 if TYPE_CHECKING:
-    from .compare import Edges
+    from .compare_edges import Edges
 
 MOST = 12  # signals that differ of which pairs are exchanged: 66 pairs
 

@@ -16,7 +16,7 @@ from ...errors import UsageError
 from ..recording.recorder import FLOATING
 from ..recording.traces import Trace
 from ..style import duration
-from .compare import compare_edges
+from .compare_edges import compare_edges
 from .intervals import rounded
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from ..style import grouped, inches, styled
 from ..whole_file import check_suffix
-from .pictures import SUFFIXES, save
+from .picture_files import SUFFIXES, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

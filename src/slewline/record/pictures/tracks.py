@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...core.motion.deviation import Deviation
-from ...core.motion.ideal import Ideal
+from ...core.motion.ideal_motion import Ideal
 from ...core.motion.motions import Mark, MotionStart
 from ...core.motion.quantity import Outline, Quantity
 from ..style import TimeAxis

@@ -16,7 +16,7 @@ from ...core.messages.near import hint
 from ...core.motion.axis import Steps
 from ...core.time.timebase import Time, moment, picoseconds, readable, window
 from ...errors import NotRecorded, UnknownName, UsageError
-from ..measuring.compare import inverted
+from ..measuring.compare_edges import inverted
 from ..recording.recorder import FLOATING, real_edges
 from ..recording.traces import EVER, Trace
 from .sampling import Sampling, sampling_of

@@ -9,7 +9,7 @@ from __future__ import annotations
 from ....core.context import ChipContext
 from ....core.wires.net import Net
 from ....core.wires.waits import edge, first_of
-from .port import EMPTY, ParallelPort
+from .parallel_side import EMPTY, ParallelPort
 from .serial_side import SerialSide
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ....core.context import ChipContext
     from ..registers import Registers
     from .local_bus import LocalBus
-    from .port import ParallelPort
+    from .parallel_side import ParallelPort
     from .serial_side import SerialSide
 
 CR = 0x0D

@@ -201,7 +201,7 @@ class MemoryRead(Leader):
     def __init__(self, bus: LocalBus) -> None:
         super().__init__(bus.drivers["ale"].net)
         self.bus, self.chip = bus, bus.chip
-        self.start = self.address = 0
+        self.start = 0
         self.latched = 0, 0  # in the latches of the memory before the read in progress
         self.first = True  # it is the first one since the parts have watched the bus themselves
         self.sampled = 0xFF  # what the chip saw on the bus in the last read that was withdrawn
@@ -216,11 +216,13 @@ class MemoryRead(Leader):
         self.first = not exchange.by_value
         if self.first and any(end.select.is_active for end in self.ends):
             return False
-        if not exchange.begin():
-            return False
         memory = self.memory
-        self.start, self.address, self.latched = start, address, (memory.high, memory.low)
+        latched = memory.high, memory.low
         memory.high, memory.low = address >> 8, address & 0xFF
+        if not exchange.begin((start, address, memory.read())):
+            memory.high, memory.low = latched
+            return False
+        self.start, self.latched = start, latched
         return True
 
     @property
@@ -240,17 +242,17 @@ class MemoryRead(Leader):
         (self.memory,) = selected
         bus, drivers = self.bus, self.bus.drivers
         led = {
-            drivers["xmem_sel"]: lambda: Wave(*bus.select_wave("xmem_sel", self.start)),
-            drivers["ale"]: lambda: Wave(*bus.ale_wave(self.start)),
-            drivers["rd"]: lambda: Wave(*bus.strobe_wave("rd", self.start, READ)),
-            self.chip.bus_driver: lambda: Wave(*bus.bus_wave(self.start, *divmod(self.address, 256)[::-1], None)),
+            drivers["xmem_sel"]: lambda state: Wave(*bus.select_wave("xmem_sel", state[0])),
+            drivers["ale"]: lambda state: Wave(*bus.ale_wave(state[0])),
+            drivers["rd"]: lambda state: Wave(*bus.strobe_wave("rd", state[0], READ)),
+            self.chip.bus_driver: lambda state: Wave(*bus.bus_wave(state[0], state[1] & 0xFF, state[1] >> 8, None)),
         }
         return Exchange(led, {self.memory.driver: self._answer}, ends, self._withdrawn)
 
-    def _answer(self) -> Wave:
-        """Return what the memory shows on the bus."""
-        byte = self.memory.read()
-        _, times, _ = self.bus.strobe_wave("rd", self.start, READ)
+    def _answer(self, state: tuple[int, int, int | None]) -> Wave:
+        """Return what the memory shows on the bus in a read: its first tick, the address and the byte there."""
+        start, _, byte = state
+        _, times, _ = self.bus.strobe_wave("rd", start, READ)
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 
 from ....core.datasheet.channel import AdaptiveLine
 from ....core.time.timebase import PS_PER_S, Clock
+from ....core.wires.characters import Character, Receiver, frames_of, transmit
 from ....core.wires.event import Event
-from ....core.wires.serial import OVERSAMPLING, TTL, CharacterFormat, Receiver, bit_clock, transmit
+from ....core.wires.serial import OVERSAMPLING, TTL, CharacterFormat, bit_clock
 from ....core.wires.waits import until
 from ..sheet import BAUD_TOLERANCE
 
@@ -154,21 +155,22 @@ class SerialSide:
         if self.watching:  # not while an edge is reported: the next listener would be left out
             self.watching = False
             self.rxd.unwatch(self._edge)
-        receiver = self.receiver = Receiver(self.rxd, clock, self.word, TTL)
-        while True:
-            character = await receiver.character()
-            self.over_ps = character.end_ps
-            if character.framing_wrong:
-                self.chip.finding("serial-framing", f"no stop bit after {character.byte:#04x}: it is lost")
-            elif len(self.buffer) >= ROOM:
-                self.chip.finding(
-                    "serial-overrun",
-                    f"{character.byte:#04x} came while {ROOM} characters wait: it is lost; pause between commands, or "
-                    "wait for CTS",
-                )
-            else:
-                self.buffer.append(character.byte)
-                self._event.set()
+        self.receiver = Receiver(self.rxd, clock, self.word, TTL)
+        await self.receiver.receive(self._receive)
+
+    def _receive(self, character: Character) -> None:
+        self.over_ps = character.end_ps
+        if character.framing_wrong:
+            self.chip.finding("serial-framing", f"no stop bit after {character.byte:#04x}: it is lost")
+        elif len(self.buffer) >= ROOM:
+            self.chip.finding(
+                "serial-overrun",
+                f"{character.byte:#04x} came while {ROOM} characters wait: it is lost; pause between commands, or "
+                "wait for CTS",
+            )
+        else:
+            self.buffer.append(character.byte)
+            self._event.set()
 
     @property
     def receiving(self) -> bool:
@@ -184,5 +186,5 @@ class SerialSide:
         chip = self.chip
         chip.waits("sending on TXD")
         await until(self.kernel, self.over_ps)
-        await transmit(self.txd, self.clock, self.word, message, TTL)
+        await transmit(self.txd, frames_of(self.clock.hz, self.word, TTL), message)
         chip.sync_forward()

@@ -23,7 +23,7 @@ from ..interfaces.user_bits import UserBits
 from ..profile import Law
 from ..registers import Registers
 from .motion import Stepping
-from .steps import StepOutputs
+from .pulse_outputs import StepOutputs
 
 
 class Home(Stepping):

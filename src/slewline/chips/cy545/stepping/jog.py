@@ -21,7 +21,7 @@ from .. import profile
 from ..ideal import Single
 from ..profile import Law
 from ..registers import Registers
-from .steps import StepOutputs
+from .pulse_outputs import StepOutputs
 
 
 class Jog:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from ....core.context import ChipContext
-from ....core.motion.ideal import Ideal
+from ....core.motion.ideal_motion import Ideal
 from ....core.motion.motions import MotionParameters, Why
 from ....core.motion.plan import Plan
 from ....core.motion.train import OPEN
@@ -28,7 +28,7 @@ from .. import profile
 from ..ideal import RegistersAtStart
 from ..profile import Law
 from ..registers import Registers
-from .steps import StepOutputs
+from .pulse_outputs import StepOutputs
 
 
 class Stepping(motion.Motion):

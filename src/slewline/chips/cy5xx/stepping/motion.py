@@ -20,16 +20,16 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import Any, cast
 
 from ....core.context import ChipContext
-from ....core.motion.ideal import Ideal
+from ....core.motion.ideal_motion import Ideal
 from ....core.motion.motions import MotionParameters
 from ....core.motion.plan import Plan, Runs, tail
 from ....core.motion.train import OPEN, Playing, StepTrain
 from ....core.wires.net import Net
 from ....core.wires.waits import first_of
-from ..interfaces.lines import line_in
-from ..interfaces.port import BusPort
+from ..interfaces.command_port import BusPort
+from ..interfaces.family_lines import line_in
 from ..registers import Registers
-from .steps import StepOutputs
+from .phase_outputs import StepOutputs
 
 STOP = Plan(())
 Within = Callable[[], Awaitable[bool]]  # what is done at a look within a step; returns whether its length has changed

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ....core.motion.ideal import FOREVER, Ideal, IdealPiece
+from ....core.motion.ideal_motion import FOREVER, Ideal, IdealPiece
 from ....core.motion.motions import MotionParameters
 from ....core.motion.plan import Runs
 from ....core.motion.train import OPEN

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from ....core.motion.ideal import Ideal
+from ....core.motion.ideal_motion import Ideal
 from ....core.motion.motions import MotionParameters
 from ....core.motion.plan import Plan
 from ....core.wires.net import Net
 from .. import instructions, registers
-from ..program import Program
+from ..program_buffer import Program
 from . import motion
+from .phase_outputs import Patterns, StepOutputs
 from .slope import Law, RegistersAtStart
-from .steps import Patterns, StepOutputs
 
 
 def half_steps(inferred: Mapping[str, Any]) -> Patterns:

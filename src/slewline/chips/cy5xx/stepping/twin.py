@@ -26,16 +26,16 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from ....core.context import ChipContext
-from ....core.motion.ideal import Ideal
+from ....core.motion.ideal_motion import Ideal
 from ....core.motion.motions import MotionParameters
 from ....core.motion.plan import Leg, Plan
 from ....core.motion.train import Playing, StepTrain
-from ..interfaces.lines import line_in
-from ..interfaces.port import BusPort
+from ..interfaces.command_port import BusPort
+from ..interfaces.family_lines import line_in
 from ..registers import Registers
+from .phase_outputs import StepOutputs
 from .slope import Law
 from .sloped import Registers as SlopeRegisters
-from .steps import StepOutputs
 
 UP, SLEW, DOWN = "up", "slew", "down"
 CRAWL = "crawl"  # at the first rate, SLEW high, up to the target

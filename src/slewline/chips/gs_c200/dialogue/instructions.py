@@ -9,9 +9,9 @@ from ....core.context import ChipContext
 from ....core.wires.net import Net
 from ....core.wires.waits import polled, until
 from ..registers import Registers
-from ..stepping.counter import PositionCounter
-from ..stepping.lines import StepLines, UserLines
-from .program import Program
+from ..stepping.driver_lines import StepLines, UserLines
+from ..stepping.position_counter import PositionCounter
+from .program_memory import Program
 
 
 class Moves(Protocol):

@@ -12,9 +12,9 @@ from ....core.time.kernel import Task
 from ....core.wires.waits import until
 from ....language.dialect import Command
 from ..activity import PROGRAM, Activity
-from ..stepping.counter import PositionCounter
+from ..stepping.position_counter import PositionCounter
 from .instructions import Instructions, Moves
-from .program import Program
+from .program_memory import Program
 
 Handler = Callable[..., Awaitable[str | None]]
 

@@ -19,8 +19,8 @@ from ....core.motion.train import OPEN, Playing, StepTrain
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import first_of, level, polled, until
 from .. import profile
-from .counter import PositionCounter
-from .lines import StepLines
+from .driver_lines import StepLines
+from .position_counter import PositionCounter
 
 RAMPS = ("up", "down")
 

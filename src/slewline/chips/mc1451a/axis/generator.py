@@ -9,9 +9,9 @@ from __future__ import annotations
 from ....core.context import ChipContext
 from ....errors import PlanError
 from .. import sheet
-from ..profiles.curves import SCurve
 from ..profiles.cycle_train import Law, Linear
 from ..profiles.profile import CycleRun, MoveLimits, Phases, brake, contour, s_curve, trapezoid
+from ..profiles.s_curves import SCurve
 from ..registers import GEAR, MOTION_COMPLETE, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState
 from .pulses import Pulses
 from .verified import fault_of_curve, fault_of_run

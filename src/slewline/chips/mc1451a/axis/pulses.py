@@ -20,9 +20,9 @@ from typing import NamedTuple
 from ....core.context import ChipContext
 from ....core.motion.train import Playing
 from ..cycle_clock import CycleClock
-from ..profiles.curves import SCurve
 from ..profiles.cycle_train import CycleTrain, Law, SquareView
 from ..profiles.profile import CycleRun, Phases
+from ..profiles.s_curves import SCurve
 from ..registers import ONE, WRAPPED, AxisState, signed
 
 HALF = ONE // 2

@@ -13,9 +13,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ....core.motion.train import OPEN
-from ..profiles.curves import PLACES, SCurve
 from ..profiles.cycle_train import Law
 from ..profiles.profile import CycleRun, MoveLimits, Phases
+from ..profiles.s_curves import PLACES, SCurve
 
 
 def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remaining: int) -> str:

@@ -13,8 +13,8 @@ the position passes whole numbers, PULSE rises half a step earlier:
     |      cycle 0     |      cycle 1     |      cycle 2
 
 What makes one train is one law for the displacements d(i), in one direction: constant or changing evenly (`Linear`),
-or an S-curve (curves.py).  The train itself is asked rather than expanded, like any other.  All positions are integers,
-in 1/65536 step, and every answer is exact.
+or an S-curve (s_curves.py).  The train itself is asked rather than expanded, like any other.  All positions are
+integers, in 1/65536 step, and every answer is exact.
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ from ....core.time.timebase import Time
 from ....errors import UsageError
 from ..axis.pulses import RANGE, Pulses
 from ..motion import Motion
-from .curves import SCurve
 from .cycle_train import Cycles
 from .quantities import Acceleration, Forces, Jerk, phases
+from .s_curves import SCurve
 
 if TYPE_CHECKING:
     import numpy as np

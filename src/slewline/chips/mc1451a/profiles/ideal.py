@@ -15,7 +15,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from ....core.context import ChipContext
-from ....core.motion.ideal import FOREVER, Ideal, IdealPiece, duration
+from ....core.motion.ideal_motion import FOREVER, Ideal, IdealPiece, duration
 from ....core.motion.motions import MotionParameters
 from .. import sheet
 from ..registers import GEAR, ONE, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState

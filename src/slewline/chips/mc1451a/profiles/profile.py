@@ -24,7 +24,7 @@ from math import isqrt
 from typing import NamedTuple
 
 from ....core.motion.train import OPEN
-from .curves import PLACES, JerkPiece
+from .s_curves import PLACES, JerkPiece
 
 UNIT = 1 << PLACES
 SIX = 6 << 16 + 2 * PLACES  # six positions, with 16 + 3 * PLACES binary places each

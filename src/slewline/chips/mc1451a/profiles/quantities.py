@@ -22,9 +22,9 @@ from ....core.time.timebase import PS_PER_S
 from ..axis.pulses import TargetLaw
 from ..motion import Motion
 from ..registers import ONE
-from .curves import PLACES, SCurve
 from .ideal import curve
 from .profile import UNIT, Phases
+from .s_curves import PLACES, SCurve
 
 if TYPE_CHECKING:
     import numpy as np

@@ -1,7 +1,7 @@
 """The chipset's motion, one cycle at a time: the oracle of the fast path, slow and obvious.
 
 The fast path computes blocks of cycles ahead.  This twin works each cycle when it begins, one axis after the other
-(axis.py), and looks at the pins then; it watches HOME and the encoder edge by edge (inputs.py).
+(twin_axis.py), and looks at the pins then; it watches HOME and the encoder edge by edge (twin_inputs.py).
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from .. import sheet
 from ..activity import Activity
 from ..interrupt import HostInterrupt
 from ..registers import AxisState, Registers
-from .axis import TwinAxis
-from .inputs import TwinEncoder, TwinFilter
+from .twin_axis import TwinAxis
+from .twin_inputs import TwinEncoder, TwinFilter
 
 
 class Stepwise:

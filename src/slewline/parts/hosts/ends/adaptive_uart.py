@@ -13,9 +13,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from ....core.datasheet.channel import AdaptiveLine
-from ....core.wires.serial import TTL, Character, CharacterFormat, LineSetting
+from ....core.wires.characters import Character
+from ....core.wires.serial import TTL, CharacterFormat, LineSetting
 from ....core.wires.waits import edge, first_of, until
-from ...base.data import as_bytes
+from ...base.written_data import as_bytes
 from ...lines.host_uart import POWER_UP_PS, SILENCE_PS, HostUart
 from .shadow import FlowControl, Shadow
 
@@ -113,6 +114,9 @@ class AdaptiveUart(HostUart):
         for byte in data:
             self.gone.feed(byte)
         self.news.set()
+
+    def acts(self, data: bytes, at: int) -> int:
+        return data.find(b"\r", at)
 
     def take(self, character: Character) -> None:
         super().take(character)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from ....core.datasheet.rows import PacketRow
+from ....core.datasheet.command_rows import PacketRow
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import level, until
 from ....errors import ChecksumError, Timeout

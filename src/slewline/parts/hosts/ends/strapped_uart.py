@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from ....core.wires.characters import Character
 from ....core.wires.event import Event
-from ....core.wires.serial import RS232, Character, CharacterFormat, LineSetting, Straps
+from ....core.wires.serial import RS232, CharacterFormat, LineSetting, Straps
 from ....core.wires.waits import first_of, until
 from ....errors import ChecksumError, UsageError
 from ....language.dialect import spoken_as
@@ -88,6 +89,7 @@ class StrappedUart(HostUart):
 
     def begin(self) -> None:
         """Begin to collect answers."""
+        self.catch_up()
         self.recent_answers.clear()
         self.line.clear()
 
@@ -150,13 +152,21 @@ class StrappedUart(HostUart):
                 break
         return [self.stripped(line) for line in self.answers]
 
+    def acts(self, data: bytes, at: int) -> int:
+        return data.find(b"\r", at)
+
+    def passed(self, data: bytes) -> None:
+        super().passed(data)
+        self.line += data
+
     def take(self, character: Character) -> None:
         """Receive a character; a carriage return ends an answer."""
         super().take(character)
         if character.byte == 0x0D:
             self.answers.append(self.line.decode("latin-1"))
             self.line.clear()
-            self.line_end.set()
+            if self.line_end.net.waiters:  # a task of a script; a call looks at the answers
+                self.line_end.set()
         else:
             self.line.append(character.byte)
 

@@ -1,0 +1,112 @@
+r"""The outputs that a motor sees: PULSE, CCW, STOPPED, SLEW.
+
+      begin          begin'
+    ‾‾‾|__|‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾    PULSE: low for a fixed time, whatever the rate
+    ‾‾\____________________...   STOPPED: low before the first step, high some 5 ms after the last one has ended
+
+CCW and SLEW are weak when they are high, so that others may pull them low.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from ....core.context import ChipContext
+from ....core.motion.motions import MotionParameters
+from ....core.motion.step_views import StrobeView
+from ....core.motion.train import Playing
+from ....core.wires.net import Driver
+from ...cy5xx.stepping import phase_outputs
+from ..registers import Registers
+
+NO_PHASES = ((),)
+
+
+class Weak:
+    """An output whose high level is a pull-up."""
+
+    def __init__(self, driver: Driver) -> None:
+        self.driver = driver
+
+    def drive(self, level: int | None) -> None:
+        """Pull the pin low, or let it go."""
+        self.driver.drive(0 if level == 0 else None)
+
+    def activate(self, active: bool = True) -> None:
+        """Let the pin be active, or not."""
+        self.drive(self.driver.level_when(active))
+
+    def deactivate(self) -> None:
+        """Let the pin not be active."""
+        self.activate(False)
+
+
+class StepOutputs(phase_outputs.StepOutputs):
+    """PULSE, CCW, STOPPED and SLEW; and what began the motor's motions."""
+
+    registers: Registers
+
+    def __init__(self, chip: ChipContext, registers: Registers, ticks: Mapping[str, int]) -> None:
+        self.low, self.hold = ticks["pulse_low"], ticks["hold"]
+        self.stopped, self.ccw = chip.drivers["stopped"], Weak(chip.drivers["ccw"])
+        self.axis, self.direction_net = chip.axes[0], chip.pins["ccw"].net
+        self.ways = 0  # how often STOPPED has been driven
+        self.motions = 0  # how many there have been
+        super().__init__(chip, registers, NO_PHASES, 0)
+        self.slew = Weak(chip.drivers["slew"])  # type: ignore[assignment]
+
+    def clear(self) -> None:
+        """RESET and I: everything is at rest."""
+        super().clear()
+        self.pulse.deactivate()
+        self.moving(False)
+        Weak(self.chip.drivers["slew"]).deactivate()
+        self.point(self.registers.clockwise)
+
+    def turn(self, clockwise: bool) -> None:
+        self.registers.clockwise, self.registers.directed = clockwise, True
+        self.point(clockwise)
+
+    def point(self, clockwise: bool) -> None:
+        """Show a direction, which may not be the one that was set."""
+        self.ccw.drive(0 if clockwise else 1)
+
+    @property
+    def sign(self) -> int:
+        """The direction in which a step would be counted: the level of CCW says it, whatever has pulled it low."""
+        return 1 if self.direction_net.level == 0 else -1
+
+    def expected(self, sign: int) -> int:
+        """Return the direction in which steps will be counted, as things stand, when CCW shows one."""
+        own, seen = self.chip.drivers["ccw"], self.chip.kernel.seen
+        pulled = any(driver.at(seen) == 0 for driver in self.direction_net.drivers if driver is not own)
+        return 1 if pulled else sign
+
+    def promise(self, playing: Playing, sign: int) -> None:
+        """Promise PULSE of a train."""
+        self.pulse.play(StrobeView(playing, self.low))
+
+    # ------------------------------------------------------------------------------------------------------- a motion
+    def begin(self, text: str, parameters: Callable[[], MotionParameters], sign: int) -> int:
+        """Begin a motion; return its number."""
+        self.axis.log.begin(text, parameters, self.expected(sign))
+        self.motions += 1
+        return self.motions
+
+    def moving(self, on: bool) -> None:
+        """Drive STOPPED, now; what was to become of it later is off."""
+        self.ways += 1
+        self.stopped.activate(not on)
+
+    def stops(self, tick: int, motion: int) -> None:
+        """A step ends at a tick: if no other one follows by then, STOPPED rises later, and a motion is over."""
+        self.ways += 1
+        way = self.ways
+
+        def over() -> None:
+            if self.ways == way:
+                self.moving(False)
+                if self.motions == motion:
+                    self.axis.log.end()
+
+        self.chip.kernel.call_at(self.chip.clock.ps(tick + self.hold), over)

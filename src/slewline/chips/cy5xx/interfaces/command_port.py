@@ -1,0 +1,204 @@
+r"""The command port: bytes in by the two-line handshake, verify bytes out.  Nothing else drives READY.
+
+A byte comes in (fig. 7.3; times of the CY525 at 11 MHz):
+
+    I/O REQUEST  ‾‾‾\______________________/‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+    INSTROBE     ‾‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+    READY        ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___________________/‾‾‾
+                    |15 µs   |1|10 µs|   decoding, effect  |   READY waits for I/O REQUEST high, however long
+
+The bus is read at the rising edge of INSTROBE.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ....core.context import ChipContext
+from ....core.wires.net import Net, Wave
+from ....core.wires.waits import first_of, level, until
+from .family_lines import line_in, line_out
+from .readout import ReadOut
+
+
+class BusPort:
+    """READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, the data bus, and MOTION COMPLETE, which goes with them."""
+
+    def __init__(self, chip: ChipContext, ticks: Mapping[str, int], readout: ReadOut) -> None:
+        self.chip, self.kernel, self.clock, self.readout = chip, chip.kernel, chip.clock, readout
+        self.bus, self.bus_driver = chip.bus, chip.bus_driver
+        self.request, self.select = line_in(chip, "io_request"), line_in(chip, "io_select", 0)
+        self.mode = line_in(chip, "ascii_binary")
+        names = ("ready", "instrobe", "outstrobe", "motion_complete")
+        self.ready, self.instrobe, self.outstrobe, self.motion_complete = (line_out(chip, name) for name in names)
+        self.strobe, self.width, self.busy = (ticks[name] for name in ("instrobe_delay", "strobe_width", "busy_delay"))
+        self.strobed = self.instrobe.active_level, self.instrobe.inactive_level  # at a strobe
+        self.sample = self.strobe + self.width  # the bus is read at the rising edge of INSTROBE
+        self.request.latched = self.select.latched = True  # `value` is what a look sees
+        self.ascii = True  # pin 36, as it was with the command letter
+        self.requested = self.busy_from = self.busy_ps = 0  # of the byte in progress: its request, READY low
+        self.unanswered = -1  # changes of I/O REQUEST, when it fell in a running program
+        self.begin()
+
+    def begin(self) -> None:
+        """Reset: no byte has come."""
+        self.others: tuple[tuple[Net, int], ...] = ()  # inputs that end the wait for a command, each with its level
+        self.accepted = self.ended_wait = -1  # changes of I/O REQUEST: with the last byte, when it ended U or W
+
+    # ----------------------------------------------------------------------------------------------------------- READY
+    def rest(self, powered: bool) -> None:
+        """Drive READY high in reset; let go of it and of the bus without supply."""
+        self.ready.drive(self.ready.active_level if powered else None)
+        self.bus_driver.drive(None)
+
+    def close(self) -> None:
+        """READY falls: the chip is busy with a motion."""
+        self.ready.deactivate()
+
+    def open(self) -> None:
+        """READY rises: the next byte may come."""
+        self.ready.activate()
+
+    async def finish(self, tick: int) -> None:
+        """End the handshake: READY returns at a tick, but not before I/O REQUEST has been high (s.7)."""
+        chip, request = self.chip, self.request
+        if tick > chip.tick:
+            chip.tick = tick
+            await until(self.kernel, self.clock.ps(tick))
+        if request.changes > self.accepted:
+            if request.changed_at < self.busy_ps:
+                chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte counts")
+        elif request.is_active:
+            chip.waits("waiting for io_request=1 (then READY rises)")
+            await level(*request.when_inactive)
+            chip.sync()
+        self.ready.put(self.ready.active_level)
+
+    # ------------------------------------------------------------------------------------------------------------ bytes
+    async def next_byte(self, awaited: str, letter: bool, idle: bool, live: bool) -> int:
+        """Take the next byte from the bus; verify bytes are handed out meanwhile.
+
+        Args:
+            awaited: what is to come, for `waiting`.
+            letter: it is a command letter, with which the mode pin counts.
+            idle: the chip has nothing to do until it comes.
+            live: it is awaited by a running program, between two instructions.
+
+        Returns -1 where one of the `others` has ended the wait.
+        """
+        chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
+        while True:
+            if request.value != request.active_level:
+                chip.idle = idle
+                chip.waits(f"waiting for {awaited}")
+                others, asked = self.others if letter else (), request.when_active
+                woken = await (first_of(kernel, None, asked, *others) if others else level(*asked))
+                chip.idle = False
+                if woken is not None and woken is not request:
+                    return -1
+            elif request.changes == self.ended_wait and not live:
+                chip.waits("waiting for io_request=1 (its low ended a wait)")
+                await level(*request.when_inactive)  # it has had its effect; it brings no byte
+                continue
+            else:
+                self.early(live)
+            self.requested = chip.tick = tick = self.clock.ticks_from(kernel.now)
+            if self.select.value == 1:
+                await self.output_byte()
+                continue
+            chip.tick = tick + self.sample
+            at = ps(chip.tick)
+            self.instrobe.wave(self.strobed[1], (ps(tick + self.strobe), at), self.strobed)
+            await until(kernel, at)
+            if request.value == request.when_inactive[1]:
+                chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
+                continue
+            byte = self.accept(letter)
+            await until(kernel, self.busy_ps)
+            self.ready.put(self.ready.inactive_level)
+            return byte
+
+    def early(self, live: bool) -> None:
+        """I/O REQUEST is low already as the chip begins to wait for it; report it if that is a mistake."""
+        if self.request.changes == self.unanswered:  # READY may have been high: it is low for motions only
+            self.chip.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
+        elif self.accepted >= 0 and not live:
+            self.chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
+
+    def accept(self, letter: bool) -> int:
+        """Take the byte on the bus, and the mode pin with a command letter; READY is to fall at `busy_ps`."""
+        chip = self.chip
+        self.accepted = self.request.changes
+        if letter:
+            self.ascii = self.mode.level == 1
+        chip.tick = self.busy_from = chip.tick + self.busy
+        self.busy_ps = self.clock.ps(chip.tick)
+        chip.waits("handling a byte")
+        if self.motion_complete.net.value != self.motion_complete.inactive_level:
+            self.motion_complete.deactivate()
+        byte: int = self.bus.byte
+        return byte
+
+    async def output_byte(self) -> None:
+        """Put the next byte of the verify group on the bus until I/O REQUEST rises (fig. 7.1)."""
+        chip, request, ps, width = self.chip, self.request, self.clock.ps, self.width
+        byte = self.readout.next()
+        self.accepted = request.changes
+        strobe = chip.tick + self.strobe
+        self.bus_driver.play(Wave(None, (ps(strobe - width),), ((0xFF, byte),)))
+        self.outstrobe.strobe(ps(strobe), ps(strobe + width))
+        self.busy_from = strobe + width + self.busy
+        self.busy_ps = ps(self.busy_from)
+        self.ready.wave(self.ready.active_level, (self.busy_ps,), (self.ready.inactive_level,))
+        self.motion_complete.deactivate()
+        chip.waits("waiting for io_request=1 (after a verify byte)")
+        await chip.at_tick(self.busy_from + width)
+        self.bus.resolve(
+            self.kernel.seen
+        )  # a host that drives the bus as well is found, whether anything samples it or not
+        if request.changes > self.accepted and request.changed_at < self.busy_ps:
+            chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
+        if request.changes == self.accepted:
+            await level(*request.when_inactive)
+            chip.sync()
+        strobe = chip.tick + self.strobe
+        self.outstrobe.strobe(ps(strobe), ps(strobe + width))
+        self.bus_driver.play(Wave((0xFF, byte), (ps(strobe + width),), (None,)))
+        await chip.at_tick(strobe + width + self.busy)
+        self.bus_driver.drive(None)
+        self.ready.activate()
+
+    # ---------------------------------------------------------------------------------------- requests without a byte
+    def ignore(self) -> None:
+        """A running program does not see this request; it may still stand when the program ends."""
+        self.unanswered = self.request.changes
+
+    def spend(self, handshake: bool) -> None:
+        """This request has ended a wait: it brings no byte.  READY waits for its end where a `handshake` is open."""
+        self.ended_wait = self.request.changes
+        if handshake:
+            self.accepted = self.ended_wait
+
+    # ------------------------------------------------------------------------------------------------------ in motion
+    def taken(self) -> int:
+        """Read the byte on the bus now, with one INSTROBE pulse."""
+        byte: int = self.bus.byte
+        end = self.clock.ps(self.chip.tick + self.width)
+        self.instrobe.strobe(self.kernel.now, end)
+        return byte
+
+    def show(self, word: int, delay: int, apart: int) -> None:
+        """Put a word on the bus, high byte, low byte, each with OUTSTROBE; MOTION COMPLETE low marks the low one.
+
+        Args:
+            delay: clocks from now to the first strobe.
+            apart: clocks between the two.
+        """
+        ps, width = self.clock.ps, self.width
+        high = self.chip.tick + delay
+        low = high + apart
+        falls = high + apart // 2  # MOTION COMPLETE, between the two strobes
+        self.outstrobe.strobe(ps(high), ps(high + width), ps(low), ps(low + width))
+        self.motion_complete.strobe(ps(falls), ps(falls + apart))
+        levels = ((0xFF, word >> 8), (0xFF, word & 0xFF), None)
+        self.bus_driver.play(Wave(None, (ps(high), ps(falls), ps(falls + apart)), levels))

@@ -1,0 +1,153 @@
+"""The program buffer: what program entry stores, where the program runs, and the pins PROG/LIVE and RUN."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from ...core.context import ChipContext
+from ...core.wires.net import Net
+from ...language.dialect import Command
+from .interfaces.command_port import BusPort
+from .interfaces.family_lines import line_in, line_out
+
+if TYPE_CHECKING:
+    pass
+
+
+class Moves(Protocol):
+    """What moves the motor: motion.py, or its slow twin."""
+
+    moving: bool
+
+    async def move(self, number: int, sign: int, text: str) -> None:
+        """Take steps; return when READY may rise."""
+
+    def killed(self) -> None:
+        """Reset: whatever has begun by now counts, nothing follows."""
+
+
+class Program:
+    """The stored program: bytes, labels, counter; whether it runs, is being entered, takes live commands.
+
+    `pc` is the address of the next instruction, None while no program runs; `at` that of the running one.
+    """
+
+    def __init__(self, chip: ChipContext, port: BusPort, motion: Moves) -> None:
+        self.chip, self.port, self.motion, self.sheet = chip, port, motion, chip.sheet
+        self.prog, self.run = line_out(chip, "prog"), line_out(chip, "run")
+        self.takes_live = chip.sheet.takes_live
+        self.prog_in = line_in(chip, "prog" if self.takes_live else "live")  # pulled low by the host
+        self.prog_rest = None if self.takes_live else self.prog.inactive_level
+        self.pc: int | None = None
+        self.waits = False  # U or W is in progress, which look at I/O REQUEST themselves
+        self.run_fell = 0  # tick at which RUN fell
+        self.at = self.following = 0  # addresses of the running instruction and of the one after it
+        self.clear()
+
+    def clear(self) -> None:
+        """RESET and I: no program, none that runs or is entered."""
+        self.end()
+        self.erase()
+        self.loop: tuple[int, int] | None = None  # (address of the L that counts, what is left)
+        self.entering = self.live = self.waits = False
+
+    def erase(self) -> None:
+        """Empty the buffer."""
+        self.buffer = bytearray()
+        self.labels: dict[str, int] = {}
+        self.overflowed = False
+
+    # ------------------------------------------------------------------------------------------------- program entry
+    def enter(self) -> None:
+        """E: commands are stored from here on."""
+        self.erase()
+        self.entering = True
+        self.prog.activate()
+
+    def quit(self) -> None:
+        """Q: commands are performed again."""
+        self.entering = False
+        self.rest()
+
+    def rest(self) -> None:
+        """PROG/LIVE without program entry."""
+        self.prog.drive(self.prog_rest)
+
+    def store(self, command: Command) -> None:
+        """Keep a command; what does not fit is dropped."""
+        room = self.sheet.buffer_bytes
+        self.buffer += command.stored
+        if len(self.buffer) > room:
+            del self.buffer[room:]
+            if not self.overflowed:
+                self.chip.finding(
+                    "overflow", f"{command.text} does not fit into the {room} bytes of the program buffer"
+                )
+            self.overflowed = True
+
+    def mark(self, letter: str) -> None:
+        """`A$`: name the next instruction of the program."""
+        if not self.entering:
+            self.chip.finding("label-outside-program", f"{letter}$ outside program entry: ignored")
+            return
+        if letter in self.labels:
+            self.chip.finding("label-twice", f"{letter}$ again: the last one counts")
+        self.labels[letter] = len(self.buffer)
+
+    # ------------------------------------------------------------------------------------------------------- running
+    @property
+    def running(self) -> bool:
+        """Is the instruction in progress one of the program (not a command of the host)?"""
+        return self.pc is not None and not self.live
+
+    @property
+    def counter(self) -> int | None:
+        """Where the instruction in progress begins, or the next one while live commands come; None: no program runs."""
+        return self.pc if self.pc is None or self.live else self.at
+
+    def begin(self, target: int) -> None:
+        """Start the program, or send it elsewhere."""
+        if self.pc is None or self.live:
+            self.loop = None
+        if self.pc is None:
+            self.run_fell, self.at = self.chip.tick, target
+            self.run.activate()
+            self.port.request.watch(self._requested)
+        self.pc, self.following = target, 0
+
+    def end(self) -> None:
+        """The program, if one runs, is over."""
+        if self.pc is not None:
+            self.pc = None
+            self.chip.on_command("")
+            self.run.deactivate()
+            self.port.request.unwatch(self._requested)
+
+    def _requested(self, net: Net) -> None:
+        """A running program does not see a request; only its edge can tell (watched while a program runs)."""
+        if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
+            self.port.ignore()
+            how = " without PROG/LIVE" * self.takes_live
+            self.chip.finding("request-while-running", f"I/O REQUEST lowered in a running program{how}: not answered")
+
+    def resolved(self, target: int) -> int:
+        """A branch target: a label gives way to its address, in the buffer too, when it is first executed (s.3)."""
+        if target < self.sheet.buffer_bytes or chr(target) not in self.sheet.labels:
+            return target
+        address = self.labels.get(chr(target))
+        if address is None:
+            self.chip.finding("missing-label", f"label {chr(target)} was never defined")
+            return target
+        if self.pc is not None and not self.live:
+            self.buffer[self.pc - 1] = address
+        return address
+
+    # ------------------------------------------------------------------------------------------------ as others see it
+    def began(self) -> None:
+        """Report the instruction that is in progress from now on."""
+        if self.chip.on_instruction:
+            self.chip.on_instruction(self.at)
+        if self.chip.on_command:
+            from ...language.disassemble import text_at
+
+            self.chip.on_command(text_at(bytes(self.buffer), self.at, self.sheet))

@@ -1,0 +1,72 @@
+"""The outputs that a motor sees: PULSE, the phases, DIRECTION, and SLEW beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ....core.context import ChipContext
+from ....core.motion.step_views import PatternView, PulseView
+from ....core.motion.train import Playing
+from ..interfaces.family_lines import line_out
+from ..registers import Registers
+
+Patterns = tuple[tuple[int, ...], ...]
+
+
+class StepOutputs:
+    """PULSE, phase 1 to 4, DIRECTION and SLEW.
+
+    Args:
+        patterns: levels of the phases, a row a step; clockwise goes down the rows.
+        high: clocks that PULSE is high between two steps.
+    """
+
+    def __init__(self, chip: ChipContext, registers: Registers, patterns: Patterns, high: int) -> None:
+        self.chip, self.registers, self.high = chip, registers, high
+        self.pulse, self.slew, self.direction = (line_out(chip, name) for name in ("pulse", "slew", "direction"))
+        self.phases = tuple(line_out(chip, f"phase{n}") for n in range(1, len(patterns[0]) + 1))
+        self.whole = patterns
+        self.clear()
+
+    def clear(self) -> None:
+        """RESET and I: whole steps."""
+        self.walk(self.whole)
+
+    def walk(self, patterns: Patterns) -> None:
+        """Go through these patterns from the next step on."""
+        self.patterns = patterns
+        self.columns = tuple(zip(*patterns, strict=True))
+
+    def turn(self, clockwise: bool) -> None:
+        """Set the direction, and show it."""
+        self.registers.clockwise = clockwise
+        self.direction.drive(1 if clockwise else 0)
+
+    def show(self, levels: Sequence[int]) -> None:
+        """Drive the phases to some levels."""
+        for driver, level in zip(self.phases, levels, strict=True):
+            driver.drive(level)
+
+    def off(self) -> None:
+        """Energise no phase."""
+        for driver in self.phases:
+            driver.deactivate()
+
+    def step(self, steps: int) -> None:
+        """Move the pattern pointer by steps, positive clockwise, and show the pattern."""
+        registers = self.registers
+        registers.phase = (registers.phase + steps) % len(self.patterns)
+        self.show(self.patterns[registers.phase])
+
+    def promise(self, playing: Playing, sign: int) -> None:
+        """Promise PULSE and the phases of a train that goes on from the present pattern."""
+        seen = self.chip.kernel.seen
+        self.pulse.play(PulseView(playing, self.high))
+        for column, driver in zip(self.columns, self.phases, strict=True):
+            driver.play(PatternView(playing, column, self.registers.phase, sign, driver.at(seen)))
+
+    def renew(self) -> None:
+        """The bound of the train has moved: all that watch PULSE or a phase must hear of it."""
+        self.pulse.renew()
+        for driver in self.phases:
+            driver.renew()

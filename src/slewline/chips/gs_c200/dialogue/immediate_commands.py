@@ -1,0 +1,191 @@
+"""What a command of the host does, and its answer: a method an immediate row of the sheet, found by its name.
+
+Checks, in this order: is it a command (E4), its argument (E2), does a program run (B), may it come now (E4), does it
+fit into the memory (E3).  Where the sheet is silent see quirks.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from ....core.context import ChipContext
+from ....core.time.kernel import Task
+from ....language.dialect import Command, Refusal, dialect_of, state_remedy
+from ....language.lines import parse, refusal
+from ..eeprom import ProgramEeprom
+from ..registers import Registers
+from ..stepping.driver_lines import UserLines
+from .interpreter import Interpreter
+from .program_memory import set_first
+
+QUESTIONS = ("V", "Q")  # to which B is an answer
+
+
+class HostDialogue:
+    """The dialogue with the host, once a line has come well.
+
+    Args:
+        answer_later: sends the answer to M, when the EEPROM is written.
+        homing_erases: a homing sent by the host erases the program.
+    """
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        registers: Registers,
+        user: UserLines,
+        interpreter: Interpreter,
+        eeprom: ProgramEeprom,
+        answer_later: Callable[[str], None],
+        homing_erases: bool,
+    ) -> None:
+        self.chip, self.options = chip, chip.options
+        self.registers, self.user, self.interpreter, self.eeprom = registers, user, interpreter, eeprom
+        self.program, self.counter = interpreter.program, interpreter.counter
+        self.answer_later, self.homing_erases = answer_later, homing_erases
+        self.busy_run: Task | None = None  # the run in which it was reported that the module is busy
+        others = (row for row in chip.sheet.commands if row.form not in interpreter.handlers)
+        self.handlers = interpreter.handlers | {row.form: getattr(self, row.handler) for row in others}
+
+    async def answer(self, text: str) -> str:
+        """Do what a line says, and return the answer: Y, B, R, E2 to E6, or V with data; empty: it comes later.
+
+        The lines of Q have CR between them.
+        """
+        command = parse(self.chip.sheet, "Po" if self.options.lenient and text == "P0" else text)
+        if self.eeprom.writing:
+            return "B"
+        if self.interpreter.running:
+            if isinstance(command, Command) and "r" in command.row.when:
+                return await self.perform(command)
+            self.report_busy(command, text)
+            return "B"
+        if not isinstance(command, Command):
+            says = refusal(self.chip.sheet, text, command)
+            return self.mistake("E4", says) if command.code == "unknown" else self.mistake("E2", says)
+        if ("p" if self.program.entering else "i") in command.row.when:
+            return await self.perform(command)
+        if self.program.entering and command.row.stored:
+            return self.store(command)
+        if self.options.direct and command.row.stored:
+            self.interpreter.run(partial(self.interpreter.perform, command))
+            return "Y"
+        entering = self.program.entering
+        state = "during program entry" if entering else "outside a program"
+        return self.mistake("E4", f"{text} {state}; {state_remedy(self.chip.sheet, entering)}")
+
+    def report_busy(self, command: Command | Refusal, text: str) -> None:
+        """Report once in a run that a host sends what has no effect meanwhile; a question is none of this."""
+        form = command.row.form if isinstance(command, Command) else ""
+        if self.busy_run is self.interpreter.task or form in QUESTIONS:
+            return
+        self.busy_run = self.interpreter.task
+        remedy = "wait until F is answered with R, or end it with K or Z"
+        said = command.text if form else f"{text!r}, which is no command,"
+        self.chip.finding("busy", f"{said} while a program runs: B is the answer, nothing is done; {remedy}")
+
+    def mistake(self, code: str, text: str) -> str:
+        """Report a mistake of the host, or a fault of the EEPROM; return the code, which is the answer."""
+        self.chip.finding(code, text)
+        return code
+
+    async def perform(self, command: Command) -> str:
+        """Perform a command; most answer Y."""
+        answer = await self.handlers[command.row.form](*command.values)
+        return "Y" if answer is None else answer
+
+    def store(self, command: Command) -> str:
+        """Programming: store an instruction, if it fits."""
+        if self.program.store(command):
+            return "Y"
+        sheet = self.chip.sheet
+        room = f"{len(self.program.memory)} of {sheet.buffer_bytes} locations are taken"
+        return self.mistake("E3", f"{command.text} does not fit: {room}; {dialect_of(sheet).shorter(sheet)}")
+
+    # ------------------------------------------------------------------------------------------------- the program
+    async def do_program(self) -> None:
+        """Po: clear the program and begin program entry."""
+        self.program.entering, self.program.kept = True, False
+        self.program.memory.clear()
+
+    async def do_program_end(self) -> None:
+        """Px: end program entry without a run."""
+        self.program.entering = False
+
+    async def do_execute(self) -> str:
+        """E: run the program from its start; return the answer."""
+        self.program.entering = False
+        missing = self.program.unset_before_motion()
+        if not self.program.memory or missing:
+            if missing:
+                named = ", ".join(missing)
+                return self.mistake("E4", f"E with {named} never set; {set_first(named)}")
+            return self.mistake("E4", f"E with an empty program; {state_remedy(self.chip.sheet, entering=False)}")
+        self.registers.overflow = False
+        self.interpreter.run(self.interpreter.execute)
+        return "Y"
+
+    async def do_kill(self) -> None:
+        """K: end program and motion immediately."""
+        if self.interpreter.running:
+            await self.interpreter.kill("K")
+
+    async def do_zero_speed(self) -> None:
+        """Z: ramp down and end the program."""
+        await self.interpreter.come_to_rest()
+
+    async def do_home(self, direction: int) -> str:
+        """H: run to the home switch in a direction, 1 or -1; return the answer."""
+        speed = self.program.homing_speed
+        if not speed:
+            return self.mistake("E4", f"H without a start-stop speed; {set_first('S')}")
+        self.interpreter.run(partial(self._home, direction, speed))
+        return "Y"
+
+    async def _home(self, direction: int, speed: int) -> None:
+        await self.interpreter.home(direction, speed)
+        if self.homing_erases:
+            self.program.memory.clear()
+
+    # --------------------------------------------------------------------------------------------------- questions
+    async def do_feedback(self) -> str:
+        """F: return the state of the module as an answer: busy, ready, or the error of the last run."""
+        if self.interpreter.running:
+            return "B"
+        for flag, answer in (("overflow", "E5"), ("failed", "E6")):
+            if getattr(self.registers, flag):
+                setattr(self.registers, flag, False)
+                return answer
+        return "R"
+
+    async def do_query(self) -> str:
+        """Q: return the instructions of the program, a line each, and END."""
+        return "\r".join([*(row.text for row in self.program.rows()), "END"])
+
+    async def do_verify(self, what: int) -> str:
+        """V: return the position (1), or the levels of user inputs and outputs (2)."""
+        if what == 2:
+            return f"V{self.user.read_inputs()}{self.user.read_outputs()}"
+        if self.counter.wraps:
+            return f"V{self.counter.position:+d}"
+        return f"V{self.counter.position:0{7 if self.options.pad7 else 1}d}"
+
+    # ------------------------------------------------------------------------------------------------------ EEPROM
+    async def do_memorize(self) -> str:
+        """M: store the program in the EEPROM; the answer follows when it is written."""
+        self.program.kept = True
+        self.eeprom.write(self._written)
+        return "Y" if self.options.early_y else ""
+
+    def _written(self, good: bool) -> None:
+        """The EEPROM has been written, or has failed."""
+        if self.options.early_y:
+            self.registers.failed = not good
+        else:
+            self.answer_later("Y" if good else "E6")
+
+    async def do_exchange(self) -> str:
+        """X: load the program from the EEPROM; return the answer."""
+        fault = self.eeprom.recall()
+        return self.mistake("E6", fault) if fault else "Y"

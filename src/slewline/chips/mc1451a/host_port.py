@@ -1,0 +1,363 @@
+r"""The host port: strobes of a host become packets, HostRdy paces them.
+
+    HostCmd    ____/‾‾‾‾\______________________________________________      a command byte, then words
+    HostWrite  ‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+    HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
+    HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 µs
+
+What a byte or a word does is done at the end of the slice: a command without data acts then, one with data when its
+last word is in; what is to be read is frozen then.  A command byte begins a new packet, whatever has become of the old
+one.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from ...core.context import ChipContext
+from ...core.datasheet.command_rows import PacketRow
+from ...core.wires.net import Net, Wave
+from ...language.dialect import spoken_as
+from ...language.packets import Packets, checksum
+from .activity import Activity
+from .instructions import Instructions, Moves
+from .omissions import servo
+from .sheet import SERVO
+from .supply import Supply
+
+NS = 1000  # picoseconds: what strobes and bus take does not go with the crystal
+SHORTEST_PS, RECOVERY_PS, RELEASE_PS = 50 * NS, 60 * NS, 2000 * NS
+
+
+class Port:
+    """HostSlct, HostCmd, HostWrite, HostRead, HostRdy and the host bus."""
+
+    def __init__(
+        self,
+        chip: ChipContext,
+        activity: Activity,
+        supply: Supply,
+        motion: Moves,
+        instructions: Instructions,
+        busy_ticks: int,
+    ) -> None:
+        self.chip, self.kernel, self.clock, self.busy_ticks = chip, chip.kernel, chip.clock, busy_ticks
+        self.activity, self.supply, self.motion, self.instructions = activity, supply, motion, instructions
+        self.rows = chip.sheet.rows(PacketRow).by_code
+        self.codes = spoken_as(chip.sheet, Packets)
+        times = chip.sheet.times
+        self.access_ps, self.let_go_ps = (int(times[name].us * 1000) * NS for name in ("read_access", "read_release"))
+        self.ready_driver, self.bus, self.bus_driver = chip.drivers["hostrdy"], chip.bus, chip.bus_driver
+        names = ("hostslct", "hostcmd", "hostwrite", "hostread")
+        self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
+        self.told: set[str] = set()  # commands that need an encoder, where there is none; that a servo is meant
+        self.watches = ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select))
+        for net, told in self.watches:
+            net.watch(told)
+        self.slct.ends = (self,)
+        self.begin()
+
+    def begin(self) -> None:
+        """Reset: be not ready, and forget the packet."""
+        if self.slct.exchange is not None:
+            self.slct.exchange.withdraw()
+        self.chip.on_command("")
+        self.ready = False
+        self.bytes: list[int] = []  # first byte of a word that is written
+        self.row: PacketRow | None = None  # the command that waits for words, or has been done
+        self.wanted = 0  # words that it waits for
+        self.words: list[int] = []
+        self.code = 0
+        self.silent = True  # whatever is read is 0: no packet yet, or an illegal command
+        self.answer: deque[int] = deque([0])  # words to be read
+        self.shown = 0  # what the host saw last
+        self.half = False  # the first byte of a word has been read
+        self.fell_at = 0  # HostWrite
+        self.rose_at = -RECOVERY_PS
+        self.legal = False  # the strobe in progress began well
+        self.strobed_at: int | None = None  # the end of the last strobe of an operation
+
+    # --------------------------------------------------------------------------------------------------------- strobes
+    @property
+    def _selected(self) -> bool:
+        return self.supply.powered and self.slct.is_active
+
+    def _strobe(self, name: str, other: str, net: Net) -> bool:
+        """Return whether the strobe that begins now is one.  `net` is that of the other strobe."""
+        now = self.kernel.now
+        if net.is_active:
+            self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
+            self._show(None, self.let_go_ps)
+            return False
+        if now - self.rose_at < RECOVERY_PS:
+            self.chip.finding("short-recovery", f"{(now - self.rose_at) // NS} ns between two strobes; at least 60 ns")
+        return True
+
+    def _write(self, net: Net) -> None:
+        """HostWrite: take a byte with its rising edge."""
+        if not self._selected:
+            self.legal = False
+            return
+        if net.value == net.active_level:
+            self.fell_at = self.kernel.now
+            self.legal = self._strobe("hostwrite", "hostread", self.reads)
+            return
+        legal, self.legal = self.legal and not self.reads.is_active, False
+        if not legal:
+            return
+        width = self.kernel.now - self.fell_at
+        if width < SHORTEST_PS:
+            self.chip.finding("short-strobe", f"hostwrite low for {width // NS} ns; at least 50 ns")
+        self.rose_at = self.kernel.now
+        if self.cmd.level == 1:
+            self.command(self.bus.byte)
+        else:
+            self.data(self.bus.byte)
+
+    def _read(self, net: Net) -> None:
+        """HostRead: show a byte on the bus while it is low."""
+        if net.value == net.active_level:
+            self.legal = self._selected and self._strobe("hostread", "hostwrite", self.writes)
+            if self.legal and self.cmd.level == 1:
+                self.chip.finding("strobes", "hostread with hostcmd high: no transfer")
+                self.legal = False
+            if self.legal:
+                self._show((0xFF, self.read()), self.access_ps)
+        elif self.legal:
+            self.legal = False
+            self._show(None, self.let_go_ps)
+            if self._selected:
+                self.rose_at = self.kernel.now
+                self.read_on()
+
+    def _show(self, level: tuple[int, int] | None, delay_ps: int) -> None:
+        """Put a byte on the bus, or let go of it, after a delay."""
+        now, driver = self.kernel.now, self.bus_driver
+        driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
+
+    def _select(self, net: Net) -> None:
+        """HostSlct: report a release later than 2 µs after the last strobe; one within a strobe ends it as none."""
+        released = net.value == net.when_inactive[1]
+        if released and self.legal:
+            self.legal = False
+            self._show(None, self.let_go_ps)
+        now, since = self.kernel.now, self.strobed_at
+        if released and since is not None:
+            self.strobed_at = None
+            if now - since > RELEASE_PS and self.supply.powered:
+                text = f"hostslct stays low for {(now - since) / NS / 1000:g} µs after a transfer; at most 2 µs"
+                self.chip.finding("late-release", text)
+
+    # ------------------------------------------------------------- operations as values (parts/base/operation.py)
+    def takes(self, number: int, reading: bool, ps: int) -> bool:
+        """Return whether it waits for an operation of so many bytes that begins now, its first strobe at an instant."""
+        awaited = self.ready and (number == 1 or not (self.bytes or self.half)) and not (reading and self.wanted)
+        return self.supply.powered and awaited and ps - self.rose_at >= RECOVERY_PS
+
+    def shows(self, number: int) -> bytes:
+        """Return the bytes that a read operation gives."""
+        word = (self.answer[0] if self.answer else 0).to_bytes(2, "big")
+        return word[self.half :][:number]
+
+    def operated(self, number: int, data: bytes | None, command: bool) -> None:
+        """Take notice of an operation whose last strobe ends now.
+
+        Args:
+            number: bytes.
+            data: those that are written; None: they are read.
+            command: the byte is a command.
+        """
+        self.rose_at = self.kernel.now
+        if data is None and number == 2:  # a whole word, as `takes` has made sure
+            self.shown = self.answer[0] & 0xFF if self.answer else 0
+            self._busy(self._next)
+        elif data is None:
+            self.read()
+            self.read_on()
+        elif command:
+            self.command(data[0])
+        else:
+            for byte in data:
+                self.data(byte)
+        self.strobed_at = None  # HostSlct rises in time
+
+    def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
+        """Go by the pins from now on, in the middle of an operation.
+
+        Args:
+            falls, rises: of its strobes (ps), as far as they have come.
+            data: what is written; None: it is a read operation.
+            over: it has taken notice of the operation.
+        """
+        if over:
+            self.strobed_at = None if self.ready else self.rose_at
+            return
+        if rises:
+            self.rose_at = rises[-1]
+            if data is None:
+                self.read()
+                self.read_on()
+            else:
+                self.data(data[0])  # with the other byte of a word the operation is over
+        if len(falls) > len(rises):
+            self.fell_at, self.legal = falls[-1], True
+            if data is None:
+                self.read()
+
+    # -------------------------------------------------------------------------------------------------------- transfers
+    def command(self, byte: int) -> None:
+        """Take a command byte that has been written."""
+        if not self.ready:
+            self._early(f"command {byte:02x} written")
+            return
+        if self.chip.on_command:
+            self.chip.on_command(self.rows[byte].name if byte in self.rows else f"{byte:02X}")
+        self._busy(lambda: self._begin_packet(byte))
+
+    def data(self, byte: int) -> None:
+        """Take a byte of a word that has been written, the high one first."""
+        if not self.ready:
+            self._early(f"data {byte:02x} written")
+            return
+        self.bytes.append(byte)
+        if len(self.bytes) == 2:
+            word = self.bytes[0] << 8 | self.bytes[1]
+            self.bytes = []
+            self._busy(lambda: self._take(word))
+
+    def read(self) -> int:
+        """Return the byte that the host reads, the high one of a word first."""
+        if not self.ready:
+            self._early("data read")
+            return self.shown
+        if self.wanted and not self.half:
+            self.chip.finding("early-read", f"{self._name} is waiting for words, and a word is read: 0000")
+        word = 0 if self.wanted or not self.answer else self.answer[0]
+        self.shown = word & 0xFF if self.half else word >> 8
+        return self.shown
+
+    def read_on(self) -> None:
+        """Go on to the next byte: the last one has been read."""
+        if not self.ready:
+            return
+        self.half = not self.half
+        if not self.half:
+            self._busy(self._next)
+
+    def _next(self) -> None:
+        if self.answer and not self.wanted:
+            self.answer.popleft()
+
+    def _early(self, what: str) -> None:
+        self.chip.finding("busy-access", f"{what} while HostRdy is low: no effect")
+
+    def _busy(self, then: Callable[[], None]) -> None:
+        """Let HostRdy fall, and do what was asked for when it rises."""
+        starts = self.supply.starts
+        self.ready = False
+        self.ready_driver.put(self.ready_driver.inactive_level)
+        self.strobed_at = self.kernel.now
+        self.activity.serve()
+
+        def serve() -> None:
+            if starts == self.supply.starts:  # no reset has come meanwhile
+                self._serve(then)
+
+        tick = self.clock.ticks_from(self.kernel.now) + self.busy_ticks
+        self.kernel.call_at(self.clock.ps(tick), serve)
+
+    def _serve(self, then: Callable[[], None]) -> None:
+        """Do what was asked for, and let HostRdy rise; after RESET the supply does that, ten cycles later."""
+        self.motion.catch_up()
+        self.ready = True
+        then()
+        if not self.wanted:
+            self.chip.on_command("")
+        if not self.supply.restarted():
+            self.ready_driver.put(self.ready_driver.active_level)
+            self.activity.served()
+
+    def open(self) -> None:
+        """Let HostRdy rise after reset."""
+        self.ready = True
+        self.ready_driver.activate()
+        self.activity.begin()
+
+    # ---------------------------------------------------------------------------------------------------------- packets
+    @property
+    def _name(self) -> str:
+        return "a packet" if self.row is None else self.row.name
+
+    def _begin_packet(self, code: int) -> None:
+        """Begin a packet with a command byte."""
+        if self.bytes:
+            self.chip.finding(
+                "odd-byte", f"a single byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
+            )
+            self.bytes = []
+        if self.wanted:
+            text = f"command {code:02x} while {self._name} is waiting for words: {self._name} is dropped"
+            self.chip.finding("aborted-packet", text)
+        self.half, self.words, self.wanted, self.code = False, [], 0, code
+        self.answer, self.silent = deque(), False
+        self.row = row = self.rows.get(code)
+        if row is None:
+            self._without_row(code)
+            return
+        self.wanted = sum(arg.size for arg in row.args) // 2
+        if not self.wanted:
+            self._perform(row)
+
+    def _without_row(self, code: int) -> None:
+        """Answer a code that is no command of this part."""
+        if code in self.codes.illegal:
+            self.chip.finding(
+                "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: checksum 0"
+            )
+            self.silent, self.answer = True, deque([0])
+            return
+        if code not in self.codes.reserved and code not in self.codes.siblings:
+            self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: no effect")
+        sibling = self.codes.siblings.get(code)
+        self.wanted = sibling.writes if sibling is not None else 0
+        if SERVO not in self.told and (text := servo(self.chip.sheet, code)):
+            self.told.add(SERVO)  # the others say no more
+            self.chip.finding("servo-command", text)
+        if not self.wanted:
+            self._answer([0] * (sibling.reads if sibling is not None else 0))
+
+    def _take(self, word: int) -> None:
+        """Take a word that has been written."""
+        if not self.wanted:
+            if not self.silent:
+                self.chip.finding("extra-word", f"{word:04x} after {self._name}, which takes no more words: dropped")
+            return
+        self.words.append(word)
+        self.wanted -= 1
+        if self.wanted:
+            return
+        if self.row is None:
+            self._answer([])
+        else:
+            self._perform(self.row)
+
+    def _perform(self, row: PacketRow) -> None:
+        """Perform the command of a complete packet."""
+        chip = self.chip
+        if row.encoder and not chip.sheet.encoder and row.name not in self.told:
+            self.told.add(row.name)
+            part = chip.sheet.part
+            chip.finding("no-encoder", f"{row.name} needs an encoder: the {part} only accepts it; take the {part}-e")
+        data = b"".join(word.to_bytes(2, "big") for word in self.words)
+        found = self.instructions.perform(row, int.from_bytes(data, "big"))
+        if found is None:
+            self._answer([])
+            return
+        size = row.reads[0].size
+        value = found % (1 << 8 * size)
+        self._answer([value >> 16, value & 0xFFFF] if size == 4 else [value])
+
+    def _answer(self, words: list[int]) -> None:
+        """Lay out the words to be read, and the checksum after them."""
+        self.answer = deque([*words, checksum(self.code, [*self.words, *words])])

@@ -1,0 +1,482 @@
+"""One axis of the slow twin.  `cycle` calls the methods of `TwinAxis` in the order of work.
+
+    T_n               T_n+1             T_n+2
+     |<-- 8192 clocks->|                 |
+    _|_________________|_________________|_      target: x at T_n; it moves by `velocity` from T_n to T_n+1,
+     x                 x + velocity              which is decided at T_n and evenly spread over the cycle
+
+PULSE shows the target: it rises half a step behind the last step that was made, and falls, which is the next step, a
+whole one after it.  `lead` is how far the target is ahead of the steps made so far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ....core.context import ChipContext
+from ....core.motion.train import Playing
+from ....core.wires.net import Wave
+from .. import sheet
+from ..profiles.ideal import begins, mark_deviation
+from ..registers import (
+    BREAKPOINT,
+    COMMAND_ERROR,
+    GEAR,
+    MOTION_COMPLETE,
+    MOTION_ERROR,
+    ONE,
+    PROFILE_COMMANDS,
+    S_CURVE,
+    TRAPEZOIDAL,
+    VELOCITY,
+    WRAPPED,
+    AxisState,
+    Profile,
+    Registers,
+)  # fmt: skip
+from .cycle import OneCycle
+from .twin_inputs import LIMITS, Switches, TwinEncoder, TwinFilter
+from .twin_profile import TwinSCurve, braked, contour, sign, trapezoid
+
+REPORTED = range(-32768, 32768)  # position errors
+
+
+def signed(number: int, bits: int) -> int:
+    """A number in two's complement: what is beyond the ends of its range comes in again at the other end."""
+    half = 1 << (bits - 1)
+    return (number + half) % (2 * half) - half
+
+
+class TwinAxis:
+    """One axis, cycle by cycle."""
+
+    def __init__(
+        self, chip: ChipContext, registers: Registers, state: AxisState, home: TwinFilter, encoder: TwinEncoder | None
+    ) -> None:
+        self.chip, self.state = chip, state
+        self.home, self.encoder, self.switches = home, encoder, Switches(chip, registers, state)
+        self.axis = self.chip.axes[state.number - 1]
+        # what the last cycle has seen of the settings, and what has become of them since
+        self.mode, self.high_speed = state.mode, state.high_speed
+        self.was_off = False
+        # the motion
+        self.landing = self.stopping = self.clamped = False
+        self.why: set[str] = set()  # the registers, being 0, for which it was reported that nothing starts
+        self.start = 0  # the start velocity in force
+        self.displacement = 0  # of this cycle: the velocity, but for what an S-curve rounds
+        self.curve: TwinSCurve | None = None
+        # electronic gear
+        self.suspended = self.backlogged = False
+        self.count = self.counts_used = 0  # encoder counts since reset
+        self.owed = 0  # by the gear: displacement yet to be made
+        # pulses
+        self.lead = 0  # the target is so far ahead of the steps made
+        self.pulse, self.direction = 0, 1  # the levels that have been put out or promised
+        self.steps: list[int] = []  # ticks of this cycle's steps
+        self.playing: Playing | None = None
+        self.told: list[Callable[[], object]] = []  # what the axis will be given
+        self.declared: int | None = None  # the position that it will be given
+        # position error, in 1/256 count, and whole steps of the target that it does not count yet
+        self.error = self.gone = 0
+
+    def cycle(self, number: int, tick: int) -> None:
+        """Decide everything that is decided at the start of a cycle, which begins at a tick."""
+        self.arrive()
+        self.see_settings()
+        if self.state.update is not None:
+            self.update(tick, self.state.update)
+        self.look_at_limits()
+        self.choose_velocity()
+        self.make_pulses(tick)
+        self.compare_positions(tick)
+        self.test_breakpoint(number, tick)
+        self.show()
+
+    def event(self, bit: int) -> None:
+        """Set an event of the status word; motion complete does not exist in the gear."""
+        if bit != MOTION_COMPLETE or self.mode != GEAR:
+            self.state.events |= bit
+
+    def tell(self, what: Callable[[], object]) -> None:
+        """Let the axis know in the next round, when the step that is due at this very instant counts as made."""
+        if not self.told:
+            self.chip.kernel.call_at(self.chip.kernel.now, self.say)
+        self.told.append(what)
+
+    def say(self) -> None:
+        """Report what is due, one thing after the other."""
+        told, self.told = self.told, []
+        for what in told:
+            what()
+
+    def finding(self, code: str, text: str) -> None:
+        """Keep what the host did wrong with this axis."""
+        self.chip.finding(code, f"axis {self.state.number}: {text}")
+
+    # ------------------------------------------------------------------------------------------------------ 0: arrive
+    def arrive(self) -> None:
+        """The target is where the last cycle was to bring it."""
+        state = self.state
+        self.lead += self.displacement - self.direction * ONE * len(self.steps)
+        self.steps = []
+        target = state.target + self.displacement
+        self.gone += (target >> 16) - (state.target >> 16)
+        state.target = signed(target, 47)
+        if state.target != target:
+            self.event(WRAPPED)
+        if self.landing:
+            self.rest(complete=True)
+
+    def rest(self, complete: bool) -> None:
+        """The motion is over."""
+        self.axis.log.end()
+        state = self.state
+        self.displacement = state.velocity = state.phase = 0
+        state.in_motion = self.landing = self.stopping = False
+        if complete:
+            self.event(MOTION_COMPLETE)
+
+    # ----------------------------------------------------------------------------------------------------- 1: updates
+    def see_settings(self) -> None:
+        """Take over what acts without an update: the motor, the pulse range, the profile mode."""
+        state = self.state
+        if self.was_off or not state.motor_on:
+            if state.in_motion:
+                mark_deviation(self.chip, state, "event", "motor off")
+            self.axis.log.end("cut")
+            self.rest(complete=False)
+            self.suspended = True
+        self.was_off = False
+        if state.high_speed != self.high_speed:
+            self.high_speed = state.high_speed
+            self.clamped = False
+        if state.mode != self.mode:
+            self.change_mode()
+
+    def change_mode(self) -> None:
+        """Another profile mode: velocity contouring takes the axis over as it moves, the gear as it follows."""
+        state = self.state
+        if state.in_motion:
+            mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
+        if state.mode != VELOCITY or self.mode == GEAR:
+            self.axis.log.stop()
+        if self.mode == GEAR or state.mode == GEAR:
+            self.rest(complete=False)
+            self.counts_used, self.owed = self.count, 0
+            self.suspended = state.held or self.switches.flagged
+            if state.mode == GEAR:
+                self.gear_begins(PROFILE_COMMANDS[GEAR])
+        elif state.in_motion and state.mode != VELOCITY:
+            self.rest(complete=True)
+            self.finding("mode-in-motion", "profile mode changed in motion: it stops at once")
+        self.mode = state.mode
+        state.phase = 0
+
+    def update(self, tick: int, taken: Profile) -> None:
+        """What an update has taken from the buffer takes effect."""
+        state = self.state
+        if taken.synch_prfl and self.encoder is not None:
+            self.read_encoder(self.encoder, tick)
+            mark_deviation(self.chip, state, "command", "SYNCH_PRFL")
+            self.relocate(state.actual)
+        self.copy_registers(taken)
+        state.update = None
+        self.stopping = self.clamped = False
+        if taken.stop:
+            if state.in_motion or state.mode == GEAR:
+                mark_deviation(self.chip, state, "command", "STOP")
+                self.axis.log.stop()
+            self.rest(complete=True)
+            self.suspended = True
+        elif state.mode == GEAR:
+            self.engage()
+            self.gear_begins(taken.cause)
+            if state.active.ratio == 0 and "ratio" not in state.written and not state.held:
+                self.does_not_start({"ratio"})
+        elif taken.smooth_stop:
+            self.stop_smoothly()
+        elif state.in_motion:
+            if not state.held and state.mode != S_CURVE:
+                begins(self.chip, state, taken.cause, self.start, self.pulse_range())
+        elif not state.held:
+            self.set_out(taken.cause)
+
+    def relocate(self, position: int) -> None:
+        """The target becomes a position; no pulses, and no position error."""
+        self.state.target, self.lead = position * ONE, 0
+        self.error = self.gone = self.state.error = 0
+        self.state.motion_error = False
+        now = self.chip.kernel.now
+        made = sum(self.chip.clock.ps(step) <= now for step in self.steps)  # of this cycle, which began at `position`
+        self.declared = position + self.direction * made
+        self.tell(self.load)
+
+    def load(self) -> None:
+        """The axis takes over the position that was declared, if one was."""
+        if self.declared is not None:
+            self.axis.load(self.declared)
+            self.declared = None
+
+    def copy_registers(self, new: Profile) -> None:
+        """Registers become the active ones; those that may not change in motion keep the old values."""
+        active = self.state.active
+        fixed: tuple[str, ...] = ()
+        if self.state.in_motion:
+            fixed = {TRAPEZOIDAL: ("acceleration",), S_CURVE: ("velocity", "max_acceleration", "jerk")}.get(
+                self.mode, ()
+            )
+        active.position = new.position
+        if any(name in new.loaded and getattr(new, name) != getattr(active, name) for name in fixed):
+            self.event(COMMAND_ERROR)
+            self.finding("command-error", "an update in motion of what may not change then")
+            return
+        for name in ("velocity", "acceleration", "max_acceleration", "jerk", "ratio"):
+            if name not in fixed:
+                setattr(active, name, getattr(new, name))
+
+    def gear_begins(self, cause: str) -> None:
+        """The gear is switched on; where it may not, that is over at once."""
+        begins(self.chip, self.state, cause, 0, self.pulse_range())
+        if self.suspended:
+            self.axis.log.end("limit" if self.switches.flagged else "cut")
+
+    def engage(self) -> None:
+        """The gear follows (again), from the counts of now on."""
+        if self.suspended and not self.state.held and not self.switches.flagged:
+            self.suspended = False
+            self.counts_used = self.count
+
+    def stop_smoothly(self) -> None:
+        """Slow down; at rest, the stop is complete."""
+        if not self.state.in_motion:
+            self.rest(complete=True)
+            return
+        mark_deviation(self.chip, self.state, "command", "SMOOTH_STOP")
+        self.axis.log.stop()
+        if self.mode == S_CURVE and self.curve is not None:
+            self.curve.smooth_stop()
+        else:
+            self.stopping = True
+
+    def set_out(self, cause: str) -> None:
+        """Start a motion from rest, if there is one to be made and nothing is in its way."""
+        state, active = self.state, self.state.active
+        velocity = self.greatest_velocity()
+        distance = active.position * ONE - state.target
+        if self.mode == VELOCITY:
+            distance = active.acceleration
+        needed = ("velocity", "max_acceleration", "jerk") if self.mode == S_CURVE else ("velocity", "acceleration")
+        zero = {register for register in needed if getattr(active, register) == 0}
+        if self.mode == TRAPEZOIDAL and state.start_velocity:
+            zero.discard("acceleration")
+        if velocity == 0 or (distance == 0 and self.mode != VELOCITY):
+            if distance != 0 and "velocity" not in state.written:
+                self.does_not_start(zero)
+            self.rest(complete=True)
+        elif zero:
+            self.does_not_start(zero)
+        elif self.switches.flagged or self.switches.active(sign(distance)):
+            if self.mode == VELOCITY:
+                self.finding("no-start", "a move into a limit switch")
+            else:
+                self.event(COMMAND_ERROR)
+                self.finding("command-error", "a move into a limit switch")
+        else:
+            state.in_motion, self.why = True, set()
+            self.start = state.start_velocity
+            begins(self.chip, state, cause, self.start, self.pulse_range())
+            if self.mode == S_CURVE:
+                self.clamp()
+                self.curve = TwinSCurve(distance, velocity, active.max_acceleration, active.jerk)
+            elif self.start >= active.velocity:
+                self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
+
+    def does_not_start(self, zero: set[str]) -> None:
+        """Report an update after which registers that are 0 keep the axis at rest; once, while these are the ones."""
+        if zero != self.why:
+            self.finding("no-start", f"no motion: {', '.join(sorted(zero))} 0")
+        self.why = zero
+
+    def greatest_velocity(self) -> int:
+        """The maximum velocity, as far as the pulse range allows."""
+        return min(self.state.active.velocity, self.pulse_range())
+
+    def pulse_range(self) -> int:
+        """The greatest displacement of a cycle."""
+        return ONE * (sheet.HIGH_RANGE if self.high_speed else sheet.STANDARD_RANGE)
+
+    def clamp(self) -> None:
+        """Report a velocity above the pulse range, once for each update."""
+        if self.state.active.velocity > self.pulse_range() and not self.clamped:
+            self.finding("clamped", "the velocity is above the pulse range")
+            self.clamped = True
+
+    # ------------------------------------------------------------------------------------------------------ 2: limits
+    def look_at_limits(self) -> None:
+        """A switch that becomes active stops the axis."""
+        for way in self.switches.tripped():
+            self.event(LIMITS[way])
+            mark_deviation(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
+            self.axis.log.end("limit")
+            self.rest(complete=True)
+            self.suspended = True
+
+    # -------------------------------------------------------------------------------------------------- 3: trajectory
+    def choose_velocity(self) -> None:
+        """The displacement from here to the start of the next cycle."""
+        state = self.state
+        if self.mode == GEAR:
+            state.velocity = self.geared()
+        elif not state.in_motion:
+            state.velocity = 0
+        elif self.mode == S_CURVE and self.curve is not None:
+            self.displacement, state.velocity, state.phase = self.curve.step()
+            self.landing = self.curve.over
+            return
+        else:
+            self.clamp()
+            state.velocity = self.trapezoidal() if self.mode == TRAPEZOIDAL else self.contoured()
+        self.displacement = state.velocity
+
+    def trapezoidal(self) -> int:
+        """Toward the destination."""
+        state = self.state
+        most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
+        distance = state.active.position * ONE - state.target
+        way = sign(state.velocity or distance)
+        speed = abs(state.velocity)
+        if self.stopping or most == 0 or speed == distance == 0:
+            return way * self.ended(braked(speed, acceleration, self.start))
+        speed, self.landing = trapezoid(speed, way * distance, most, acceleration, min(self.start, most))
+        return way * speed
+
+    def contoured(self) -> int:
+        """Toward the maximum velocity, in the direction of the acceleration."""
+        state = self.state
+        most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
+        way, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
+        speed = abs(state.velocity)
+        if self.stopping or most == 0:
+            return way * self.ended(braked(speed, acceleration, self.start))
+        if acceleration and way != wanted:
+            return way * braked(speed, acceleration, self.start)
+        return way * contour(speed, most, acceleration, min(self.start, most))
+
+    def ended(self, speed: int) -> int:
+        """The speed itself; a stop that has come to 0 is complete."""
+        if speed == 0:
+            self.rest(complete=True)
+        return speed
+
+    def geared(self) -> int:
+        """What the encoder has moved since the last cycle, times the ratio, as far as the pulse range allows."""
+        active = self.state.active
+        moved, self.counts_used = self.count - self.counts_used, self.count
+        self.owed += moved * active.ratio
+        if self.suspended or (self.owed and self.switches.active(sign(self.owed))):
+            self.owed = 0
+        most = self.pulse_range()
+        velocity = max(-most, min(self.owed, most))
+        self.owed -= velocity
+        if self.owed and not self.backlogged:
+            self.finding("gear-backlog", "the encoder is faster than the pulse range; the rest follows later")
+        self.backlogged = self.owed != 0
+        return velocity
+
+    # ------------------------------------------------------------------------------------------------------ 4: pulses
+    def make_pulses(self, tick: int) -> None:
+        """Promise the edges of this cycle: PULSE follows the target from half step to half step."""
+        velocity, drivers, number = self.displacement, self.chip.drivers, self.state.number
+        self.steps = []
+        curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
+        if velocity == 0 and curve is None:
+            return
+        way = sign(velocity if curve is None else curve.distance)  # a curve begins slower than a velocity can tell
+        if way != self.direction:
+            self.direction = way
+            self.tell(lambda: drivers[f"dir{number}"].drive(1 if way > 0 else 0))
+        before, edges = self.pulse, []
+        half = 1  # half steps from the last step made
+        while (distance := half * ONE // 2 - way * self.lead) <= abs(velocity):
+            level = half % 2
+            at = tick + max(-(-distance * sheet.CYCLE_TICKS // (abs(velocity) or 1)), 0)
+            if level != self.pulse:
+                edges.append((at, level))
+                self.pulse = level
+            if level == 0:
+                self.steps.append(at)
+            half += 1
+        if edges:
+            times = tuple(self.chip.clock.ps(at) for at, _ in edges)
+            drivers[f"pulse{number}"].play(Wave(before, times, tuple(level for _, level in edges)))
+        self.tell(lambda: self.follow(tick, way, abs(velocity)))
+
+    def follow(self, tick: int, way: int, displaced: int) -> None:
+        """The position follows the steps of this cycle."""
+        self.playing = Playing(OneCycle(self.chip.clock, tick, self.steps, displaced))
+        self.axis.follow(self.playing, way)
+
+    # --------------------------------------------------------------------------------------------- 5: actual position
+    def compare_positions(self, tick: int) -> None:
+        """Read the encoder, and compare the actual position with the target."""
+        state = self.state
+        if self.encoder is None:
+            return
+        self.read_encoder(self.encoder, tick)
+        self.error -= state.step_ratio * self.gone
+        self.gone = 0
+        state.error = self.error >> 8
+        reported = max(REPORTED[0], min(state.error, REPORTED[-1]))
+        was_wrong, state.motion_error = state.motion_error, state.step_ratio != 0 and abs(reported) > state.pos_err
+        if state.motion_error:
+            self.event(MOTION_ERROR)
+            state.reported &= was_wrong
+            if not was_wrong:
+                self.axis.log.mark("event", "motion error")
+                self.finding("motion-error", "the position error is beyond its limit")
+            if state.auto_stop and not was_wrong:
+                state.switch_off()
+                self.was_off = True
+
+    def read_encoder(self, encoder: TwinEncoder, tick: int) -> None:
+        """Count what has come in before a tick."""
+        moved = encoder.counts(tick)
+        self.count += moved
+        self.state.actual = signed(self.state.actual + moved, 31)
+        self.error += 256 * moved
+
+    # -------------------------------------------------------------------------------------------------- 6: breakpoint
+    def test_breakpoint(self, number: int, tick: int) -> None:
+        """A breakpoint whose condition is met is over, and an update waits for the next cycle."""
+        state = self.state
+        value = signed(state.comparison, 32)
+        self.home.look(tick)
+        met = {
+            "": False,
+            "time": number % (1 << 32) == state.comparison,
+            "pos": state.target >> 16 >= value,
+            "neg": state.target >> 16 <= value,
+            "actl_pos": state.actual >= value,
+            "actl_neg": state.actual <= value,
+            "mtn_cmplt": bool(state.events & MOTION_COMPLETE),
+            "ext": self.home.level == 0,
+        }
+        if met[state.breakpoint]:
+            command, state.breakpoint = state.breakpoint_command, ""
+            self.axis.log.mark("event", f"{command} met")
+            self.event(BREAKPOINT)
+            if state.auto_update:
+                state.take(command)
+
+    # ------------------------------------------------------------------------------------------------------- 7: show
+    def show(self) -> None:
+        """AtRest; in the gear it is low while steps are made."""
+        rest = not self.steps if self.mode == GEAR else not self.state.in_motion
+        self.chip.drivers[f"atrest{self.state.number}"].drive(int(rest))
+
+    def cut(self) -> None:
+        """No step after this instant; a position declared in it counts."""
+        self.told.clear()
+        self.load()
+        if self.playing is not None:
+            self.playing.until = self.chip.kernel.now + 1

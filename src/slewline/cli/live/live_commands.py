@@ -1,0 +1,278 @@
+"""The commands that go on until they are ended: what they are called, what they take, which module does the work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from ..options.command_kinds import HintingCommand, OncePerName
+from ..options.shared import ALLOW_CODE, ANYWHERE, CHIP, CRYSTAL, EXIT, MEMORY, OPTIONS, STRAPS, TOKEN, path
+from ..options.values import DIRECTORY, FILE, STEP_RATE, TIME, AnyNumber, PartName, SettingText, WholeNumber
+
+Command = Callable[..., Any]
+
+
+def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Return options that several commands have, as one decorator."""
+
+    def decorate(command: Command) -> Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+PORTS = together(
+    click.argument("chip", type=PartName(), required=False, is_eager=True),
+    path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP."),
+    path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only."),
+    click.option(
+        "--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one."
+    ),
+    click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS."),
+    path("--serial", metavar="DEV", help="On a serial port of this machine: /dev/ttyUSB0, COM3."),
+    click.option(
+        "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
+    ),
+    click.option(
+        "--card", help="The interface board of a chipset: pi-c842, or offsets such as data=0,command=1,status=1."
+    ),
+    click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back."),
+    click.option(
+        "--prologix", is_flag=True, help="For a chip on a bus: a GPIB controller with the commands of a Prologix one."
+    ),
+    click.option("--baud", hidden=True),
+)
+SERVED = together(
+    click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language."),
+    TOKEN,
+    click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept."),
+    path("--log", help="Append a transcript of all lines to F; -: on standard error."),
+    path("--journal", help="Write every input from outside, for slewline run --replay."),
+    MEMORY,
+    ANYWHERE,
+    ALLOW_CODE,
+    STRAPS,
+    click.option(
+        "--option",
+        cls=OncePerName,
+        type=SettingText(),
+        multiple=True,
+        help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
+    ),
+    click.option(
+        "--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only."
+    ),
+    click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one."),
+)
+
+
+@click.command(
+    "serve", cls=HintingCommand, short_help="Serve chips on ports, to unmodified host software.", epilog=EXIT
+)
+@PORTS
+@click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
+@click.option("--lockstep", is_flag=True, help="Time passes only for the bytes of the line, and by `advance`.")
+@SERVED
+@click.option(
+    "--panel",
+    metavar="HOST:PORT",
+    is_flag=False,
+    flag_value="127.0.0.1:0",
+    help="Also open a panel, a page for a web browser; without HOST:PORT on any free port.",
+)
+@OPTIONS
+def serve_command(**options: Any) -> int:
+    """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
+
+    Each port is printed on the standard output as soon as it is open: its name, and the URL or the device under which
+    pySerial finds it.  By default a module has 9600 baud and checksums (--strap chs=0: none).
+
+    A pseudo-terminal has 8 bits and no parity, whatever the host asks for.  A host may open it as 7O2 again and again;
+    one that sets 7O2 twice at once gets EINVAL (invalid argument): a timeout set right after the open, one setting
+    after the other, an open right after a close, stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp)
+    or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
+
+    The MC1451A family has registers instead of a line, and is served with --tcp only.  registers://HOST:PORT takes the
+    messages of slewline.links.ports.register_port; their other end is slewline.links.clients.chipset_port for a program
+    in Python, and examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
+
+    A chip with a bus and a serial line has the line on one of these ports and the bus on --registers: the
+    registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.clients.card_port.
+    The line has 9600 baud, unless a host on --rfc2217 sets another.
+    """
+    from .serve import ServeCommand
+
+    return ServeCommand(**options).perform()
+
+
+@click.command(
+    "drive", cls=HintingCommand, short_help="Drive a real motor: a chip, a board, and the old host.", epilog=EXIT
+)
+@PORTS
+@path("--board", metavar="PORT", required=True, help="The serial port of the board; twin: a board of software.")
+@click.option("--of", metavar="CHIP[.AXIS]", help="Whose motor it is, where a bench has several.")
+@click.option("--enable", is_flag=True, help="Energise the driver. Without it: dry run, no pulses and no current.")
+@click.option("--pulses", is_flag=True, help="Pulses in a dry run too; a driver whose ENABLE is not wired moves then.")
+@click.option(
+    "--driver",
+    metavar="NAME",
+    help="The driver, such as DM542: the level of its ENABLE, and whether its times are met; --enable needs it.",
+)
+@click.option(
+    "--enable-off",
+    type=click.Choice(["rest", "halt", "never"]),
+    default="halt",
+    show_default=True,
+    help="When the board switches the driver off: at every rest; after a halt or without its host; never. "
+    "All but never: at the end. An E-stop always does.",
+)
+@click.option(
+    "--enable-hold",
+    type=TIME,
+    metavar="TIME",
+    default="60 s",
+    show_default=True,
+    help="How long the driver stays on at such a rest or halt.",
+)
+@click.option("--invert-dir", is_flag=True, help="DIR has the other level than the direction pin of the chip.")
+@click.option(
+    "--filter",
+    type=WholeNumber(3, least=0, most=15),
+    default=0,
+    help="How often an input is looked at, 4 us apart, before it counts; an E-stop is not filtered.",
+)
+@click.option(
+    "--input",
+    cls=OncePerName,
+    type=SettingText("an input of the board and what it is", "A1=home"),
+    multiple=True,
+    help="What an input of the board is, such as A1=home or A0=estop. May be repeated.",
+)
+@click.option(
+    "--output",
+    cls=OncePerName,
+    type=SettingText("an output of the board and what it shows", "D12=fault"),
+    multiple=True,
+    help="What an output of the board shows: D2=uo1, D12=fault, D8=energised; by default what programs set. "
+    "May be repeated.",
+)
+@click.option(
+    "--horizon",
+    type=TIME,
+    metavar="TIME",
+    default="100 ms",
+    show_default=True,
+    help="From a step of the model to that of the motor; a pause of this machine may be shorter than that.",
+)
+@click.option(
+    "--start-stop",
+    type=STEP_RATE,
+    metavar="RATE",
+    help="Up to which the motor may stand at once, such as '500 steps/s'.",
+)
+@click.option(
+    "--stop",
+    type=click.Choice(["abort", "kill", "reset", "power"]),
+    help="What stops the chip when the board has stopped by itself.",
+)
+@click.option("--self-start", is_flag=True, help="A program that the chip starts by itself may move the motor.")
+@click.option(
+    "--keep-count",
+    is_flag=True,
+    help="The position register begins at the count of a board that has gone on since a session before.",
+)
+@click.option("--homed", is_flag=True, help="You say that the motor is where the board has counted it to be.")
+@click.option(
+    "--check",
+    is_flag=True,
+    help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone. With --enable, jog the motor by "
+    "ten steps instead; with an E-stop among the inputs, see it open.",
+)
+@click.option(
+    "--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place."
+)
+@click.option("--no-black-box", is_flag=True, help="Record nothing.")
+@SERVED
+@OPTIONS
+def drive_command(**options: Any) -> int:
+    """Put a chip in the place of the one that failed: an old host on a port, a motor on a board.
+
+    This stops by itself and keeps count, and is no safety device: an E-stop must cut the supply of the driver.
+
+    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one
+    of the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the
+    motor moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the
+    drive is halted then, until `clear` is typed, or SIGUSR2 comes.  A driver that the board has switched off stays off
+    then: `clear homing` switches it on, to home the motor, and `clear homed` if you know where it is.
+    """
+    from .drive import DriveCommand
+
+    return DriveCommand(**options).perform()
+
+
+@click.command("panel", cls=HintingCommand, short_help="See a chip and work it, in a web browser.", epilog=EXIT)
+@click.argument("what", metavar="[CHIP | BENCH.toml | PROGRAM]", required=False, is_eager=True)
+@CHIP
+@click.option("--attach", metavar="HOST:PORT", help="The control port of a server that runs, instead of a chip.")
+@TOKEN
+@click.option("--listen", metavar="HOST:PORT", default="127.0.0.1:0", help="Where the page is found; any free port.")
+@click.option("--read-only", is_flag=True, help="The page may look and not touch.")
+@click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
+@click.option("--run", is_flag=True, help="Let time pass from the start; a program waits for the page otherwise.")
+@click.option("--no-browser", is_flag=True, help="Open no web browser; print the address only.")
+@STRAPS
+@path("--journal", help="Write every input from outside, for slewline run --replay.")
+@ANYWHERE
+@ALLOW_CODE
+@click.option("--allow-remote", is_flag=True, help="Other machines may connect; they need the address with its token.")
+def panel_command(**options: Any) -> int:
+    """Open a panel, a page on which a chip is seen and worked, until SIGINT, SIGTERM or SIGHUP.
+
+    Shown are its pins, registers, program and conversation; time can be stopped, stepped and taken back.  A PROGRAM is
+    given to the chip by its host, as `slewline run` does; time is paused until *Run the program* is pressed, unless
+    --run is given.  The ports of the [[serve]] tables of a bench file are opened, and its time passes from the start.
+    With --attach the panel shows what runs in a server, whatever host program talks to it; a token of its control port
+    is taken from the environment, SLEWLINE_TOKEN.
+
+    The page is found under the address that is printed.  Any browser with its token may work the chip; without it the
+    page only looks.
+    """
+    from .panel import PanelCommand
+
+    return PanelCommand(**options).perform()
+
+
+@click.command(
+    "debug",
+    cls=HintingCommand,
+    short_help="Debug a program in the terminal: step, stop, and go back in time.",
+    epilog=EXIT,
+)
+@click.argument("target", metavar="[FILE | CHIP | BENCH.toml]", required=False, type=FILE, is_eager=True)
+@CHIP
+@CRYSTAL
+@STRAPS
+@OPTIONS
+@MEMORY
+@ANYWHERE
+@ALLOW_CODE
+@click.option(
+    "--rate", type=AnyNumber("0.5"), default=1.0, show_default=True, help="Virtual seconds per second, 0.001 to 1000."
+)
+@click.option("--attach", metavar="HOST:PORT", help="Debug what the server with this control port has, instead.")
+@click.option("--control", metavar="HOST:PORT", help="No screen: open a control port, for a front end of your own.")
+@TOKEN
+@click.option("--while-input", is_flag=True, hidden=True)  # ends with the standard input
+def debug_command(**options: Any) -> int:
+    """Debug a program, a chip or a bench file: registers, pins, the program and the conversation on one screen.
+
+    Time stands at the first instant.  The space bar lets it pass, s goes on by an instruction, b puts a breakpoint, the
+    left arrow goes back; ? lists the keys.
+    """
+    from .debug import DebugCommand
+
+    return DebugCommand(**options).perform()

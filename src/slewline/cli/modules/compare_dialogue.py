@@ -1,0 +1,182 @@
+"""slewline compare DIALOGUE: what a module has said against what the model says to the same lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import click
+
+from ...chips import chip_class, sheet_of
+from ...errors import BenchFileError, SlewlineError, UsageError
+from ...gate import BOM, FileGate, opened
+from ...modules.comparing.exchanges import are_checked, exchanges_of
+from ...modules.comparing.replay import PS_PER_US
+from ...modules.dialogue import KIND, DialogueFile, DialogueHeader, RecordedDialogue
+from ...modules.failures import NoAnswer
+from ...modules.speech import speech_of
+from ...modules.spoken import Speech
+from .. import FOUND
+from ..files import read_options
+from ..live.serve import remark
+from ..programs import print_json
+from .module_options import SettingOptions
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...modules.module import Module
+
+PROGRESS_S = 3.0
+BEGINNING = f'{{"slewline":"{KIND} '.encode()
+
+
+def is_dialogue(path: str) -> bool:
+    """Return whether a file begins as a dialogue does, or cannot be read: reading it reports why."""
+    try:
+        with opened(path) as file:
+            return file.read(len(BOM + BEGINNING)).removeprefix(BOM).startswith(BEGINNING)
+    except (BenchFileError, OSError):
+        return True
+
+
+class SendableFile(DialogueFile):
+    """A dialogue without remarks, which go to the standard error."""
+
+    def note(self, text: str) -> None:
+        """Print a remark."""
+        remark(text)
+
+
+class ComparisonProgress:
+    """Prints how far a comparison is, when it takes long."""
+
+    def __init__(self) -> None:
+        self.next_s = monotonic() + PROGRESS_S
+
+    def __call__(self, number: int) -> None:
+        """Take the number of an exchange."""
+        if monotonic() >= self.next_s:
+            self.next_s += PROGRESS_S
+            remark(f"the model is at exchange {number} ...")
+
+
+@dataclass
+class CompareDialogue(SettingOptions):
+    """What is to be compared, as the command line asks for it."""
+
+    dialogue: str
+    part: str | None
+    strap: tuple[tuple[str, int], ...]
+    markings: str | None
+    options: str | None
+    memory: str | None
+    port: str | None
+    move: bool
+    replace: bool
+    report: str | None
+    tolerance: int | None
+    allow_code: bool
+    as_json: bool
+
+    def perform(self) -> int:
+        """Do it; return the exit status."""
+        from ...modules.comparing.model_differences import DialogueComparison, usual_tolerance
+
+        dialogue = RecordedDialogue.read(self.dialogue)
+        if dialogue.torn:
+            remark(f"{self.dialogue}: the last line was cut off, and is left out")
+        cls = self.chip(dialogue)
+        dialogue = replace(dialogue, header=self.header(dialogue))
+        speech = self.speech(cls, dialogue.header)
+        if self.port is not None:
+            try:
+                dialogue = self.played(dialogue, speech)
+            except NoAnswer as failure:
+                remark(str(failure))
+                return FOUND
+        elif self.report is not None:
+            dialogue.write(self.report)
+        if not exchanges_of(dialogue.said, speech):
+            lines = sum(said.speaker == "host" for said in dialogue.said)
+            whose = (
+                f"none of its {lines} lines is for address {speech.address}" if lines else "no host has sent anything"
+            )
+            raise UsageError(f"{self.dialogue}: nothing to compare: {whose}; name another dialogue, or --address")
+        tolerance = usual_tolerance(speech, dialogue.header.crystal_hz)
+        if self.tolerance is not None:
+            tolerance = tolerance._replace(fixed_us=self.tolerance / PS_PER_US)
+        options = read_options(self.options, cls)
+        progress = ComparisonProgress()
+        found = DialogueComparison(dialogue, speech, tolerance, options, self.memory, cls, progress).compare()
+        if self.as_json:
+            print_json(found.as_json())
+        else:
+            click.echo(str(found))
+        return 0 if found.agree else FOUND
+
+    def chip(self, dialogue: RecordedDialogue) -> type[Chip]:
+        """Return the class of the part: of the user's word, or of that of the dialogue, which anybody may have made."""
+        if self.part is not None:
+            return chip_class(self.part)
+        try:
+            return FileGate(self.dialogue, allow_code=self.allow_code).code(chip_class, dialogue.header.part)
+        except SlewlineError as error:
+            raise UsageError(f"dialogue {self.dialogue}, line 1: part: {error}") from error
+
+    def header(self, dialogue: RecordedDialogue) -> DialogueHeader:
+        """Return the header of a dialogue, with what the command line says instead."""
+        header = dialogue.header
+        checked = header.checksum if self.checksum is None else self.checksum
+        return replace(
+            header,
+            part=self.part or header.part,
+            baud=self.baud or header.baud,
+            checksum=are_checked(dialogue.said) if checked is None else checked,
+            address=header.address if self.address is None else self.address,
+            straps=dict(header.straps) | dict(self.strap),
+            markings=header.markings if self.markings is None else self.markings,
+            crystal_hz=header.crystal_hz if self.crystal_hz is None else self.crystal_hz,
+        )
+
+    def speech(self, cls: type[Chip], header: DialogueHeader) -> Speech:
+        """Return how the module was spoken to."""
+        return speech_of(sheet_of(cls), header.baud, header.checksum, header.address)
+
+    def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
+        """Play a dialogue to the module now; return what was said."""
+        from ...modules.comparing.playing import play
+
+        with ExitStack() as stack:
+            path = Path(self.report or Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")), "now"))
+            with self.module(path, dialogue.header, speech) as module:
+                play(exchanges_of(dialogue.said, speech), module, self.replace)
+            return RecordedDialogue.read(path)
+
+    @contextmanager
+    def module(self, path: Path, header: DialogueHeader, speech: Speech) -> Iterator[Module]:
+        """Yield the module, with a file that takes down what is said; of a failure before anything was, nothing."""
+        from ...modules.module import TIDY_S, Module
+        from ...modules.module_port import ModulePort
+        from .pull_push import raw_record, say_raw
+
+        with (
+            raw_record(self.report or self.dialogue) as raw,
+            ModulePort(str(self.port), speech.setting, raw, self.echo) as port,
+        ):
+            file = SendableFile(path, replace(header, baud=speech.baud), remark)
+            try:
+                module = Module(port, speech, file, may_move=self.move, say=remark)
+                if speech.wake:
+                    module.send(speech.wake)
+                    module.listen(TIDY_S)
+                yield module
+                say_raw(raw)
+            finally:
+                file.close()
+                if not file.entries:
+                    path.unlink()

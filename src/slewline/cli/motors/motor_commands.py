@@ -1,0 +1,90 @@
+"""The commands about motors: what they take."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..options.command_kinds import HintingCommand
+from ..options.shared import CRYSTAL, EXIT, JSON, MOTOR_HELP, OPTIONS, path
+from ..options.values import STEPS, PartName, WholeNumber
+from .wizard import AskingCommand
+
+
+@click.command(
+    "calibrate",
+    cls=HintingCommand,
+    short_help="Friction and iron loss of a motor, from the rates at which it stalls.",
+    epilog=EXIT,
+)
+@click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
+@click.option("--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A'.")
+@click.option("--load", default="", metavar="TEXT", help="What it drove, such as 'inertia 68 g cm2'.")
+@click.option("--start-stop", metavar="RATE", help="The greatest rate at which it starts from rest, '900 steps/s'.")
+@click.option("--pull-out", metavar="RATE", help="The rate at which it stalls when sped up slowly, '1800 steps/s'.")
+@click.option("--torque", default="0", metavar="TEXT", help="On the shaft at that stall, beside the load: '50 mNm'.")
+@click.option("--stepping", default="full", show_default=True, metavar="HOW", help="full, wave, half, or 'micro 8'.")
+@JSON
+def calibrate_command(**options: Any) -> int:
+    """Find the two constants of a motor that are on no data sheet, friction and iron loss.
+
+    Measured on a real motor with a driver and a load that are known: the greatest rate at which it starts from rest
+    gives the friction; the rate at which it stalls while it is sped up slowly, in a second or more, gives the iron
+    loss.  Rates are in full steps/s.  Printed are the constants, what was taken for them so far, and the rows for a
+    bench file.
+    """
+    from .calibrate import calibrate
+
+    return calibrate(**options)
+
+
+@click.command("tune", cls=AskingCommand, short_help="The fastest ramp of a chip that a motor follows.", epilog=EXIT)
+@click.argument("chip", type=PartName())
+@click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
+@click.option(
+    "--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A averaged'."
+)
+@click.option("--load", metavar="TEXT", help="Such as 'inertia 68 g cm2, friction 5 mNm, torque 30 mNm'.")
+@click.option(
+    "--steps",
+    type=STEPS,
+    required=True,
+    metavar="N",
+    help="Steps of the move, from rest to rest.",
+)
+@click.option("--stepping", default="full", show_default=True, metavar="HOW", help="full, wave, half, or 'micro 8'.")
+@click.option("--grid", metavar="TEXT", help="Values to try: 'F=3..10 R=4..40/12 S=1,100,200'; the rest has its own.")
+@click.option(
+    "--perturb", metavar="TEXT", help="What may differ: 'load 20%, supply -10%'; 'none'; by default ten ways."
+)
+@click.option(
+    "--jobs", type=WholeNumber(2), metavar="N", help="Processes; by default all processors for a map, else one."
+)
+@click.option(
+    "--dask",
+    "cluster",
+    metavar="ADDRESS",
+    help="A Dask cluster, tcp://HOST:PORT. It runs what it is sent: use only yours.",
+)
+@path("--store", metavar="F.jsonl", help="Log of all runs: an interrupted sweep goes on with it.")
+@click.option("--map", "full_map", is_flag=True, help="Judge every candidate, and print what kills it.")
+@click.option("--switching/--no-switching", default=True, help="Judge the recommended ramp with a real chopper, too.")
+@CRYSTAL
+@JSON
+@path("--plot", metavar="F.svg", help="Draw map, pull-out curve and lag (SVG, PNG or PDF).")
+@path("--bench", metavar="F.toml", help="Write a bench file with the ramp, for slewline run.")
+@OPTIONS
+def tune_command(**options: Any) -> int:
+    """Find the fastest ramp of a chip that a motor with its driver and load follows.
+
+    Every move that the chip can make on a grid of parameters is a candidate.  From the fastest on, each is simulated
+    with the physics of the motor, under perturbations of load, inertia, supply, current, friction and drag, until one
+    holds under all: the best.  Recommended is the fastest one whose neighbours in the grid hold as well, and whose lag
+    is never more than 1.8 steps.
+
+    A Dask cluster executes whatever is sent to it, and so does a client what it gets back: name only your own.
+    """
+    from .tune import tune
+
+    return tune(**options)

@@ -1,0 +1,409 @@
+r"""Characters on a wire: a line of them is one promise, and a receiver takes it as one value.
+
+    wire      ‾‾\__V__/‾‾\__1__/‾‾\__CR_/‾‾‾‾     `Characters`: its edges are worked out when somebody looks at them
+    receiver    |                     |           woken when the first one begins, and when the last one is complete
+                 plan                  take
+
+A sender promises whole lines.  A receiver that finds such a line on its wire, sent in its own format, knows what the
+middle of each bit will be; so it is not woken for each character, but for those at which its owner acts: a carriage
+return.  The characters between are taken late, and `catch_up` takes them for whoever asks before.
+
+Anything else on the wire, a break, noise, another driver, another rate, withdraws the plan: the receiver goes on
+character by character, with the samples of the past from the old promise.  That is also how it receives what is no
+such line: it sleeps to the middle of the stop bit, and then asks what the wire was in the middle of each bit.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from functools import lru_cache
+from typing import ClassVar, NamedTuple
+
+from ..time.events import When
+from ..time.hook import Hook
+from ..time.kernel import Task
+from ..time.timebase import Clock
+from .net import Driver, Level, Net, Wave
+from .serial import OVERSAMPLING, CharacterFormat
+from .waits import level, until
+
+MAX_BITS = 8
+
+
+class Character(NamedTuple):
+    """A character as a receiver took it: its data bits, what was wrong, and the instants of its first and last edge."""
+
+    byte: int
+    parity_wrong: bool
+    framing_wrong: bool
+    start_ps: int
+    end_ps: int
+
+    @property
+    def good(self) -> bool:
+        """Neither parity nor framing fault."""
+        return not (self.parity_wrong or self.framing_wrong)
+
+
+class FrameTable:
+    """The characters of a word format at a rate, worked out once: instants of the bits, levels, what levels say."""
+
+    __slots__ = ("_levels", "_read", "byte_mask", "length", "mark", "times", "word")
+
+    def __init__(self, clock: Clock, word: CharacterFormat, mark: int) -> None:
+        self.word, self.mark, self.byte_mask = word, mark, (1 << word.bits) - 1
+        bits = word.ticks - word.stop_ticks + OVERSAMPLING  # as far as the start of the stop bit
+        self.times = tuple(clock.ps(n) for n in range(0, bits, OVERSAMPLING))
+        self.length = clock.ps(word.ticks)
+        self._levels: dict[int, tuple[int, ...]] = {}
+        self._read: dict[tuple[Level, ...], tuple[int, bool, bool]] = {}
+
+    def levels(self, byte: int) -> tuple[int, ...]:
+        """Return the levels of the wire from the start bit to the stop bit."""
+        if byte not in self._levels:
+            mark = self.mark
+            self._levels[byte] = tuple(mark if bit else 1 - mark for bit in (*self.word.levels(byte), 1))
+        return self._levels[byte]
+
+    def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
+        """Return what the levels in the middle of the bits say: byte; is the parity wrong, is there no stop bit?"""
+        if seen not in self._read:
+            word, bits = self.word, [int(level == self.mark) for level in seen]
+            byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
+            wrong = word.parity != "none" and bits[-2] != word.parity_bit(byte)
+            self._read[seen] = byte, wrong, not bits[-1]
+        return self._read[seen]
+
+
+@lru_cache(maxsize=64)
+def frames_of(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
+    """Return the characters of a format, on a clock of so many hertz, sixteen times the rate."""
+    return FrameTable(Clock(hz), word, mark)
+
+
+class Characters:
+    """Characters one after the other, a promise from the instant `start` (ps) on; at the `end` the wire is at mark."""
+
+    __slots__ = ("_wave", "data", "end", "frames", "last", "start")
+    until: int | None = None
+    floats = False
+
+    def __init__(self, frames: FrameTable, data: bytes, start: int) -> None:
+        if frames.word.bits < MAX_BITS and not (data.isascii() and frames.word.bits == MAX_BITS - 1):
+            data = bytes(byte & frames.byte_mask for byte in data)
+        self.frames, self.data, self.start = frames, data, start
+        self.end = start + len(data) * frames.length
+        self.last = self.end - frames.length + frames.times[-1]  # edge, perhaps: the stop bit of the last one
+        self._wave: Wave | None = None
+
+    @property
+    def wave(self) -> Wave:
+        """All of their edges."""
+        if self._wave is None:
+            frames, start = self.frames, self.start
+            times: list[int] = []
+            levels: list[int] = []
+            for byte in self.data:
+                times += [start + time for time in frames.times]
+                levels += frames.levels(byte)
+                start += frames.length
+            self._wave = Wave(frames.mark, tuple(times), tuple(levels))
+        return self._wave
+
+    def level(self, ps: int) -> Level:
+        """Return the level at an instant (ps), edges at that instant included."""
+        return self.wave.level(ps) if self.start < ps < self.last else self.frames.mark ^ (ps == self.start)
+
+    def after(self, ps: int) -> When:
+        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
+        return self.start if ps < self.start else None if ps >= self.last else self.wave.after(ps)
+
+    def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
+        """Return the edges at start < t <= stop (ps), as two lists."""
+        return self.wave.edges(start, stop)
+
+
+async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> None:
+    """Send characters, one after the other, from this instant on; returns at the end of the last one's stop bits.
+
+    Args:
+        fault: "parity": the other parity bit; "framing": space where the first stop bit belongs; in every character.
+    """
+    kernel = driver.kernel
+    line = Characters(frames, data, kernel.now)
+    driver.drive(faulty(line, fault) if fault else line)
+    await until(kernel, line.end)
+
+
+def faulty(line: Characters, fault: str) -> Wave:
+    """Return the edges of characters, each with a fault: "parity" or "framing"; with another one as they are."""
+    frames = line.frames
+    times: list[int] = []
+    levels: list[int] = []
+    for number, byte in enumerate(line.data):
+        start = line.start + number * frames.length
+        times += [start + time for time in frames.times]
+        levels += frames.levels(byte)
+        if fault == "parity" and frames.word.parity != "none":
+            levels[-2] = 1 - levels[-2]
+        elif fault == "framing":
+            levels[-1] = 1 - frames.mark
+            times.append(times[-1] + frames.times[1])
+            levels.append(frames.mark)
+    return Wave(frames.mark, tuple(times), tuple(levels))
+
+
+class CharacterHook(Hook[[Character]]):
+    """The hook of received characters; while it has listeners, each character is taken at its instant."""
+
+    __slots__ = ("receiver",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.receiver: Receiver | None = None
+
+    def add(self, listener: Callable[[Character], object]) -> Callable[[Character], object]:
+        """Call a function with every character from now on; return it, for `remove`."""
+        if self.receiver is not None:
+            self.receiver.one_by_one()  # what has come before is not for this listener
+        return super().add(listener)
+
+
+class Receiver:
+    """The receiving half of a UART; `receiving` is true within a character.
+
+    Rate and format may change between two characters; so may the net, when wiring makes it one with another.
+
+    Args:
+        net: the wire, whose level is `mark` at rest.
+        clock: sixteen times the rate.
+        word: the format.
+    """
+
+    whole_lines: ClassVar[bool] = True  # False: the twin, which takes every character by itself
+
+    def __init__(self, net: Net, clock: Clock, word: CharacterFormat, mark: int) -> None:
+        self.net, self.kernel, self.mark = net, net.kernel, mark
+        self.clock, self.word, self.frames = clock, word, frames_of(clock.hz, word, mark)
+        self.broken = False  # the last character had no stop bit: the wire must come to rest first
+        self.start = 0  # of the character that comes in
+        self.form = self.frames  # in which it is read: rate and format may change meanwhile
+        self.looks: list[int] = []  # instants of the looks of this character; empty: none comes in
+        self.seen: list[Level] = []  # what those in the past saw
+        self.task: Task | None = None
+        self.taken: Callable[[Character], object] = lambda _character: None
+        self.passed: Callable[[bytes], object] = lambda _data: None
+        self.acts: Callable[[bytes, int], int] | None = None
+        self.line: Characters | None = None  # what comes in as a value
+        self.at = 0  # the number of its next character that has not been taken
+        self.acting = False  # the owner acts, in the task
+        net.sample(self.before_change)
+        net.readers = (*net.readers, self)
+
+    def close(self) -> None:
+        """Stop receiving."""
+        self.net.unwatch_before(self.before_change)
+        self.net.readers = tuple(reader for reader in self.net.readers if reader is not self)
+        self.line = None
+
+    def set_line(self, clock: Clock, word: CharacterFormat) -> None:
+        """Receive at another rate, or in another format, from the next character on."""
+        self.withdraw()
+        self.clock, self.word, self.frames = clock, word, frames_of(clock.hz, word, self.mark)
+
+    @property
+    def receiving(self) -> bool:
+        """Is a character coming in?"""
+        self.catch_up()
+        if self.line is not None:
+            return self.line.start + self.at * self.frames.length <= self.kernel.seen
+        return bool(self.looks)
+
+    async def receive(
+        self,
+        taken: Callable[[Character], object],
+        passed: Callable[[bytes], object] | None = None,
+        acts: Callable[[bytes, int], int] | None = None,
+    ) -> None:
+        """Take characters, one after the other.
+
+        Args:
+            taken: called with a character, in the middle of its first stop bit.
+            passed: called with characters that are good, and at which the owner does not act: some time later.
+            acts: returns the number of the next character of a line, from the given one on, at which the owner acts;
+                -1: it acts at none.  Without it the owner acts at every one.
+        """
+        self.taken, self.acts, self.task = taken, acts, self.kernel.current()
+        if passed is not None:
+            self.passed = passed
+        while True:
+            if not self.looks:
+                await self._start_bit()
+            if self.line is not None:
+                await self._line(self.line)
+            elif self.looks and (character := await self._character()) is not None:
+                taken(character)
+
+    async def character(self) -> Character:
+        """Wait for a character and return it, in the middle of its first stop bit."""
+        self.task = self.kernel.current()
+        while True:
+            await self._start_bit(alone=True)
+            if (character := await self._character()) is not None:
+                return character
+
+    # ------------------------------------------------------------------------------------------ character by character
+    async def _start_bit(self, alone: bool = False) -> None:
+        """Wait for a start bit; plan to take the line that begins with it, or the looks at the bits of a character."""
+        mark = self.mark
+        if self.broken:
+            await level(self.net, mark)
+            self.broken = False
+        await level(self.net, 1 - mark)
+        now = self.kernel.now
+        if not alone and self.whole_lines and (line := self._line_on_wire(now)) is not None:
+            self.line, self.at = line, (now - line.start) // self.frames.length
+        else:
+            self._begin(now)
+
+    def _begin(self, start: int) -> None:
+        """A character begins at an instant (ps): when are the looks at its bits?"""
+        clock, bits = self.clock, len(self.frames.times)
+        self.form = self.frames
+        first = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
+        self.start, self.seen = start, []
+        ticks = range(first, first + OVERSAMPLING * bits, OVERSAMPLING)
+        self.looks = [tick * clock.n // clock.d for tick in ticks]
+
+    async def _character(self) -> Character | None:
+        """Wait for the character that has begun, and return it; None: it was a spike, no start bit."""
+        looks, kernel, mark = self.looks, self.kernel, self.mark
+        frames = self.form
+        if not self.seen:
+            promised = self.net.resolve(looks[0] - 1) == 1 - mark
+            await until(kernel, looks[-1 if promised else 0])
+            self._look()
+            if self.seen[0] != 1 - mark:
+                self.looks = []
+                return None
+        if len(self.seen) < len(looks):
+            await until(kernel, looks[-1])
+            self._look()
+        byte, wrong, self.broken = frames.read(tuple(self.seen))
+        self.looks = []
+        return Character(byte, wrong, self.broken, self.start, self.start + frames.length)
+
+    def _look(self) -> None:
+        """Take the samples due up to now, each with the level just before its instant."""
+        looks, done = self.looks, len(self.seen)
+        over = bisect_right(looks, self.kernel.now, done)
+        if over > done:
+            self.seen += self.net.levels_before(looks[done:over])
+
+    def before_change(self) -> None:
+        """Something is about to change the wire: look at what has been, while the old promise is still there."""
+        if self.line is not None:
+            self.withdraw()
+        elif self.looks:
+            self._look()
+            if not self.seen and self.task is not None:
+                self.kernel.wake_at(self.looks[0], self.task)  # the change may cut the start bit short
+
+    # -------------------------------------------------------------------------------------------------- a whole line
+    def _line_on_wire(self, now: int) -> Characters | None:
+        """Return the line, in this format, of which a character begins now (ps); None: the wire shows no such line."""
+        active = self.net.active
+        promise = active[0].promise if len(active) == 1 else None
+        if type(promise) is not Characters or promise.frames is not self.frames:
+            return None
+        return promise if now < promise.end and not (now - promise.start) % self.frames.length else None
+
+    def _complete_at(self, line: Characters, number: int) -> int:
+        """Return the instant (ps) of the last look at a character of a line."""
+        clock, frames = self.clock, self.frames
+        tick = clock.ticks_until(line.start + number * frames.length) + 1 + OVERSAMPLING // 2
+        return (tick + OVERSAMPLING * (len(frames.times) - 1)) * clock.n // clock.d
+
+    def _complete_by(self, line: Characters, ps: int) -> int:
+        """Return the number of the last character of a line that is complete at an instant (ps); -1: none is."""
+        length = self.frames.length
+        number = min((ps - line.start) // length, len(line.data) - 1)
+        return number if self._complete_at(line, number) <= ps else number - 1
+
+    def _acts_next(self, line: Characters) -> int:
+        """Return the number of the next character at which the owner acts, or an observer of the net looks."""
+        if self.acts is None or self.net.observers:
+            return self.at
+        number = self.acts(line.data, self.at)
+        return len(line.data) if number < 0 else number
+
+    async def _line(self, line: Characters) -> None:
+        """Take a line; return when it is over, or withdrawn."""
+        kernel, last = self.kernel, len(line.data) - 1
+        while self.line is line:
+            acts = self._acts_next(line)
+            number = min(acts, last)
+            complete = self._complete_at(line, number)
+            await until(kernel, complete)
+            if self.line is line:
+                self.acting = True
+                if kernel.now == complete:
+                    self._take(line, number, acts)
+                else:
+                    self._take_until(line, kernel.now)
+                self.acting = False
+
+    def _take(self, line: Characters, number: int, acts: int) -> None:
+        """Take the characters of a line up to one; `acts` is the next at which the owner acts, no earlier one."""
+        at, data = self.at, line.data
+        self.at = number + 1
+        if self.at == len(data):
+            self.line = None
+        if (end := min(acts, number + 1)) > at:
+            self.passed(data[at:end])
+        if number == acts:
+            start = line.start + number * self.frames.length
+            self.taken(Character(data[number], False, False, start, start + self.frames.length))
+
+    def _take_until(self, line: Characters, ps: int) -> None:
+        """Take the characters of a line that are complete at an instant (ps)."""
+        number = self._complete_by(line, ps)
+        while self.line is line and self.at <= number:
+            acts = self._acts_next(line)
+            self._take(line, min(acts, number), acts)
+
+    def catch_up(self) -> None:
+        """Take what is complete: somebody asks for it."""
+        if self.line is not None:
+            self._take_until(self.line, self.kernel.seen)
+
+    def one_by_one(self) -> None:
+        """Take each character at its instant from now on, as far as the owner or an observer of the net asks for it."""
+        line, task = self.line, self.task
+        if line is not None and task is not None:
+            self._take_until(line, self.kernel.now)
+            if self.line is line:
+                self.kernel.wake_at(self._complete_at(line, self.at), task)
+
+    def withdraw(self) -> None:
+        """Go on character by character from this instant on."""
+        line, task, kernel = self.line, self.task, self.kernel
+        if line is None or task is None:
+            return
+        now = kernel.now
+        self._take_until(line, now)
+        if self.line is not line:
+            return
+        self.line = None
+        start = line.start + self.at * self.frames.length
+        if start <= kernel.seen:  # within a character
+            self._begin(start)
+            levels = self.frames.levels(line.data[self.at])
+            self.seen = [*levels[: bisect_right(self.looks, now)]]
+            if not self.acting:
+                kernel.wake_at(self.looks[-1 if self.seen else 0], task)
+        elif not self.acting:
+            task.token += 1
+            task.value = None
+            kernel.woken.append(task)

@@ -1,0 +1,147 @@
+"""The serial port of a board: it never waits, and its board is not reset when it is opened again."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from typing import Any, Protocol
+
+from ...errors import UsageError
+from ...extras import needs
+from ...gate import error_number
+from .boards import BAUD
+from .reader_thread import PortReader
+from .rehearsal import TWIN, TwinPort
+
+KEPT = 64  # bytes that were heard last, for a message that they are not those of a board
+LISTED = "python -m serial.tools.list_ports lists those there are"
+
+
+class BoardPort(Protocol):
+    """Where the bytes of a board come from and go to; nothing waits."""
+
+    def read(self) -> bytes:
+        """Return what has come since the last call."""
+
+    def write(self, data: bytes) -> int:
+        """Send bytes, or keep them until they can be sent; return how many."""
+
+    def fileno(self) -> int | None:
+        """Return what a loop can wait for; None: nothing."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+def opened(name: str) -> BoardPort:
+    """Return a port with a board, by its name; "twin" is a board of software.
+
+    Raises:
+        UsageError: it cannot be opened.
+    """
+    return TwinPort() if name.lower() == TWIN else BoardSerial(name)
+
+
+class BoardSerial:
+    """A serial port with a board: 8N1, for this program alone.
+
+    Opening a port raises DTR, and an Uno takes a rising DTR as a reset.  HUPCL is cleared, so that DTR stays up when
+    the port is closed: the board is reset once, when its cable is new, and goes on counting after that.
+
+    Args:
+        name: such as "/dev/ttyUSB0" or "COM3".
+
+    Raises:
+        UsageError: the port is not there, is used by another program, or may not be opened; or pySerial is missing.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.heard = bytearray()  # what has come last
+        self._open()
+
+    def _open(self) -> None:
+        try:
+            import serial
+        except ImportError:
+            raise UsageError(needs("a board on a serial port needs", "serial")) from None
+        self._unsent = b""
+        try:
+            self._port: Any = serial.Serial(self.name, BAUD, timeout=0, write_timeout=0, exclusive=True)
+        except (OSError, ValueError) as error:
+            raise UsageError(f"{self.name}: {_refused(error)}") from None
+        with suppress(ImportError, OSError, AttributeError):
+            self._keep_dtr()
+        self._reader: PortReader | None = None
+        with suppress(AttributeError, OSError):  # Windows has no descriptor, and its reads do not wait
+            self._reader = PortReader(self._port.fileno())
+
+    def _keep_dtr(self) -> None:
+        """Let DTR stay up when the port is closed (POSIX)."""
+        import termios
+
+        fd = self._port.fileno()
+        attributes = termios.tcgetattr(fd)
+        attributes[2] &= ~termios.HUPCL
+        termios.tcsetattr(fd, termios.TCSANOW, attributes)
+
+    def reopen(self) -> None:
+        """Open it again, after its cable was pulled and put back.
+
+        Raises:
+            UsageError: as when it was opened.
+        """
+        self.close()
+        self._open()
+
+    def fileno(self) -> int | None:
+        """Return the descriptor that a loop waits for; None: this system has none, or it is closed."""
+        return None if self._reader is None else self._reader.fileno()
+
+    def read(self) -> bytes:
+        """Return what has come since the last call.
+
+        Raises:
+            OSError: the port is gone.
+        """
+        data: bytes = self._port.read(4096) if self._reader is None else self._reader.read()
+        self.heard += data
+        del self.heard[:-KEPT]
+        if self._unsent:
+            self.write(b"")
+        return data
+
+    def write(self, data: bytes) -> int:
+        """Send bytes; those for which there is no room now follow with the next call.  Return how many were taken.
+
+        Raises:
+            OSError: the port is gone.
+        """
+        unsent = self._unsent + data
+        if unsent:
+            self._unsent = unsent[self._port.write(unsent) or 0 :]
+        return len(data)
+
+    def close(self) -> None:
+        """Close it; the board keeps its supply, its count, and its outputs."""
+        reader, self._reader = self._reader, None
+        if reader is not None:
+            reader.close()
+        with suppress(OSError):
+            self._port.close()
+
+
+def _refused(error: Exception) -> str:
+    """Return why a port could not be opened, and what to do."""
+    number, text = error_number(error), str(error)
+    if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in text:
+        return f"no such port; name the port of the board ({LISTED}), or {TWIN}, a board of software"
+    if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
+        if os.name == "nt":
+            return "another program uses this port, or you may not open it; close that one"
+        return "you may not open this port; let your user join the group that may (dialout, uucp), and log in again"
+    if number in (errno.EBUSY, errno.EAGAIN) or "lock" in text:
+        return "another program uses this port; close that one"
+    why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else text
+    return f"{why}; name the serial port of the board ({LISTED})"

@@ -1,0 +1,155 @@
+"""What was found in a recording: limits, steps, glitches, jitter and skew; with a picture of the worst place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ...core.messages.whole import counted
+from ...errors import UsageError
+from ...record.measuring.intervals import Checked, Interval, SignalEdges, TimingTable, intervals, rounded
+from ...record.measuring.measure import Jitter, Skew
+from ...record.style import duration
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ...core.motion.axis import Steps
+
+AROUND = 3  # so many times as long as what it shows is the window of a picture, to both sides
+
+
+@dataclass(frozen=True)
+class AxisCapture:
+    """What was recorded of an axis.
+
+    Attributes:
+        name: the name of the axis.
+        steps: its steps, as `Waveforms.steps` returns them.
+        signals: its signals, "step" and "direction", by these names.
+        glitches: the instants of pulses and gaps of STEP or DIR that are too short to be meant, ps.
+        glitch_ps: shorter than this they are on STEP, ps.
+        jitter: how evenly steps come at a constant rate; None: the rate is not constant.
+    """
+
+    name: str
+    steps: Steps
+    signals: dict[str, SignalEdges]
+    glitches: tuple[int, ...]
+    glitch_ps: int
+    jitter: Jitter | None
+
+    def __str__(self) -> str:
+        there = int((self.steps.directions > 0).sum())
+        count = len(self.steps.times_ps)
+        end = int(self.steps.positions[-1]) if count else 0
+        lines = [f"{self.name}: {counted(count, 'step')}, {there} forward and {count - there} back, ends at {end}"]
+        if self.glitches:
+            first = duration(self.glitches[0])
+            lines.append(f"  GLITCHES: {len(self.glitches)}, first at {first}")
+        if self.jitter is not None:
+            rms, most = (duration(rounded(round(ps), 3)) for ps in (self.jitter.rms_ps, self.jitter.greatest_ps))
+            rate = f"{self.jitter.steps} steps at {self.jitter.rate_sps:.1f} steps/s"
+            lines.append(f"  jitter {rms} rms, {most} at most, of {rate}")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class CaptureReport:
+    """A recording, checked; `print` shows it.
+
+    Attributes:
+        axes: an `AxisCapture` for each axis.
+        limits: the limits of the data sheets, each with the times measured: a `TimingTable`.
+        skews: by the names of two axes, how much later the second one steps: a `Skew`, or None if no steps are near.
+        resolution_ps: how much a time may be off by sampling, ps.
+        notes: what limits the result, a line each.
+    """
+
+    axes: tuple[AxisCapture, ...]
+    limits: TimingTable
+    skews: dict[tuple[str, str], Skew | None]
+    resolution_ps: int
+    notes: tuple[str, ...] = ()
+
+    @property
+    def good(self) -> bool:
+        """True if no limit is violated, there is no glitch, and every axis has steps."""
+        moved = all(len(axis.steps.times_ps) for axis in self.axes)
+        return moved and not self.limits.violated and not any(axis.glitches for axis in self.axes)
+
+    def __repr__(self) -> str:
+        return f"<CaptureReport: {len(self.axes)} axes, {len(self.limits.violated)} limits violated>"
+
+    def __str__(self) -> str:
+        lines = [str(axis) for axis in self.axes]
+        for (first, second), found in self.skews.items():
+            if found is None:
+                lines.append(f"{second} after {first}: no steps belong together")
+            else:
+                later = "after" if found.median_ps >= 0 else "before"
+                by, most = duration(abs(found.median_ps)), duration(found.greatest_ps)
+                lines.append(f"{second} {later} {first}: {by}, ±{most}, in {counted(found.pairs, 'pair')}")
+        lines += [str(self.limits)] if len(self.limits) else []
+        return "\n".join([*lines, *self.notes])
+
+    def plot(self, path: str | Path, width: str | float = "page", dark: bool = False) -> None:
+        """Draw the worst place of an axis: the time that violates its limit most, else the one nearest to its limit.
+
+        Args:
+            path: the file, SVG, PNG or PDF by its suffix.
+            width: "page", "phone", or a number of inches.
+            dark: draw light on dark.
+
+        Raises:
+            UsageError: an unknown suffix, a path that cannot be written, or no limit of which something was measured.
+        """
+        from ...record.pictures.diagram import Diagram, Lane
+        from ...record.pictures.picture_files import SUFFIXES, save
+        from ...record.pictures.timing_diagram import draw
+        from ...record.whole_file import check_suffix
+
+        check_suffix(path, SUFFIXES)
+        axis, shown, named = self._worst()
+        reach = AROUND * max(shown.ps, 2 * self.resolution_ps)
+        start, stop = shown.start_ps - reach, shown.end_ps + reach
+        lanes = [
+            Lane(f"{axis.name}.{name}", f"{axis.name}: {name}", _cut(signal, start, stop))
+            for name, signal in axis.signals.items()
+        ]
+        diagram = Diagram(f"{axis.name}: {named}", start, stop, lanes, [shown], (), 0)
+        save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
+
+    def _worst(self) -> tuple[AxisCapture, Interval, str]:
+        """The axis, the interval that is shown, and what it is about."""
+        of_axis = {axis.name: axis.signals for axis in self.axes}
+        rows = [
+            row for row in self.limits if row.count and row.bound.limit.start.split()[0] in of_axis.get(row.chip, ())
+        ]
+        if not rows:
+            raise UsageError("plot: no limit was measured; give a driver, and a recording with steps")
+        row = min(rows, key=lambda row: (row.kept is not False, _room(row)))
+        axis = next(axis for axis in self.axes if axis.name == row.chip)
+        limit = row.bound.limit
+        begins, ends = intervals(limit, lambda pin: axis.signals[pin])
+        lasts = ends - begins
+        n = int(lasts.argmin() if limit.least is not None else lasts.argmax())
+        start, end = int(begins[n]), int(ends[n])
+        first, second = (f"{axis.name}.{edge}" for edge in (limit.start, limit.end))
+        shown = row.kept is False or row.bound.kept(end - start, end - start)  # else sampling alone explains it
+        bounds = (row.bound,) if shown else ()
+        return axis, Interval(first, second, start, end, bounds), limit.says
+
+
+def _room(row: Checked) -> float:
+    """How far the shortest time is from its limit, as a part of it."""
+    return ((row.shortest_ps or 0) - (row.bound.least or 0)) / max(row.bound.least or 1, 1)
+
+
+def _cut(signal: SignalEdges, start: int, stop: int) -> SignalEdges:
+    """What a signal did in a window."""
+    import numpy as np
+
+    first, last = np.searchsorted(signal.times_ps, (start, stop), side="right").tolist()
+    level = int(signal.levels[first - 1]) if first else signal.level
+    return SignalEdges(signal.times_ps[first:last], signal.levels[first:last], level, signal.bus)

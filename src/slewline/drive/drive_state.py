@@ -1,0 +1,212 @@
+"""The state of a drive: one value, which its pieces read, and which is written by its own methods alone.
+
+    DriveState              the present run of the model, the configuration of the board, the phase, what counts mean
+    DrivePath               clock, line, ticks, feeder and cable: what is between model and board
+    Stopping                what can be put in its place
+
+No piece has the drive: each gets these, and the pieces that it works with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
+
+from ..core.time.timebase import PS_PER_S
+from .board.board_link import Link
+from .board.clock import BoardClock
+from .cable import Cable
+from .feeder import Feeder, LaidOutput
+from .ticks import TickMap
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..core.chip import Chip
+    from ..core.motion.axis import Axis
+    from ..core.time.kernel import Kernel
+    from ..core.wires.net import Net
+    from .board.boards import BoardModel
+    from .board.wire import BoardConfig, BoardEvent
+
+Phase = Literal["closed", "ok", "halted", "unknown"]
+
+
+@dataclass(slots=True)
+class DriveState:
+    """What all pieces of a drive go by.
+
+    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register is where the
+    motor is, as far as anybody can know.  `undecided`: the model may be taken back to where the motor comes to rest.
+    """
+
+    bench: Bench
+    chip: Chip
+    number: int  # of the axis, from 1
+    board: BoardModel
+    config: BoardConfig
+    horizon_ps: int
+    start_stop: int | None  # steps/s
+    enable: bool
+    keep_count: bool
+    outputs: Mapping[int, str]  # pins that set outputs of the board, by the numbers of those
+    phase: Phase = "closed"
+    final: bool = False
+    known: bool = True
+    undecided: bool = False
+    count_origin: int = 0  # the count of the board where the travel of the model is 0
+    counted_from: int = 0  # the count of the board that belongs to a feeder that has fed no step
+    axis: Axis = field(init=False)
+    kernel: Kernel = field(init=False)
+    horizon: int = field(init=False)  # ticks
+
+    def __post_init__(self) -> None:
+        self.horizon = self.horizon_ps * self.board.hz // PS_PER_S
+        self.axis, self.kernel = self.chip.axis(self.number).motor, self.bench.kernel
+
+    def move(self, bench: Bench) -> None:
+        """Continue with another bench, which is at the same instant and has a chip of the same name."""
+        self.bench, self.kernel = bench, bench.kernel
+        self.chip = bench.chips[self.chip.name]
+        self.axis = self.chip.axis(self.number).motor
+
+    def nets(self) -> list[tuple[Net, int]]:
+        """Return the nets that set outputs of the board, and the number of each output."""
+        return [(self.chip.pin(name).net, number) for number, name in self.outputs.items()]
+
+    def half_steps(self) -> bool:
+        """Return whether the chip makes half steps now."""
+        return bool(getattr(getattr(self.chip, "state", None), "half", False))
+
+    def configure(self, config: BoardConfig) -> None:
+        """Use another configuration of the board from now on."""
+        self.config = config
+
+    def begin(self) -> None:
+        """Begin, or continue: the board follows the model."""
+        self.phase = "ok"
+
+    def halt(self, *, final: bool = False) -> None:
+        """The board follows no more; `final`: its count is known."""
+        self.phase, self.final = "halted", final
+
+    def finish(self) -> None:
+        """The board of a halted drive is at rest, and its count is known."""
+        self.final = True
+
+    def lose(self) -> None:
+        """The board has lost its count."""
+        self.phase, self.known = "unknown", False
+
+    def close(self) -> None:
+        """End the session."""
+        self.phase = "closed"
+
+    def trust(self, known: bool = True) -> None:
+        """Record whether the motor is where the position register says."""
+        self.known = known
+
+    def leave_open(self, undecided: bool) -> None:
+        """Record whether the model may be taken back to where the motor comes to rest."""
+        self.undecided = undecided
+
+    def count_from(self, counted: int, travel: int, net: int) -> None:
+        """Let a count of the board belong to a travel of the model, to which `net` steps have been fed."""
+        self.count_origin, self.counted_from = counted - travel, travel - net
+
+    def correct(self, steps: int) -> None:
+        """Take a count of the board that differs by so many steps for the right one."""
+        self.counted_from += steps
+
+
+class DrivePath:
+    """What is between the model and its board: clock, line, ticks, feeder and cable.
+
+    Args:
+        wall: returns the wall clock, ns.
+    """
+
+    def __init__(self, state: DriveState, wall: Callable[[], int]) -> None:
+        board, horizon = state.board, state.horizon
+        self.state, self.wall = state, wall
+        self.clock = BoardClock(board.hz)
+        self.link = Link(self.clock)
+        self.ticks = ticks = TickMap(board.hz)
+        of = state.axis, state.kernel, self.link, ticks, horizon, board.shortest
+        self.feeder = Feeder(*of, self._put, state.half_steps)
+        self.cable = Cable(horizon, lambda: ticks.at(state.kernel.now) >> 16, self._under_way)
+
+    def _under_way(self) -> bool:
+        """Return whether steps are under way, or it is open where the motor comes to rest."""
+        return self.feeder.busy or self.state.undecided
+
+    def gate(self, call: Callable[[], object], ps: int) -> None:
+        """Make a call that the model makes at an instant (ps): a horizon later while something is under way."""
+        self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
+
+    def _put(self, output: LaidOutput) -> None:
+        """Change outputs by a frame: immediately while the motor is at rest and nothing is under way."""
+        self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
+
+    def send_tail(self, entries: list[tuple[int, int]], ps: int) -> None:
+        """Send the stop ramp of a motion that begins at an instant (ps), after the end of the motion before."""
+        if self.feeder.running:
+            self.gate(lambda: self.link.tail(entries), ps)
+        else:
+            self.link.tail(entries)
+
+    def move(self) -> None:
+        """Take the steps of the bench to which the state has been moved."""
+        self.feeder.axis, self.feeder.kernel = self.state.axis, self.state.kernel
+
+
+class Stopping(Protocol):
+    """What a drive does when its board stops by itself.
+
+    `stopped` comes first, once; `halted` when the board is at rest and its count is final; `turn` again and again
+    meanwhile; `clear` when the user goes on.
+    """
+
+    def expects(self, event: BoardEvent) -> bool:
+        """Return whether the chip itself stops the motor there, by its own law: that is no trouble."""
+
+    def stopped(self, event: BoardEvent) -> None:
+        """Record that the board makes no more steps of the model; a stop ramp may follow."""
+
+    def halted(self, event: BoardEvent) -> None:
+        """Record that the board is at rest; position and tick of the event are those of the last step."""
+
+    def turn(self) -> None:
+        """Do what is to be done while the drive is halted; called each turn."""
+
+    @property
+    def settled(self) -> bool:
+        """Whether the chip is at rest where the motor is."""
+
+    def clear(self) -> None:
+        """Let the chip go on."""
+
+
+class Movable(Protocol):
+    """A motor that can stop, and then continue as another run of the model has it."""
+
+    def stop(self, at_once: bool = False) -> None:
+        """Stop the motor, by ramping down or immediately."""
+
+    def move(self, bench: Bench) -> None:
+        """Go on with another bench, which is at the same instant and has a chip of the same name."""
+
+    def resume(self, position: int, since_ps: int) -> None:
+        """Let a board that has stopped go on: it counts from a position, and makes the steps after an instant (ps)."""
+
+
+class FoundBoard(NamedTuple):
+    """What a board was as it was opened.
+
+    Its state, its count, whether it was in motion, and whether the motor may be elsewhere than it has counted.
+    """
+
+    state: int
+    counted: int
+    moving: bool
+    unsure: bool

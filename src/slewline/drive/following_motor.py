@@ -1,0 +1,172 @@
+"""The motor follows the model: from the present on, on another bench, from an instant of the past, until it is stopped.
+
+A bench is listened to while it is followed: its inputs from outside, and the pins that set outputs of the board.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from .board.wire import BoardState
+
+if TYPE_CHECKING:
+    from ..bench import Bench
+    from ..core.wires.net import Net
+    from .drive_state import DrivePath, DriveState
+    from .stopping.troubles import Troubles
+    from .talk import Talk
+
+SILENT = ("drive", "run", "power", "conclude")  # inputs after which no chip moves
+STEADY_TURNS = 20
+
+
+class Alignment:
+    """How far the model is ahead of the board, and which of its instants is the present of that.
+
+    `near`: at the last turn it was less than a quarter of the horizon off.
+    """
+
+    def __init__(self, state: DriveState, path: DrivePath) -> None:
+        self.state = state
+        self.wall, self.clock, self.ticks, self.cable = path.wall, path.clock, path.ticks, path.cable
+        self._steady = 0  # turns since which the model is as far off as now
+        self._looked_ps, self._off = -1, 0  # where the model was at the last turn, and how far off, ticks
+        self.near = True
+        self.jumps = self.clock.jumps
+
+    def align(self) -> None:
+        """Let the present of the model be that of the board."""
+        self.ticks.align(self.state.kernel.now, self.clock.ticks(self.wall()))
+        self._steady, self._looked_ps, self._off = 0, -1, 0
+        self.near, self.jumps = True, self.clock.jumps
+
+    def catch_up(self) -> None:
+        """Align the model if, at rest, the program has done something else meanwhile."""
+        if self.state.phase == "ok" and not self.cable.under_way:
+            off = self._ahead(self.clock.ticks(self.wall()))
+            if abs(off) > self.state.horizon // 4:
+                self.align()
+
+    def turn(self, tick: int) -> None:
+        """Align the model if, at rest, its time is frozen or steadily off: a server was paused, or gave up a lag."""
+        before_ps, before = self._looked_ps, self._off
+        self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)
+        self.near = abs(self._off) <= self.state.horizon // 4
+        if self.near or self.cable.under_way:
+            self._steady = 0
+            return
+        self._steady = self._steady + 1 if abs(self._off - before) < self.state.horizon // 50 else 0
+        if self._steady >= STEADY_TURNS or before_ps == self._looked_ps:
+            self.align()
+
+    def _ahead(self, tick: int) -> int:
+        """How many ticks the model is ahead of the board."""
+        return (self.ticks.at(self.state.kernel.now) >> 16) - tick
+
+    def present_ps(self) -> int:
+        """Return the present of the board as an instant of the model (ps)."""
+        return self.ticks.ps(self.clock.ticks(self.wall()))
+
+
+class Following:
+    """Lets the motor follow the model.
+
+    Args:
+        self_start: a program that the chip starts by itself may move the motor.
+        wake: called when something comes from outside while nothing is to be done.
+    """
+
+    def __init__(
+        self,
+        state: DriveState,
+        path: DrivePath,
+        talk: Talk,
+        watch: Troubles,
+        alignment: Alignment,
+        self_start: bool,
+        wake: Callable[[], object],
+    ) -> None:
+        self.state, self.talk, self.watch, self.alignment = state, talk, watch, alignment
+        self.path, self.link, self.ticks, self.feeder = path, path.link, path.ticks, path.feeder
+        self._wake = wake
+        bench = state.bench  # has a chip received anything, so that it may move?
+        self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
+        self.to_stop = False  # ordered by the user, and not yet stopped by the board
+
+    # ----------------------------------------------------------------------------------------------------- on a bench
+    def attach(self) -> None:
+        """Listen to the bench."""
+        for net, _ in self.state.nets():
+            net.watch(self._output)
+        self.state.kernel.outside.on_input.add(self._input)
+
+    def detach(self) -> None:
+        """Listen no more."""
+        for net, _ in self.state.nets():
+            with suppress(ValueError, KeyError):
+                net.unwatch(self._output)
+        self.state.kernel.outside.on_input.remove(self._input)
+
+    def move(self, bench: Bench) -> None:
+        """Go on with another bench, which is at the same instant and has a chip of the same name."""
+        self.detach()
+        self.state.move(bench)
+        self.path.move()
+        self.attach()
+
+    def _input(self, do: str, _what: object) -> None:
+        """Something comes from outside; levels and time do not let a chip move."""
+        if do not in SILENT:
+            self.spoken = True
+        if self.link.at_rest:
+            self.link.at_rest = False
+            self._wake()
+
+    def _output(self, net: Net) -> None:
+        """A pin of the chip that programs set has changed."""
+        for each, number in self.state.nets():
+            if each is net:
+                self.feeder.change(1 << number, (net.level or 0) << number)
+
+    # -------------------------------------------------------------------------------------------------- begin and stop
+    def begin(self) -> None:
+        """Begin at the present of the board."""
+        self.alignment.align()
+        self.feeder.go_on()
+        self._continue()
+
+    def resume(self, position: int, since_ps: int) -> None:
+        """Let a board that has stopped go on: it counts from a position, and makes the steps after an instant (ps).
+
+        Raises:
+            UsageError: the board does not follow: an emergency stop is active.
+        """
+        state = self.state
+        self.talk.set_up(position)
+        present = self.path.clock.ticks(self.path.wall())
+        following = state.axis.times(since_ps + 1, state.kernel.now)
+        first = int(following[0]) if len(following) else state.kernel.now
+        self.ticks.align(first, present - 3 * state.horizon // 4 if len(following) else present)
+        self.feeder.resume(max(since_ps + 1, 0))
+        self._continue()
+
+    def _continue(self) -> None:
+        self.state.begin()
+        self.talk.begin()
+
+    def stop(self, at_once: bool = False, *, of_chip: bool = True) -> None:
+        """Stop the motor, by ramping down or immediately; `of_chip`: a command has stopped the chip itself."""
+        self.link.stop(0 if at_once else 1)
+        chip, axis = self.state.chip, self.state.axis
+        self.to_stop = not of_chip and (self.feeder.busy or axis.moving or not chip.idle)
+        self.stop_chip()
+        self.talk.say(self.path.wall())
+
+    def stop_chip(self) -> None:
+        """Stop the chip too where the board has nothing to stop: before a motion, between two, or while it is held."""
+        self.to_stop = self.to_stop and self.state.phase == "ok"
+        answer = self.link.answer
+        if self.to_stop and answer is not None and answer.state == BoardState.IDLE:
+            self.watch.stopped_at_rest()

@@ -1,0 +1,253 @@
+"""A motor behind a real module: moves to positions, homings, stops, as the sheet of the part says how.
+
+    motor = ModuleMotor(module, calculator, {"S": 10, "T": 100, "R": 50})
+    motor.move(1200)                     # or motor.move(1200, motor.fitted(100, 2000, 0.05)): with another ramp
+    while not motor.at_rest():           # lets some milliseconds pass
+        ...
+    motor.position
+
+A part that takes a move only in a program gets one for each move: entered, run, and kept until the next one.  A part
+that says whether it is busy is asked for that; of another one the position is asked for when the move should be over by
+its law of motion, since it may not listen before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from ..core.time.timebase import PS_PER_S
+from ..errors import UsageError
+from ..language.dialect import dialect_of
+from ..language.ramp_answers import Search, Wanted, nearest, read, value_of
+from ..modules.failures import ModuleFailure, NoAnswer, RefusedCommand
+from ..modules.module import TRIES
+
+if TYPE_CHECKING:
+    from ..core.datasheet.table import Row
+    from ..language.ramp_answers import Calculator, Ramp, RampParameter, Value, Values
+    from ..modules.module import Module
+
+LOOK_S = 0.05  # between two questions whether it is at rest
+LOOKS = 40  # ... for one that makes no motion
+SETTLED_S = 0.1  # after a move, until a part listens again
+LATE_S = 5.0  # how much longer than by its law a move may take, until the module must answer
+LONGER = 2.0  # ... and as many times as long, since its clock may be another one
+
+
+class ModuleMotor:
+    """A motor behind a module.
+
+    Args:
+        module: which may be moved.
+        calculator: of ramps of the part.
+        values: parameters of a ramp, such as {"T": 100} or {"T": "1000 steps/s"}; all that the part has.
+        crystal_hz: of the part; None: that of its sheet.
+
+    Raises:
+        UsageError: a parameter that is missing, wrong or unknown; or a part that moves to no position.
+    """
+
+    def __init__(
+        self, module: Module, calculator: Calculator, values: Mapping[str, Value], crystal_hz: int | None = None
+    ) -> None:
+        self.module, self.calculator = module, calculator
+        self.sheet = module.speech.sheet
+        self.crystal_hz = crystal_hz or self.sheet.crystal_hz
+        self.values, _ = read(calculator, values, self.crystal_hz, search=False)
+        self.goto = next(iter(self.sheet.acting("goto")), None)
+        if self.goto is None:
+            raise UsageError(f"{self.sheet.part}: no command moves it to a position; allowed a part that has one")
+        self.homing = next((row for row in self.sheet.acting("home") if row.args[0].sign == "alone"), None)
+        self.presetting = next(iter(self.sheet.acting("preset")), None)
+        stops = {row.at_once: row for row in self.sheet.commands if row.at_once}
+        self.stopping = stops.get("brake", stops.get("stop"))
+        self.state = next(iter(self.sheet.acting("state")), None)
+        self.entered = "i" not in self.goto.when  # a move is a program
+        self.left_s = 0.0  # until a move should be over
+        self.late_s = 0.0
+        self.position = 0
+        self.look()
+
+    # ------------------------------------------------------------------------------------------------------ what it is
+    @property
+    def limits(self) -> tuple[int, int]:
+        """The positions to which a command can move it."""
+        assert self.goto is not None  # noqa: S101  # the constructor has refused that
+        return self.goto.args[0].low, self.goto.args[0].high
+
+    @property
+    def ramp(self) -> Ramp:
+        """The ramp of its moves."""
+        return self.calculator.ramp(self.values, self.crystal_hz)
+
+    @property
+    def rates(self) -> tuple[RampParameter, RampParameter]:
+        """The parameters that set the first and the highest rate."""
+        rates = [quantity for quantity in self.calculator.quantities if quantity.per_s == 1]
+        return rates[0], rates[-1]
+
+    @property
+    def fastest(self) -> float:
+        """The highest rate that its parameter may set (steps/s)."""
+        _, top = self.rates
+        highest = self.calculator.arg(top.name).high
+        return self.calculator.ramp({**self.values, top.name: highest}, self.crystal_hz).top
+
+    def fitted(self, start: float, top: float, time_s: float) -> Ramp:
+        """Return a ramp with other rates (steps/s), as near as the part can, that takes a time as near as it can.
+
+        Raises:
+            UsageError: a rate that it cannot have.
+        """
+        rates = zip(self.rates, (start, top), strict=True)
+        values = {**self.values}
+        for quantity, rate in rates:
+            values[quantity.name] = value_of(self.calculator, quantity, f"{rate:.12g} steps/s", self.crystal_hz)
+        free = [quantity.name for quantity in self.calculator.quantities if quantity.free and quantity.name in values]
+        wanted = Wanted("time", round(time_s * PS_PER_S))
+        return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
+
+    def foreign_program(self) -> int:
+        """Return how many lines of a program that is not one of ours the next move would replace."""
+        (listing, *_) = (*self.sheet.acting("list"), None)
+        if not self.entered or listing is None:
+            return 0
+        lines = self.module.ask(listing.form).lines[:-1]
+        rows = [self.module.speech.row(line) for line in lines]
+        ours = {*self._settings(self.values), self.goto}
+        return 0 if all(row in ours for row in rows) else len(lines)
+
+    # ---------------------------------------------------------------------------------------------------------- motions
+    def move(self, position: int, ramp: Ramp | None = None) -> None:
+        """Begin a move to a position, by default with its own ramp.
+
+        Raises:
+            ModuleFailure: the module does not do it.
+        """
+        assert self.goto is not None  # noqa: S101  # the constructor has refused that
+        ramp = self.ramp if ramp is None else ramp
+        commands = self._program(ramp, self._spelled(self.goto, position))
+        speech, distance = self.module.speech, abs(position - self.position)
+        sent_s = sum(len(speech.framed(command)) for command in commands) * speech.character_s
+        self.left_s = SETTLED_S + sent_s + (ramp.move(distance).time_ps / PS_PER_S if distance else 0.0)
+        self.late_s = LATE_S + self.left_s * LONGER
+
+    def _program(self, ramp: Ramp, *moving: str) -> list[str]:
+        """Set the parameters of a ramp, and move: as a program, where the part takes moves in no other way."""
+        settings = [self._spelled(row, value) for row, value in self._settings(ramp.values).items()]
+        commands = [*settings, *moving]
+        if self.entered:
+            assert self.sheet.enter is not None  # noqa: S101  # it takes programs
+            run = next(row for row in self.sheet.leave if row.starts)
+            commands = [self.sheet.enter.form, *commands, run.form]
+        try:
+            for command in commands:
+                self.module.ask(command)
+        except ModuleFailure:
+            self._leave_entry()
+            raise
+        return commands
+
+    def _settings(self, values: Values) -> dict[Row, int]:
+        """The commands that set the parameters of a ramp, with their values."""
+        rows = {row.form: row for row in self.sheet.commands}
+        return {rows[name]: value for name, value in values.items() if isinstance(value, int) and name in rows}
+
+    def _spelled(self, row: Row, value: int) -> str:
+        return dialect_of(self.sheet).spell(row, (value,))
+
+    def _leave_entry(self) -> None:
+        """End program entry, if it is open, without a run, where the part can."""
+        row = self.sheet.leave[-1]
+        if self.module.entering and not row.starts:
+            with suppress(ModuleFailure):
+                self.module.ask(row.form)
+
+    def home(self, direction: int, ramp: Ramp | None = None) -> None:
+        """Begin a homing, by default with its own ramp: its first rate is that of the homing.
+
+        Raises:
+            UsageError: the part has none in a direction that can be chosen.
+            ModuleFailure: the module does not do it.
+        """
+        if self.homing is None:
+            raise UsageError(
+                f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal"
+            )
+        self._program(self.ramp if ramp is None else ramp)
+        for _ in range(LOOKS):  # a program without a motion is over soon; one that is not has the homing refused
+            if self.at_rest():
+                break
+        self.module.ask(self._spelled(self.homing, direction))
+        self.left_s = self.late_s = 0.0
+
+    def preset(self, position: int) -> None:
+        """Set the position where it is, without motion.
+
+        Raises:
+            UsageError: the part has no command for it, or not to this position.
+            ModuleFailure: the module does not do it.
+        """
+        if self.presetting is None:
+            raise UsageError(f"{self.sheet.part}: has no command that sets its position; shift OFF instead")
+        allowed = self.presetting.args[0]
+        if not allowed.low <= position <= allowed.high:
+            raise UsageError(
+                f"{self.sheet.part}: position {position} steps; allowed {allowed.low}..{allowed.high} steps"
+            )
+        self.module.ask(self._spelled(self.presetting, position))
+        self.look()
+
+    def stop(self) -> None:
+        """Stop it, by a ramp where the part has one.
+
+        Raises:
+            UsageError: the part takes no command while it moves.
+            ModuleFailure: the module does not do it.
+        """
+        if self.stopping is None:
+            raise UsageError(f"{self.sheet.part}: takes no command while it moves; stop it by its pins")
+        self.module.ask(self.stopping.form)
+
+    def at_rest(self) -> bool:
+        """Return whether it is at rest; `position` is then where.  Some time passes.
+
+        Raises:
+            ModuleFailure: the module does not say it.
+        """
+        self.module.port.pause(LOOK_S)
+        if self.state is None:
+            return self._has_answered()
+        try:
+            self.module.ask(self.state.form)
+        except RefusedCommand as refused:
+            if refused.code != getattr(self.sheet.dialect, "busy", None):
+                raise
+            return False
+        self.look()
+        return True
+
+    def look(self) -> None:
+        """Ask a motor at rest where it is.
+
+        Raises:
+            ModuleFailure: the module does not say it.
+        """
+        self.position = int(self.module.value("position"))
+
+    def _has_answered(self) -> bool:
+        """Ask for the position, once it should be at rest."""
+        self.left_s -= LOOK_S
+        if self.left_s > 0:
+            return False
+        try:
+            self.look()
+        except NoAnswer:
+            question, _ = self.module.speech.questions["position"]
+            self.left_s -= TRIES * self.module.speech.patience(question)
+            if self.left_s < -self.late_s:
+                raise
+            return False
+        return True

@@ -1,0 +1,209 @@
+"""The motions of a motor record: one after the other, the last one that is wanted next.
+
+                 begin(motion)                     SPMG Go
+       at rest ----------------> wanted  <------------------- paused
+          ^                        |                            ^
+          |     over, or STOP      v           SPMG Pause       |
+          +-------------------- under way ----------------------+
+
+The module is spoken to in a thread of its own, one command after the other.  A new motion ends the one under way, where
+the part can stop; all puts wait until no motion is wanted any more.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeVar
+
+from ..errors import SlewlineError
+from .field_table import PAUSE
+
+if TYPE_CHECKING:
+    from .module_motor import ModuleMotor
+    from .record_state import RecordState
+
+Result = TypeVar("Result")
+
+
+class RecordMotion(NamedTuple):
+    """A motion that is wanted: to a dial position, or a homing if `homing` is a direction in steps.
+
+    `button` is the field that is 1 meanwhile: that of a homing, of a jog, or "".
+    """
+
+    dial: float = 0.0
+    homing: int = 0
+    button: str = ""
+
+
+class Owner(Protocol):
+    """What motions need of their record."""
+
+    motor: ModuleMotor
+    state: RecordState
+
+    async def publish(self) -> None:
+        """Post the fields that have changed."""
+
+    async def failed(self, error: Exception) -> None:
+        """Take a failure."""
+
+
+class RecordMotions:
+    """The motions of a record, which owns the motor and the state.
+
+    Attributes:
+        wanted: the motion that comes next.
+        current: the one under way.
+        task: done when none is wanted any more; None: none is.
+    """
+
+    def __init__(self, owner: Owner, name: str) -> None:
+        self.owner = owner
+        self.thread = ThreadPoolExecutor(1, thread_name_prefix=name)
+        self.wanted: RecordMotion | None = None
+        self.current: RecordMotion | None = None
+        self.task: asyncio.Task[SlewlineError | None] | None = None
+        self.changed = asyncio.Event()  # what is wanted, or whether it may begin
+        self.halting = ""  # "stop" or "pause": the motion under way is to end
+
+    async def within(self, call: Callable[[], Result]) -> Result:
+        """Call a function of the module, in the thread that speaks to it."""
+        return await asyncio.get_running_loop().run_in_executor(self.thread, call)
+
+    @property
+    def idle(self) -> bool:
+        """Whether no motion is wanted or under way."""
+        return self.task is None
+
+    # ------------------------------------------------------------------------------------------------ as puts see them
+    async def begin(self, motion: RecordMotion) -> None:
+        """Let a motion be the next one; return when all are over.
+
+        Raises:
+            SlewlineError: one has failed.
+        """
+        self.wanted = motion
+        self.changed.set()
+        if self.task is None:
+            self.task = asyncio.create_task(self._work())
+        await self.over()
+
+    async def stop(self, pause: bool = False) -> None:
+        """Stop, and forget what is wanted, or keep it for later; return when the motor is at rest.
+
+        Raises:
+            UsageError: the part takes no command while it moves.
+            SlewlineError: the motion has failed.
+        """
+        state = self.owner.state
+        if state.moving:
+            if self.owner.motor.stopping is None:
+                self.owner.motor.stop()  # which says why it cannot
+            self.halting = "pause" if pause else "stop"
+        if not pause:
+            self.wanted = None
+            self.changed.set()
+            return await self.over()
+        while state.moving:
+            self.changed.clear()
+            await self.changed.wait()
+
+    async def over(self) -> None:
+        """Wait until no motion is wanted.
+
+        Raises:
+            SlewlineError: one has failed.
+        """
+        if self.task is not None and (failure := await asyncio.shield(self.task)) is not None:
+            raise failure
+
+    # ------------------------------------------------------------------------------------------------------ one by one
+    async def _work(self) -> SlewlineError | None:
+        """Make the motions that are wanted, one after the other; return what went wrong."""
+        state, failure, arrived = self.owner.state, None, True
+        state.done = False
+        await self.owner.publish()
+        try:
+            while self.wanted is not None:
+                if state.paused:
+                    arrived = False
+                    self.changed.clear()
+                    await self.changed.wait()
+                    continue
+                motion, self.wanted, self.halting = self.wanted, None, ""
+                self.current = motion
+                try:
+                    arrived = await self._motion(motion)
+                    if self.halting == "pause" and self.wanted is None and not (arrived or motion.button):
+                        self.wanted = motion
+                except SlewlineError as error:
+                    failure, arrived, self.wanted = error, False, None
+                    await self.owner.failed(error)
+                state.moving, state.button, self.current = False, "", None
+                if state.once and self.wanted is None and not self.halting:
+                    state.kept["SPMG"] = state.obeyed = PAUSE
+                await self.owner.publish()
+                self.changed.set()
+        finally:  # whatever has ended it: the next put begins another task
+            self.task = self.wanted = None
+        if not arrived:
+            state.settle()
+        state.done = True
+        await self.owner.publish()
+        return failure
+
+    async def _motion(self, motion: RecordMotion) -> bool:
+        """Make a motion; return whether the wanted position stays, since it was a move that nobody has ended."""
+        state, motor, begun = self.owner.state, self.owner.motor, self.owner.state.dial_position
+        state.missed, state.button = False, motion.button
+        if motion.homing:
+            home = partial(motor.home, motion.homing, state.ramps["home"])
+            state.homed = False
+            state.homed = await self._leg(motion, begun, motion.homing > 0, home)
+            return False
+        legs = [(motion.dial, state.ramps["jog"])] if motion.button else state.legs(motion.dial)
+        for target, ramp in ((state.raw(dial), ramp) for dial, ramp in legs):
+            move = partial(motor.move, target, ramp)
+            if target != state.position and not await self._leg(motion, begun, target > state.position, move):
+                return False
+        if motion.button:
+            state.violated = True  # nobody has ended it before the limit
+            return False
+        if state.kept["DLY"] > 0:
+            state.moving = False
+            await self.owner.publish()
+            await asyncio.sleep(state.kept["DLY"])
+            await self.within(motor.look)
+            state.position = motor.position
+        state.missed = self.wanted is None and abs(motion.dial - state.dial_position) >= state.kept["RDBD"]
+        return True
+
+    async def _leg(self, motion: RecordMotion, begun: float, onward: bool, start: Callable[[], None]) -> bool:
+        """Make a move or a homing; return whether it ended by itself."""
+        state, motor, stopped = self.owner.state, self.owner.motor, False
+        state.moving, state.forward = True, onward
+        await self.owner.publish()
+        await self.within(start)
+        while not await self.within(motor.at_rest):
+            if not stopped and (self.halting or self._interrupted(motion, begun)):
+                stopped = True
+                await self.within(motor.stop)
+        state.position = motor.position
+        return not (stopped or self.halting)
+
+    def _interrupted(self, motion: RecordMotion, begun: float) -> bool:
+        """Return whether a motion ends for the one that is wanted now.
+
+        A position further on in the same direction comes when this one is over, as in the motor record.
+        """
+        new = self.wanted
+        if new is None or self.owner.motor.stopping is None:
+            return False
+        if new.button or motion.button:
+            return True
+        onward = (new.dial - motion.dial) * (motion.dial - begun) >= 0
+        return bool(self.owner.state.kept["NTM"]) and not onward

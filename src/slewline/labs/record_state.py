@@ -1,0 +1,207 @@
+"""The state of a motor record, and what its fields say of it.  No module is spoken to here, and nobody waits.
+
+                MRES          DIR, OFF
+    steps  <---------->  dial  <------>  user            RVAL RRBV   DVAL DRBV   VAL RBV
+
+Limits are kept in dial coordinates, as DHLM and DLLM; those of the user follow OFF and DIR.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..core.time.timebase import PS_PER_S
+from .field_table import MOVE, PAUSE, ROWS, STOP
+
+if TYPE_CHECKING:
+    from ..language.ramp_answers import Ramp
+
+DIRECTION, DONE, PROBLEM, MOVING, LOST, HOMED = 1 << 0, 1 << 1, 1 << 9, 1 << 10, 1 << 12, 1 << 14  # bits of MSTA
+MOTIONS = {"JOGF": 1, "JOGR": 2, "HOMF": 8, "HOMR": 16}  # of MIP, by the button
+A_MOVE = 32  # of MIP
+STEPS_A_REVOLUTION = 200
+ROUNDING = 1e-6  # of a step: three steps of 0.1 are no more than 0.3
+
+
+class RecordState:
+    """The state of a record.
+
+    Args:
+        resolution: of a step, in units.
+        steps: the positions to which the part can move, lowest and highest.
+        position: where the motor is, in steps.
+        ramp: of its moves.
+        fastest: the highest rate that the part has (steps/s).
+
+    Attributes:
+        kept: values of fields that are what was put last.
+        val, dval: the wanted position, user and dial.
+        low, high: the limits, dial.
+        ramps: of moves, of those that take up backlash, of jogs and homings.
+        law: rates and times of the ramps as they were put; the ramps come as near as the part can.
+    """
+
+    def __init__(self, resolution: float, steps: tuple[int, int], position: int, ramp: Ramp, fastest: float) -> None:
+        self.resolution, self.steps, self.position, self.fastest = resolution, steps, position, fastest
+        self.kept: dict[str, Any] = {row.name: row.value for row in ROWS.values() if row.put}
+        self.kept |= {"SPMG": 3, "NTM": 1, "TWV": abs(resolution), "RDBD": abs(resolution)}
+        self.offset, self.sign = 0.0, 1
+        self.low, self.high = sorted(step * resolution for step in steps)
+        self.dval = self.dial_position
+        self.val = self.user(self.dval)
+        self.last = self.val, self.dval
+        self.ramps = dict.fromkeys(("move", "backlash", "jog", "home"), ramp)
+        scale, time_s = abs(resolution), ramp.time_ps / PS_PER_S
+        rates = dict.fromkeys(("VELO", "BVEL", "JVEL"), ramp.top * scale) | {"HVEL": ramp.start * scale}
+        self.law = rates | {"VBAS": ramp.start * scale, "ACCL": time_s, "BACC": time_s}
+        self.law["JAR"] = acceleration(ramp) * scale
+        self.button = ""  # that is pressed: of MOTIONS
+        self.forward = True  # in steps
+        self.done, self.moving, self.violated = True, False, False
+        self.missed = self.homed = self.lost = False
+        self.updating, self.obeyed = 0, self.kept["SPMG"]  # STUP, LSPG
+        self.texts: dict[str, str] = {}
+        self.alarm = 0, 0  # STAT, SEVR
+
+    # ----------------------------------------------------------------------------------------------------- coordinates
+    def user(self, dial: float) -> float:
+        """Return a dial position in user coordinates."""
+        return dial * self.sign + self.offset
+
+    def dial(self, user: float) -> float:
+        """Return a position of user coordinates as a dial position."""
+        return (user - self.offset) * self.sign
+
+    def raw(self, dial: float) -> int:
+        """Return the step that is nearest to a dial position."""
+        return round(dial / self.resolution)
+
+    @property
+    def dial_position(self) -> float:
+        """Where the motor was at rest last, dial."""
+        return self.position * self.resolution
+
+    @property
+    def user_limits(self) -> tuple[float, float]:
+        """The lowest and the highest position, in user coordinates."""
+        low, high = self.user(self.low), self.user(self.high)
+        return (low, high) if self.sign > 0 else (high, low)
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether the limits are off: both are 0."""
+        return self.low == 0 == self.high
+
+    def beyond(self, dial: float) -> bool:
+        """Return whether a dial position is beyond the limits, or the part cannot move there."""
+        least, most = self.steps
+        slack = abs(self.resolution) * ROUNDING
+        soft = not self.unlimited and not self.low - slack <= dial <= self.high + slack
+        return soft or not least <= self.raw(dial) <= most
+
+    def violates(self, dial: float) -> bool:
+        """Return whether a move to a dial position is refused; one towards the range is none.
+
+        With a backlash distance the place from which the second move begins counts, too.
+        """
+        least, most = self.steps
+        ends = [leg for leg, _ in self.legs(dial)]
+        if any(not least <= self.raw(end) <= most for end in ends):
+            return True
+        back = (self.low <= self.high) and (self.high < dial < self.dval or self.low > dial > self.dval)
+        return not back and any(self.beyond(end) for end in ends)
+
+    def legs(self, dial: float) -> list[tuple[float, Ramp]]:
+        """Return the moves that lead to a dial position, each with its ramp: two where backlash is taken up."""
+        backlash = self.kept["BDST"]
+        preferred = (dial > self.dial_position) == (backlash > 0)
+        same = self.law["BVEL"] == self.law["VELO"] and self.law["BACC"] == self.law["ACCL"]
+        if abs(backlash) < abs(self.resolution) or (preferred and same):
+            return [(dial, self.ramps["move"])]
+        last = (dial, self.ramps["backlash"])
+        if preferred and abs(dial - self.dial_position) <= abs(backlash) + abs(self.resolution):
+            return [last]
+        return [(dial - backlash, self.ramps["move"]), last]
+
+    # --------------------------------------------------------------------------------------------------------- switches
+    @property
+    def setting(self) -> bool:
+        """Whether puts say where the motor is, and do not move it."""
+        return bool(self.kept["SET"]) and not self.kept["IGSET"]
+
+    @property
+    def paused(self) -> bool:
+        """Whether no motion may begin."""
+        return self.kept["SPMG"] in (STOP, PAUSE)
+
+    @property
+    def once(self) -> bool:
+        """Whether the next motion is the only one."""
+        return bool(self.kept["SPMG"] == MOVE)
+
+    def settle(self) -> None:
+        """Let the wanted position be the one where the motor is."""
+        self.dval = self.dial_position
+        self.val = self.user(self.dval)
+        self.last = self.val, self.dval
+
+    # ----------------------------------------------------------------------------------------------------------- fields
+    def values(self) -> Mapping[str, Any]:
+        """Return the values of all fields that may change, in the order in which clients get them: DMOV last."""
+        return {**self.kept, **self._coordinates(), **self._rates(), **self._motion()}
+
+    def _coordinates(self) -> Mapping[str, Any]:
+        low, high = self.user_limits
+        raw_low, raw_high = sorted((self.low / self.resolution, self.high / self.resolution))
+        fixed = {"MRES": self.resolution, "ERES": self.resolution, "UREV": self.resolution * STEPS_A_REVOLUTION}
+        return fixed | {
+            "OFF": self.offset,
+            "DIR": int(self.sign < 0),
+            "_able": self.kept["DISP"],
+            **{"HLM": high, "LLM": low, "DHLM": self.high, "DLLM": self.low, "RHLM": raw_high, "RLLM": raw_low},
+            **{"VAL": self.val, "DVAL": self.dval, "RVAL": self.raw(self.dval)},
+            **{"LVAL": self.last[0], "LDVL": self.last[1], "LRVL": self.raw(self.last[1])},
+        }
+
+    def _rates(self) -> Mapping[str, float]:
+        scale = abs(self.resolution)
+        a_revolution = scale * STEPS_A_REVOLUTION
+        move, backlash, jog = (self.ramps[key] for key in ("move", "backlash", "jog"))
+        rates = {"VELO": move.top, "BVEL": backlash.top, "JVEL": jog.top, "HVEL": self.ramps["home"].start}
+        speeds = {"S": move.top, "SBAK": backlash.top, "SBAS": move.start, "SMAX": self.fastest}
+        return {
+            **{key: rate * scale for key, rate in rates.items()},
+            **{key: rate * scale / a_revolution for key, rate in speeds.items()},
+            **{"VBAS": move.start * scale, "VMAX": self.fastest * scale},
+            **{"ACCL": move.time_ps / PS_PER_S, "BACC": backlash.time_ps / PS_PER_S},
+            **{"ACCS": acceleration(move) * scale, "JAR": acceleration(jog) * scale},
+        }
+
+    def _motion(self) -> Mapping[str, Any]:
+        buttons = dict.fromkeys(MOTIONS, 0) | ({self.button: 1} if self.button else {})
+        status = DIRECTION * self.forward | DONE * self.done | MOVING * self.moving | HOMED * self.homed
+        status |= (PROBLEM | LOST) * self.lost
+        doing = MOTIONS.get(self.button, A_MOVE) if self.moving else 0
+        return {
+            **self.texts,
+            **buttons,
+            **{"LSPG": self.obeyed, "STUP": self.updating, "LVIO": int(self.violated), "MISS": int(self.missed)},
+            **{"TDIR": int(self.forward), "CDIR": int(self.forward), "MIP": doing},
+            **{"STAT": self.alarm[0], "SEVR": self.alarm[1]},
+            **{"RBV": self.user(self.dial_position), "DRBV": self.dial_position},
+            **{"RRBV": self.position, "RMP": self.position},
+            **{"DIFF": self.dval - self.dial_position, "RDIF": self.raw(self.dval) - self.position},
+            **{"MSTA": float(status), "MOVN": int(self.moving), "DMOV": int(self.done)},
+        }
+
+
+def acceleration(ramp: Ramp) -> float:
+    """Return the gain in rate of a ramp, divided by its time (steps/s^2); 0 without a ramp."""
+    return (ramp.top - ramp.start) * PS_PER_S / ramp.time_ps if ramp.time_ps else 0.0
+
+
+def digits(resolution: float) -> int:
+    """Return how many decimals a position has."""
+    return max(0, -math.floor(math.log10(abs(resolution))))

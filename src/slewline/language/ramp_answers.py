@@ -1,0 +1,478 @@
+r"""What a ramp calculator asks a part, and what the part answers.  No time passes, nothing runs.
+
+    rate                                      forward:  parameters -> time, steps and acceleration of the ramp,
+     top .......________                                which moves reach the rate, and how long a move takes
+              _/        \\_                    back:     a time, a number of steps or an acceleration -> the values of
+     start  _/            \\_                            the free parameters whose ramp comes nearest
+            |<->| time, steps
+
+A part brings a `Calculator` (its `ramps.py`): its parameters, named as the commands that set them, the `Ramp` of a set
+of values, and where to look for free ones.  The numbers are those of its law of motion (`profile.py`), never others.
+"""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from ..core.datasheet.table import Arg, Sheet
+from ..core.messages.decimal_comma import without_comma
+from ..core.messages.instead import missing
+from ..core.messages.near import hint
+from ..core.messages.whole import whole
+from ..core.motion.train import Train
+from ..core.time.timebase import PS_PER_S, readable
+from ..errors import UnknownName, UsageError
+from .packets import range_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+Value = int | str
+Values = Mapping[str, Value]
+Goal = Literal["time", "acceleration", "steps"]
+ANYTHING = (float("-inf"), float("inf"))
+_WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
+
+
+# ------------------------------------------------------------------------------------------------------- what is asked
+@dataclass(frozen=True, slots=True)
+class RampParameter:
+    """A parameter of a ramp, a number within the range of `arg`, or one of the names in `choices`.
+
+    `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` says how many times a second is in
+    the denominator of what it stands for: 1 in a rate, 2 in an acceleration.  One that is `only` for a choice, such as
+    ("profile", "s-curve"), does not exist with another.
+
+    Where ramps are tried out (slewline tune), values are spaced evenly in `measure`, a number that only grows with
+    them; `tried` are those that are tried where nothing is said.
+    """
+
+    name: str
+    says: str
+    arg: Arg | None = None
+    choices: tuple[str, ...] = ()
+    default: Value | None = None
+    free: bool = False
+    per_s: int = 0
+    only: tuple[str, str] | None = None
+    measure: Callable[[int], float] = float
+    tried: str = ""
+
+    @property
+    def allowed(self) -> str:
+        """What it may be."""
+        if self.arg is None:
+            return ", ".join(self.choices)
+        return range_of(self.arg)
+
+
+class Wanted(NamedTuple):
+    """What a ramp shall have: time in ps, acceleration in steps/s^2 (mean), or steps."""
+
+    goal: Goal
+    value: float
+
+    def error(self, ramp: Ramp) -> float:
+        """Return by how much a ramp misses it, in the unit of the goal."""
+        return abs(self.of(ramp) - self.value)
+
+    def of(self, ramp: Ramp) -> float:
+        """Return the time, acceleration or steps of a ramp, whichever is wanted."""
+        return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
+
+    def beyond(self, bounds: tuple[float, float]) -> float:
+        """Return by how much a ramp within some bounds misses it at least."""
+        return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
+
+
+# ---------------------------------------------------------------------------------------------------- what is answered
+class RampSegment(NamedTuple):
+    """A segment of a ramp: steps at one rate, or one cycle for a part that works in cycles.
+
+    Attributes:
+        begin_ps: its start, counted from the start of the first step or cycle, ps.
+        position: the number of steps before it.
+        steps: the number of steps in it.
+        rate: the rate, steps/s.
+        parameter: the rate parameter of the part; None if it has none.
+    """
+
+    begin_ps: int
+    position: float
+    steps: float
+    rate: float
+    parameter: int | None = None
+
+
+class Accelerations(NamedTuple):
+    """The accelerations of a ramp, steps/s^2.
+
+    Attributes:
+        first: the acceleration at its start.
+        mean: the gain in rate divided by the time of the ramp.
+        greatest: the greatest acceleration.
+    """
+
+    first: float
+    mean: float
+    greatest: float
+
+
+class Move(ABC):
+    """A complete move, from rest to rest.
+
+    Attributes:
+        steps: the number of steps.
+        time_ps: the time from the start of the first step or cycle until the part reports the end of the move, ps.
+        top: the greatest rate, steps/s.
+        reached: True if `top` is the top rate of the ramp; False if the move is too short for it.
+        legs: the names of the legs, "up", "slew", "down" ..., each with its number of steps.
+    """
+
+    called = "move"  # in messages
+    steps: int
+    time_ps: int
+    top: float
+    reached: bool
+    legs: Sequence[tuple[str, float]]
+
+    def __repr__(self) -> str:
+        legs = ", ".join(f"{name} {steps}" for name, steps in self.legs)
+        return f"<Move of {self.steps} steps: {legs}; up to {self.top:.0f} steps/s, in {readable(self.time_ps)}>"
+
+    @abstractmethod
+    def trains(self) -> Sequence[Train]:
+        """Return the step trains of the move, one after the other; the first begins at time 0."""
+
+    def times(self) -> NDArray[np.int64]:
+        """Return the start of every step: (n,) int64 ps, ascending."""
+        import numpy as np
+
+        return np.concatenate([train.times(1, train.steps) for train in self.trains()])
+
+
+class Ramp(ABC):
+    """The acceleration ramp of a part with given parameters, from the start rate to the top rate.
+
+    Attributes:
+        part: the part number.
+        values: all parameters, by name.
+        crystal_hz: the frequency of the crystal, Hz.
+        start: the rate of the first step, steps/s.
+        top: the rate after the ramp, steps/s.
+        time_ps: the time from the start of the first step or cycle to that of the first one at `top`, ps.
+        steps: the number of steps in that time; a whole number, unless the part works in cycles.
+    """
+
+    called = "ramp"  # in messages
+    part: str
+    values: Values
+    crystal_hz: int
+    start: float
+    top: float
+    time_ps: int
+    steps: float
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value!r}" for name, value in self.values.items())
+        return f"<Ramp {values}: {self.start:.0f} to {self.top:.0f} steps/s in {readable(self.time_ps)}>"
+
+    @property
+    def acceleration(self) -> float:
+        """The mean acceleration, steps/s^2: the gain in rate divided by the time of the ramp; 0 without a ramp."""
+        return (self.top - self.start) * PS_PER_S / self.time_ps if self.time_ps else 0.0
+
+    @property
+    @abstractmethod
+    def accelerations(self) -> Accelerations:
+        """The first, mean and greatest acceleration of the ramp."""
+
+    @property
+    @abstractmethod
+    def reached_from(self) -> int | None:
+        """The number of steps of the shortest move that reaches `top`; None if no move does."""
+
+    @abstractmethod
+    def table(self) -> Iterator[RampSegment]:
+        """Yield the segments of the ramp, in order of time."""
+
+    def move(self, distance: int) -> Move:
+        """Return a move with this ramp.
+
+        Args:
+            distance: the number of steps, within `distances`.
+
+        Raises:
+            UsageError: not a whole number, or a move that the part cannot make.
+        """
+        number, (least, most, says) = whole(distance), self.distances
+        if number is None or not least <= number <= most:
+            raise UsageError(f"{self.part}: a move of {distance!r} steps; allowed {least}..{most}{says}")
+        return self.made(number)
+
+    @property
+    @abstractmethod
+    def distances(self) -> tuple[int, int, str]:
+        """The least and the greatest number of steps of a move, and what limits it, such as " (N)"."""
+
+    @abstractmethod
+    def made(self, distance: int) -> Move:
+        """Return the move of so many steps, as many as it may have."""
+
+
+for kind in (Ramp, Move):
+    missing(
+        kind,
+        **dict.fromkeys(("time", "duration", "seconds", "length_ps"), "{it}.time_ps"),
+        **dict.fromkeys(("accel", "acc"), "{it}.acceleration"),
+        **dict.fromkeys(("distance", "count", "length"), "{it}.steps"),
+    )
+missing(
+    Ramp,
+    **dict.fromkeys(("speed", "velocity", "rate"), "{it}.start and {it}.top, in steps/s"),
+    **dict.fromkeys(("parameters", "params", "registers"), "{it}.values"),
+    **dict.fromkeys(("times", "intervals", "profile", "stretches"), "{it}.table(), or {it}.move(1000).times()"),
+    **dict.fromkeys(("plot", "figure", "draw"), "slewline ramp PART ... --plot ramp.svg draws it"),
+)
+missing(
+    Move,
+    **dict.fromkeys(("speed", "velocity", "rate"), "{it}.top, in steps/s"),
+    acceleration="it is the ramp's: slewline.ramp(...).acceleration",
+)
+
+
+class Search(NamedTuple):
+    """What is looked for: values of the `free` quantities, for the `best` ramps, those nearest to what is `wanted`."""
+
+    wanted: Wanted
+    fixed: Values
+    free: Sequence[str]
+    crystal_hz: int
+    best: int = 5
+
+
+class Candidate(NamedTuple):
+    """Values of free parameters, and bounds of what their ramp has of what is wanted: the truth lies within them."""
+
+    values: dict[str, int]
+    bounds: tuple[float, float] = ANYTHING
+
+
+class Calculator(ABC):
+    """What a part brings: its parameters and its ramps."""
+
+    sheet: Sheet
+    quantities: tuple[RampParameter, ...]
+    parameter = ""  # what a stretch of a ramp calls its `parameter`
+
+    def quantity(self, name: str) -> RampParameter:
+        """Return the quantity of this name, whatever its case.
+
+        Raises:
+            UnknownName: there is none; the message says which there are.
+        """
+        for quantity in self.quantities:
+            if quantity.name.lower() == name.lower():
+                return quantity
+        names = [quantity.name for quantity in self.quantities]
+        says = f"{self.sheet.part}: no parameter {name!r}; there are: {', '.join(names)}"
+        raise UnknownName(says + hint(name, names))
+
+    def level(self, ramp: Ramp) -> str:
+        """Return why a ramp has no steps, where its rate is not above the first one; empty: it has some."""
+        if ramp.time_ps or ramp.top > ramp.start:
+            return ""
+        rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
+        return f"the rate is not above the first one ({', '.join(rates)})"
+
+    def told(self, values: Values) -> dict[str, Value]:
+        """Return values without those that are at their default and cannot be looked for."""
+        defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
+        return {name: value for name, value in values.items() if value != defaults.get(name)}
+
+    def arg(self, name: str) -> Arg:
+        """Return the range of a quantity that is a number.
+
+        Raises:
+            UsageError: it is none.
+        """
+        arg = self.quantity(name).arg
+        if arg is None:
+            raise UsageError(f"{name}: is not a number; give its row of the calculator an arg, which has a range")
+        return arg
+
+    @abstractmethod
+    def ramp(self, values: Values, crystal_hz: int) -> Ramp:
+        """Return the ramp of a full set of values, all within their ranges."""
+
+    def fitted(self, values: Values) -> dict[str, Value | bool]:
+        """Return the options of the part that are among some values, where they are not at their defaults."""
+        options = {option.name for option in self.sheet.options}
+        truth: dict[Value, bool] = {"True": True, "False": False}
+        return {name: truth.get(value, value) for name, value in self.told(values).items() if name in options}
+
+    def script(self, values: Values, steps: int) -> list[str]:
+        """Return what a host sends for a move of so many steps: the parameters, then what moves.
+
+        Raises:
+            UsageError: the part does not say how.
+        """
+        raise UsageError(
+            f"{self.sheet.part}: its calculator has no `script`, what a host sends for a move; give it one"
+        )
+
+    @abstractmethod
+    def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
+        """Return the value of a quantity that comes nearest to a rate with its unit (rates.py); None: `text` is none.
+
+        Raises:
+            UsageError: the unit of another quantity, or a rate that this one cannot come near.
+        """
+
+    @abstractmethod
+    def candidates(self, search: Search) -> Iterable[Candidate]:
+        """Yield values of the free quantities among which are the best, those with the nearest bounds first.
+
+        Raises:
+            UsageError: these quantities cannot be looked for together.
+        """
+
+
+# ------------------------------------------------------------------------------------------------------ reading values
+def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -> tuple[dict[str, Value], list[str]]:
+    """Check what a user has given; return all values, and the names of the quantities that are to be looked for.
+
+    Args:
+        given: by name, whatever its case: whole numbers are what the command takes, text such as "4000 steps/s" too.
+        search: a `free` quantity that is not given is looked for; else it needs a value or has a default.
+
+    Raises:
+        UnknownName: no such quantity.
+        UsageError: a value out of range or of the wrong kind, or one that is missing.
+    """
+    part = calculator.sheet.part
+    named: dict[str, Value] = {}
+    for name, value in given.items():
+        quantity = calculator.quantity(name)
+        if quantity.name in named:
+            raise UsageError(f"{part}: {name} twice; give one value")
+        named[quantity.name] = value_of(calculator, quantity, value, crystal_hz)
+    values: dict[str, Value] = {}
+    missing: list[RampParameter] = []
+    free: list[str] = []
+    for quantity in calculator.quantities:
+        if quantity.only is not None and values.get(quantity.only[0]) != quantity.only[1]:
+            if quantity.name in named:
+                which = " ".join(quantity.only)
+                raise UsageError(
+                    f"{part}: {quantity.name} belongs to {which}; leave it out, or set {'='.join(quantity.only)}"
+                )
+        elif quantity.name in named:
+            values[quantity.name] = named[quantity.name]
+        elif quantity.free and search:
+            free.append(quantity.name)
+        elif quantity.default is not None:
+            values[quantity.name] = quantity.default
+        else:
+            missing.append(quantity)
+    if missing:
+        names = ", ".join(f"{quantity.name} ({quantity.says}, {quantity.allowed})" for quantity in missing)
+        raise UsageError(f"{part}: no value for {names}")
+    return values, free
+
+
+def value_of(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
+    """Return a value as the part takes it; raises as `read`."""
+    where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
+    if quantity.arg is None:
+        for choice in quantity.choices:
+            if str(value).lower() == choice.lower():
+                return choice
+        raise UsageError(f"{where}; allowed {quantity.allowed}")
+    comma = without_comma(value)
+    if isinstance(value, str):
+        value = _number(calculator, quantity, value, crystal_hz)
+    number = whole(value)
+    if number is None or not quantity.arg.allows(number):
+        rates = f", or text such as '4000 {_unit(quantity)}'" if quantity.per_s else ""
+        raise UsageError(f"{where}; allowed {quantity.allowed}{rates}{comma}")
+    return number
+
+
+def _number(calculator: Calculator, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
+    """The number that a text means; None: none."""
+    if whole := _WHOLE.fullmatch(text.strip()):
+        return int(whole[1] + whole[2], 16) if whole[2] else int(text)
+    return calculator.spoken(quantity, text, crystal_hz) if quantity.per_s else None
+
+
+def _unit(quantity: RampParameter) -> str:
+    return "steps/s" + ("" if quantity.per_s == 1 else str(quantity.per_s))
+
+
+# ----------------------------------------------------------------------------------------------------------- searching
+def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
+    """Return the ramps that come nearest to what is wanted, best first.
+
+    Of two that are equally far off the slower one comes first.  Of those with the same of what is wanted only one is
+    listed: the slowest, and of these the one with the least value of its last free quantity, and so on.
+    """
+    wanted = search.wanted
+    best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
+    for candidate in calculator.candidates(search):
+        if len(best) == search.best and wanted.beyond(candidate.bounds) > max(key[0] for key, _ in best.values()):
+            break  # what is left is further off than all that are found
+        ramp = calculator.ramp({**search.fixed, **candidate.values}, search.crystal_hz)
+        key = (wanted.error(ramp), -ramp.time_ps, tuple(reversed(candidate.values.values())))
+        has = wanted.of(ramp)
+        if has not in best or key < best[has][0]:
+            best[has] = key, ramp
+        if len(best) > search.best:
+            del best[max(best, key=lambda each: best[each][0])]
+    return [ramp for _, ramp in sorted(best.values(), key=lambda found: found[0])]
+
+
+def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
+    """Return the least number from `low` to `high` that is enough, as all above it are; None: none is."""
+    if not enough(high):
+        return None
+    while low < high:
+        middle = (low + high) // 2
+        if enough(middle):
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
+    """Yield values around the one where a measure that never grows with them comes to a target: `count` to either side.
+
+    Of values with the same measure the least one stands for all.
+    """
+
+    def first(most: float) -> int:
+        """Return the least value whose measure is `most` or less."""
+        value = least(lambda each: measure(each) <= most, low, high)
+        return high if value is None else value
+
+    middle = first(max(target, measure(high)))
+    value = middle
+    for _ in range(count):  # further down
+        yield value
+        here = measure(value)
+        lower = least(lambda each, here=here: measure(each) < here, value, high)  # type: ignore[misc]
+        if lower is None:
+            break
+        value = lower
+    value = middle
+    for _ in range(count):  # further up
+        if value == low:
+            break
+        value = first(measure(value - 1))
+        yield value

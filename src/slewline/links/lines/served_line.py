@@ -1,0 +1,376 @@
+"""A line between the outside and modules on a bench: one serial connector, and what hangs on it.
+
+    host --- stream ---> | noise | ---> SerialPort.write ---> txd ~~~> rxd   module, or several that share the line
+                         |       |
+         <--- stream --- | noise | <--- a character is over <~~~ rxd  <~~~ txd
+
+A byte from outside begins on the virtual line at the instant at which it came, or after the one before it; a character
+of the module goes out at the instant at which its last bit is over.  Both take their time at the rate of the line.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+
+from ...bench.runner import Wait
+from ...core.wires.characters import Character
+from ...core.wires.serial import LineSetting
+from ...language.dialect import dialect_of
+from ...parts.hosts.adaptive_host import AdaptiveHost
+from ...parts.hosts.ends.adaptive_uart import AdaptiveUart
+from ...parts.hosts.serial_host import SerialHost
+from ...parts.lines.host_uart import LATE_PS
+from ...parts.lines.noise import LINKED, Noise
+from ...parts.lines.rs232 import SerialPort
+from ..sockets.preamble import TEXT
+from ..sockets.stream import CHUNK
+from .line_transcript import TO_CHIP, TO_HOST, TranscriptFile
+from .outlet import Gate, Outlet, Told
+from .pace import Pace
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...core.chip import Chip
+    from ...parts.base.part import Part
+
+Say = Callable[[bytes, object], object]  # gives bytes to a host; None: to any
+BACKLOG = 256  # characters that may wait for their turn on the line
+ANSWER_TIMEOUT_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that sends no more
+
+
+class Detour(Protocol):
+    """Where the bytes of a host go instead."""
+
+    def send(self, data: bytes) -> object:
+        """Take bytes."""
+
+    def room(self) -> int:
+        """Return how many may come now."""
+
+
+class HostLine:
+    """What a link sees of the modules: bytes in, bytes out, one host at a time.
+
+    `host` is where bytes go, None while no host listens; they are lost then, as on a wire that ends in the air.
+    """
+
+    ports: tuple[str, ...] = ("tcp", "pty")  # on which it can be served
+    baud: int | str | None = None  # its rate, where it has one
+    greetings = TEXT  # of strangers, whose connection is closed
+    share = CHUNK  # bytes that are taken from a host in a turn of the loop; others wait for their turn meanwhile
+
+    def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: TranscriptFile) -> None:
+        self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log
+        self.kernel = pace.kernel
+        self.host: Callable[[bytes], int] | None = None
+        self.host_name = ""
+        self.resume: Callable[[], object] | None = None
+        self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those no host read
+        self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
+        self.detour: Detour | None = None  # where the bytes of the host go instead
+        self.beside: list[HostLine] = []  # lines to the same chip
+        self.coming_ends: list[str] = []  # what chips had of a line at the last check
+        self.concludes = True  # a host that goes has left over what it has begun; not one that looks at another branch
+        self.outlet = Outlet(self._deliver)
+        self.acts: Acts | None = None  # what it does to its part besides inputs, if another bench is to repeat that
+
+    @property
+    def gate(self) -> Gate | None:
+        """What holds back bytes to the host, such as the cable of a motor that is late; None: nothing does."""
+        return self.outlet.gate
+
+    @gate.setter
+    def gate(self, gate: Gate | None) -> None:
+        self.outlet.gate = gate
+
+    # ---------------------------------------------------------------------------------------------------- the host
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect a host: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
+        self.host, self.host_name, self.resume = host, name, resume
+        self.log.event(self.name, f"{name} is connected")
+
+    def detach(self, why: str) -> None:
+        """Disconnect the host; bytes that it has sent already still go to the chip."""
+        self.log.event(self.name, f"{self.host_name}: {why}")
+        self.host, self.host_name = None, ""
+
+    def look_for_ends(self) -> None:
+        """Report what has come without its end and was there already at the last check: the host waits in vain."""
+        coming = [] if self.pace.paused else [chip.unfinished for chip in self.chips]
+        if any(coming) and coming == self.coming_ends:
+            self.pace.bench.conclude()
+        self.coming_ends = coming
+
+    def leave(self, why: str) -> None:
+        """Disconnect a host that has gone; what it has left over is reported when all that it has sent is played."""
+        self.detach(why)
+        if self.concludes:
+            self.when_answered(self.pace.bench.conclude)
+
+    def take(self, data: bytes) -> None:
+        """Bytes have come from the host."""
+        self.taken += len(data)
+        if self.detour is not None:
+            if data := self.whole(data):
+                self.detour.send(data)
+            return
+        self.note(TO_CHIP, data)
+        self.feed(data)
+        limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
+        if self.wait is not None:
+            self.wait.limit_ps = limit_ps
+        elif self.pace.lockstep:
+            self.wait = Wait(self._all_quiet if self.beside else self.quiet, limit_ps, self._rests)
+            self.pace.wait(self.wait)
+
+    def _all_quiet(self) -> bool:
+        """Return whether this line is quiet, and others to its chips: what it lets the chip do may be for them."""
+        return self.quiet() and all(line.quiet() for line in self.beside)
+
+    def when_answered(self, call: Callable[[], object]) -> None:
+        """Call a function when what has come is answered, or is not for a long time."""
+        limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
+        if self.pace.lockstep:  # time passes for what has come, and not for a host that waits
+            limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
+        self.pace.wait(Wait(lambda: self.quiet() and not self.outlet.held, limit_ps, lambda _quiet: call()))
+
+    def _rests(self, quiet: bool) -> None:
+        self.wait = None
+        if not quiet:
+            self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
+
+    def when_sent(self, call: Callable[[], object]) -> None:
+        """Call a function when everything that has come has gone out, or has not for a long time."""
+        self.pace.wait(Wait(self.sent, self.kernel.now + ANSWER_TIMEOUT_PS, lambda _sent: call()))
+
+    def event(self, text: str) -> None:
+        """Note an event on the line in the transcript."""
+        self.log.event(self.name, text)
+
+    def give(self, data: bytes, to: object = None) -> None:
+        """Bytes go to the host, or to this one alone, unless a gate holds them back."""
+        self.outlet.say(data, self.kernel.now, to)
+
+    def _deliver(self, data: bytes, to: object) -> None:
+        if to is not None and self.host is not to:  # the next one has not asked
+            return
+        self.note(TO_HOST, data)
+        lost = len(data) if self.host is None else self.host(data)
+        self.given += len(data) - lost
+        if lost and not self.dropped:
+            self.log.event(self.name, "no host is reading: characters of the module are dropped from here on")
+        self.dropped += lost
+
+    # ------------------------------------------------------------------------------------------------ another bench
+    @property
+    def part(self) -> Part:
+        """The part on the bench in which the line ends."""
+        raise NotImplementedError
+
+    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+        """End on another bench from now on, in the part of the same name; `coming` are characters on their way."""
+        self.kernel = bench.kernel
+        self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
+
+    # ------------------------------------------------------------------------------------------- what a kind brings
+    def obey(self, on: bool) -> None:
+        """Let characters wait for CTS of a chip that has it, or not; where there is none, nothing changes."""
+
+    def opened_at(self, baud: int) -> None:
+        """Take notice of the rate that a host has set where it does not count."""
+
+    def note(self, way: str, data: bytes) -> None:
+        """Write bytes into the transcript."""
+        self.log.characters(self.name, way, data)
+
+    def feed(self, data: bytes) -> None:
+        """Put bytes on their way to the module."""
+        raise NotImplementedError
+
+    def room(self) -> int:
+        """Return how many bytes may come now; when none may, `resume` is called once there is room again."""
+        return self.space() if self.detour is None else self.detour.room()
+
+    def space(self) -> int:
+        """As `room`, of bytes that go to the chip."""
+        raise NotImplementedError
+
+    def whole(self, data: bytes) -> bytes:
+        """Return what may go somewhere else of what has come: where requests have an end, whole ones alone."""
+        return data
+
+    def forget_half(self) -> None:
+        """Forget the beginning of a request whose end comes elsewhere."""
+
+    def sent(self) -> bool:
+        """Return whether everything that has come has gone out, so that another host may begin."""
+        raise NotImplementedError
+
+    def quiet(self) -> bool:
+        """Return whether everything that was sent has been played and answered."""
+        raise NotImplementedError
+
+
+class Act(NamedTuple):
+    """What a line does to its part, at an instant (ps), behind so many inputs; see `Acts.add`."""
+
+    inputs: int
+    ps: int
+    do: Callable[[Any, Any, Say], object]
+
+
+class Acts:
+    """What a line has done to its part besides inputs, which a journal has: it waits for answers, and gives them.
+
+    Args:
+        part: its name.
+    """
+
+    def __init__(self, part: str) -> None:
+        self.part = part
+        self.inputs = 0  # of the part, since the beginning
+        self.done: deque[Act] = deque()
+        self.number = 0  # of acts since the beginning
+
+    def heard(self, do: str, what: dict[str, Any]) -> None:
+        """Count an input, which is about to be made."""
+        self.inputs += do == "input" and what["part"] == self.part
+
+    def add(self, ps: int, do: Callable[[Any, Any, Say], object]) -> None:
+        """Note what is done: a function of the part, of what its last input has returned, and of what gives answers."""
+        self.done.append(Act(self.inputs, ps, do))
+        self.number += 1
+
+    def forget(self, before_ps: int) -> None:
+        """Forget what was done up to an instant (ps)."""
+        while self.done and self.done[0].ps <= before_ps:
+            self.done.popleft()
+
+
+class ConnectorLine(HostLine):
+    """A line that ends in a serial connector on the bench."""
+
+    ports = ("tcp", "pty", "rfc2217", "serial")
+
+    def __init__(
+        self,
+        name: str,
+        chips: Sequence[Chip],
+        pace: Pace,
+        log: TranscriptFile,
+        port: SerialPort | SerialHost | AdaptiveHost,
+    ) -> None:
+        super().__init__(name, chips, pace, log)
+        self.coming = 0  # characters whose last bit is not over
+        self.late_ps = 0  # a late character of the module comes then, and those after it not before
+        spared = next((bit for chip in chips if (bit := dialect_of(chip.sheet).constant_bit) is not None), None)
+        self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
+        self._end_in(port)
+
+    def _end_in(self, port: SerialPort | SerialHost | AdaptiveHost) -> None:
+        self.port, self.uart = port, port.uart
+        self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
+        port.on_character.add(self._character)
+
+    @property
+    def part(self) -> Part:
+        """The connector."""
+        return self.port
+
+    def move(self, bench: Bench, coming: Sequence[Told]) -> None:
+        """End in the connector of another bench."""
+        super().move(bench, coming)
+        self.port.on_character.remove(self._character)
+        self._end_in(cast("SerialPort", bench.parts[self.port.name]))
+        self.coming = len(coming)
+        for told in coming:
+            self.kernel.call_at(told.ps, partial(self._over, told.data[0]))
+
+    @property
+    def baud(self) -> int | str:  # type: ignore[override]
+        """The rate of the line."""
+        return self.port.baud
+
+    @property
+    def setting(self) -> LineSetting:
+        """Rate and format of the line."""
+        return self.uart.setting
+
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect a host."""
+        super().attach(name, host, resume)
+        if self.mute:
+            self.log.event(self.name, "the chip only receives on this line: it never answers")
+
+    def opened_at(self, baud: int) -> None:
+        """Take notice of the rate that a host has set where it does not count; on a cable it would."""
+        self.port.opened_at(baud)
+
+    def feed(self, data: bytes) -> None:
+        """Send bytes to the chip, with the faults that are planned."""
+        if not self.to_chip.plans:
+            self.port.write(data)
+            return
+        for byte in data:
+            passed, fault = self.to_chip.hit(byte)
+            if passed is not None:
+                self.port.write(bytes([passed]), fault)
+
+    def obey(self, on: bool) -> None:
+        """Let characters wait for CTS of a chip that has it, or not."""
+        port, wanted = self.port, None if on else False
+        if isinstance(port, AdaptiveHost) and port.uart.control.heeding is not wanted:
+            port.heed(wanted)
+
+    @property
+    def clear(self) -> bool | None:
+        """Is CTS on?  None: the chip has none."""
+        return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
+
+    def space(self) -> int:
+        """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
+        uart = self.uart
+        room = BACKLOG - uart.backlog
+        if room <= 0:
+            half = self.kernel.now + uart.clock.ps(uart.word.ticks * BACKLOG // 2)
+            self.kernel.call_at(half, lambda: self.resume() if self.resume is not None else None)
+        return room
+
+    def sent(self) -> bool:
+        """Return whether every character has gone out."""
+        return self.uart.idle
+
+    def quiet(self) -> bool:
+        """Return whether every character has gone out, and nothing is on its way back.
+
+        Characters that wait for CTS do not count while the chip waits for another host.
+        """
+        if self.coming or not (self.uart.idle or self._held()):
+            return False
+        return not any(chip.answering for chip in self.chips)
+
+    def _held(self) -> bool:
+        return isinstance(self.uart, AdaptiveUart) and self.uart.held and any(chip.awaits_host for chip in self.chips)
+
+    def _character(self, character: Character) -> None:
+        self.port.received.clear()  # the host is outside
+        self.coming += 1
+        self.kernel.call_at(character.end_ps, lambda: self._over(character.byte))
+
+    def _over(self, byte: int) -> None:
+        passed, fault = self.to_host.hit(byte)
+        if fault == "late":
+            self.late_ps, fault = self.kernel.now + LATE_PS, ""
+        data = b"" if passed is None else bytes([0 if fault else passed])  # a driver makes NUL of a wrong character
+        if self.kernel.now < self.late_ps:
+            self.kernel.call_at(self.late_ps, lambda: self._arrive(data))
+        else:
+            self._arrive(data)
+
+    def _arrive(self, data: bytes) -> None:
+        self.coming -= 1
+        if data:
+            self.give(data)

@@ -1,0 +1,272 @@
+"""The registers of an interface board on TCP: what IN and OUT are to a program on a PC, as short messages.
+
+A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, how many axes; and
+where the registers are, as in "data=0 status=1 command=1", unless they are where the application note has them.
+After that every request is two bytes and every answer is one, in the order of the requests:
+
+    0r --    IN      read register r of the board (parts/boards/board.py)       the byte
+    1r bb    OUT     write bb to register r                              bb again, when it is written
+    24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 if it has stayed so
+    34 nn    ANSWER  ... is 0; of a parallel card                        the status
+    44 nn    MESSAGE wait until bit 6 is 0; of a parallel card           the status
+    54 nn    POLL    read the status until bit 7 is 1, for nn ms         the status
+    90 --    HELLO   which version is this?                              02, in lockstep 82; FF: it knows no series
+    C0 nn    SERIES  nn requests follow, of those above but HELLO        a byte for each
+    C1 nn    ON      the same, unless the last series has come to a wait in vain
+    other    is no request                                               FF, as from an empty address
+
+A series is one message, one input of the board and one answer, in a fraction of the time that its requests take one by
+one.  A wait in vain ends it: nothing of the rest is done, and reads FF.  So a host may send on without an answer, as if
+every wait were successful, and learns afterwards where its program would still be waiting.  Pieces of the same
+program that have come in one go are worked in one go.
+
+A host may send the next request before it has the answer to the last one: a whole packet, its waits included, is one
+round trip.  Requests are worked one after the other, each access at the pins of the chip, and takes its bus cycle of
+750 ns of virtual time.
+
+In lockstep that is all the time there is, so a host that polls would poll a hundred times for each word: there, 100 µs
+may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY lets pass what it waits for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, cast
+
+from ...parts.boards.board import FLOATING, Board
+from ...parts.boards.register_layouts import COMMAND, PMD, STATUS, Layout
+from ...parts.boards.series import IN, MS, OUT, POLL, POLL_PS, WAITS, Done, is_step, spelled
+from ...parts.lines.far_end import TELNET
+from ..lines.line_transcript import TO_CHIP, TO_HOST, TranscriptFile
+from ..lines.pace import Pace
+from ..lines.request_line import RequestLine
+from ..sockets.preamble import REGISTERS
+from .tcp import TcpPort, TurnSession
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+    from ...parts.base.request_queue import Request
+
+VERSION = 1
+NEWEST = 2  # what HELLO answers
+HELLO, SERIES, ON = 0x90, 0xC0, 0xC1
+LOCKSTEP = 0x80  # in the answer to HELLO
+TURNS = 64  # shares of a host, or slices of time, that a request to the control port waits for: 4 kB, a second
+MOST = 512  # bytes of pieces of a series that are worked in one go
+ALL_OF_IT = "nothing of the series is done; "
+SHARE = 64  # bytes in a turn of the loop: 32 accesses take a millisecond
+
+
+class RegisterLine(RequestLine):
+    """Requests to an interface board on the bench, and its answers."""
+
+    ports = ("tcp",)
+    greetings = REGISTERS
+    share = SHARE
+
+    def __init__(self, name: str, chip: Chip, pace: Pace, log: TranscriptFile, board: Board) -> None:
+        super().__init__(name, [chip], pace, log, board)
+        self.half = b""  # the beginning of a request
+        self.strange = False  # this host has sent what is not a request, and that was reported
+        self.shown = -1  # the last status in the transcript: polls that read the same are left out
+
+    @property
+    def board(self) -> Board:
+        """The board."""
+        return cast("Board", self.part)
+
+    @property
+    def status(self) -> int | None:
+        """Where the board has its status."""
+        return self.board.layout.offset(STATUS)
+
+    def _read_from(self, request: int) -> int:
+        """Return the register that a request reads; one that waits reads the status."""
+        status = self.status
+        return request & 0x0F if request - IN < OUT or status is None else status
+
+    @property
+    def greeting(self) -> bytes:
+        """What a host gets first."""
+        sheet = self.chips[0].sheet
+        return f"slewline registers {VERSION} {sheet.part} {sheet.axes}{placed(self.board.layout)}\r\n".encode("ascii")
+
+    def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
+        """Connect a host."""
+        if self.half:
+            self.log.event(self.name, f"the host before left a request without its end, {self.half[:8].hex(' ', -2)}")
+        self.half, self.strange = b"", False
+        super().attach(name, host, resume)
+
+    # ------------------------------------------------------------------------------------------------------- requests
+    def feed(self, data: bytes) -> None:
+        """Take bytes of the host: accesses to registers."""
+        data = self.half + data
+        at, steps, on = 0, b"", False  # `steps`: of a series, which may go on
+        while len(data) >= at + 2:
+            request, value = data[at], data[at + 1]
+            number = value if request in (SERIES, ON) else 0
+            end = at + 2 + 2 * number
+            if len(data) < end:
+                break
+            more, at = data[at + 2 : end], end
+            if steps and (request != ON or not number or len(steps) + len(more) > MOST):
+                self._series(steps, on)
+                steps = b""
+            if not number:
+                self._request(request, value)
+            elif not steps:
+                steps, on = more, request == ON
+            else:
+                steps += more
+        if steps:
+            self._series(steps, on)
+        self.half = data[at:]
+
+    def whole(self, data: bytes) -> bytes:
+        """Return the whole requests of what has come; the beginning of the next one waits for its end."""
+        data, at = self.half + data, 0
+        while len(data) >= at + 2 and len(data) >= (end := at + 2 + 2 * data[at + 1] * (data[at] in (SERIES, ON))):
+            at = end
+        self.half = data[at:]
+        return data[:at]
+
+    def forget_half(self) -> None:
+        self.half = b""
+
+    def _series(self, steps: bytes, on: bool) -> None:
+        """Queue a series, and the answers to it; none of it, if a step is none."""
+        board, number = self.board, len(steps) // 2
+        wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
+        if wrong is not None:
+            self.answer(
+                lambda _board, _: bytes([self._nobody(steps[wrong], steps[wrong + 1], "in a series ")]) * number
+            )
+            return
+        work = board.series(spelled(steps), POLL_PS if self.pace.lockstep else 0, on)
+        self.answer(lambda _board, work: self._worked(steps, work), work)
+
+    def _worked(self, steps: bytes, work: Request[Done]) -> bytes:
+        """Return what a series has brought; its accesses go into the transcript."""
+        answers, ends = work.result
+        if self.log.file is not None and not self.silent:
+            for request, byte, ps in zip(steps[::2], answers, ends, strict=False):
+                if request & 0xF0 == OUT:
+                    self._show(TO_CHIP, request & 0x0F, byte, ps)
+                else:
+                    self._note(self._read_from(request), byte, ps)
+        return answers
+
+    def _request(self, request: int, value: int) -> None:
+        """Queue what is asked for, and the answer to it."""
+        board, offset = self.board, self._read_from(request)
+        if request & 0xF0 == OUT:
+            register = request & 0x0F
+            board.cycle(board.base + register, value)
+            self.answer(lambda _board, _: self._written(register, value))
+        elif request == HELLO:
+            self.answer(lambda _board, _: bytes([NEWEST | LOCKSTEP * self.pace.lockstep]))
+        elif request == POLL:
+            self._series(bytes([request, value]), False)
+        elif request & 0xF0 == IN or WAITS.get(request) in board.waits:
+            if request in WAITS:
+                board.ready(value * MS, WAITS[request])
+            access = board.cycle(board.base + offset)
+            self.answer(lambda _board, access: self._read(offset, access), access)
+            if self.pace.lockstep and request not in WAITS and offset == self.status:
+                board.ready(POLL_PS)
+        else:
+            self.answer(lambda _board, _: bytes([self._nobody(request, value)]))
+
+    def _read(self, offset: int, access: Request[int]) -> bytes:
+        """The byte that a read access has brought."""
+        self._note(offset, access.result, self.kernel.now)
+        return bytes([access.result])
+
+    def _note(self, offset: int, byte: int, ps: int) -> None:
+        """Write what was read into the transcript, if it is news."""
+        if self.silent:
+            return
+        if offset != self.status or byte != self.shown:
+            self._show(TO_HOST, offset, byte, ps)
+        if offset == self.status:
+            self.shown = byte
+
+    def _written(self, offset: int, byte: int) -> bytes:
+        self._show(TO_CHIP, offset, byte, self.kernel.now)
+        return bytes([byte])
+
+    def _nobody(self, request: int, value: int, where: str = "") -> int:
+        if self.silent:
+            return FLOATING
+        self.log.event(self.name, f"{request:02x} {value:02x} {where}is not a request")
+        if not self.strange:
+            self.strange = True
+            self.board.finding("no-request", self._what_is_here(bytes([request, value]), where))
+        return FLOATING
+
+    def _what_is_here(self, came: bytes, where: str) -> str:
+        """Return what to do about bytes that are no request."""
+        text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
+        if TELNET.match(came + b"\0"):
+            text = " (telnet negotiation, it seems)"
+        return (
+            f"{came!r}{text} {where}is not a request, and reads FF: {ALL_OF_IT if where else ''}"
+            "this is a port of registers, with two bytes a request, "
+            '00 to 4F first; see "Registers on a socket" (docs/howto/serve_registers.md)'
+        )
+
+    # ----------------------------------------------------------------------------------------------------- transcript
+    def note(self, way: str, data: bytes) -> None:
+        """Write accesses into the transcript, not the bytes that ask for them."""
+
+    def _show(self, way: str, offset: int, byte: int, ps: int) -> None:
+        """An access in the transcript: "< 2 31", "> 0 5c"."""
+        if not self.silent:
+            self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
+
+
+def placed(layout: Layout) -> str:
+    """Return where a board has its registers, for the greeting; "" for the places that clients take for granted."""
+    if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
+        return ""
+    found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
+    return "".join(f" {name}={offset}" for name, offset in found.items())
+
+
+class RegisterSession(TurnSession):
+    """A host on the registers of a board."""
+
+    line: RegisterLine
+
+    def arrive(self) -> None:
+        """Greet."""
+        self.stream.write(self.line.greeting)
+
+    def room(self) -> int:
+        """Return how many bytes may be read now: none while answers are not read, for none may be dropped."""
+        if self.stream.outgoing:
+            return 0
+        return min(super().room(), self.line.room()) if self.begun else super().room()
+
+
+class RegisterPort(TcpPort):
+    """A board on a TCP port."""
+
+    scheme = "registers"
+    make = RegisterSession
+    line: RegisterLine
+
+    def catch_up(self) -> None:
+        """Bring to the board what the host has sent by now, and let the time pass that this takes, for a while.
+
+        In lockstep a host need not wait for answers; what it asks of another port then comes after all that.
+        """
+        pace, line = self.line.pace, self.line
+        for _ in range(TURNS):
+            taken = line.taken
+            if self.session is not None:
+                self.session.stream.read_now()
+            if line.quiet() and line.taken == taken:
+                return
+            pace.pass_time()

@@ -1,0 +1,174 @@
+"""The past of a server: one name, and the two ways in which it comes back.
+
+    past.at(t).rerun(inputs, now)       a shadow, in this process: another bench at the present, for `past.go_on`
+    past.at(t).world(order, arrived)    a checkpoint, in a process of its own: a server at t, beside this one, paused
+
+The drive of a motor needs the first one: the run that goes on must be in this process, with inputs that came late.
+A debugger needs the second one: the present is kept, and any instant is reached quickly, however long the run was; it
+needs `fork`.  This file alone knows both; a bench without a server has the first one (`bench/past.py`).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ...bench.past import Instant, Past
+from ...core.time.timebase import readable
+from ...errors import UsageError
+from ..lines.served_line import Acts, ConnectorLine, HostLine
+from .bench_exchange import Ear, Ears, limit_kept, record_same
+from .checkpoints import Checkpoints
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...core.time.kernel import Kernel
+    from ..face import ServerFace
+
+
+class ServedInstant(Instant):
+    """An instant of the past of a server (ps)."""
+
+    past: ServedPast
+
+    def world(
+        self, order: dict[str, Any], shared_ps: int, shared: int, arrived: Callable[[dict[str, Any]], object]
+    ) -> bool:
+        """Order a server that is at this instant, and paused, in a process of its own.
+
+        Args:
+            order: what it needs (`worlds.World`); the checkpoint is chosen here.
+            shared_ps, shared: up to which instant (ps) and byte the journal of the order is that of the first run.
+            arrived: called with where it is, or with an error.
+
+        Returns:
+            False: nothing is kept of this instant.
+        """
+        return self.past.checkpoints.world(self.ps, order, shared_ps, shared, arrived)
+
+
+class ServedPast(Past):
+    """The past of a server, whose hosts and clients go on with another bench, and notice nothing."""
+
+    def __init__(self, server: ServerFace) -> None:
+        super().__init__(server.bench)
+        self.server, self.checkpoints = server, Checkpoints(server)
+        self.ears: dict[Kernel, dict[str, Ear]] = {}  # of benches that play the past
+        limit_kept(server.bench)
+
+    def at(self, ps: int) -> ServedInstant:
+        return ServedInstant(self, ps)
+
+    # ------------------------------------------------------------------------------------------------ what is prepared
+    def begin(self) -> bool:
+        """Keep checkpoints from now on: no time has passed; return whether this system can."""
+        return self.checkpoints.begin()
+
+    def look(self, worked_s: float) -> None:
+        """Make a checkpoint if one is due: called in every turn, with what the turn before has worked."""
+        self.checkpoints.look(worked_s)
+
+    def close(self) -> None:
+        """End what is kept."""
+        self.checkpoints.close()
+
+    def remember(self) -> None:
+        """Remember from now on what has to be known of the past: before the first shadow begins."""
+        server = self.server
+        for line in server.lines.values():
+            line.outlet.remember(server.bench.now_ps)
+            if line.acts is None and not isinstance(line, ConnectorLine):
+                line.acts = Acts(line.part.name)
+                server.bench.on_input.add(line.acts.heard)
+
+    def listen(self, bench: Bench) -> Ears:
+        self.remember()
+        limit_kept(bench)
+        ears = self.ears[bench.kernel] = {name: Ear(line, bench) for name, line in self.server.lines.items()}
+        return Ears(ears)
+
+    def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
+        """Let the shadows play on up to an instant, and forget what hosts have received before it."""
+        done = super().follow(to_ps, enough)
+        if done:
+            for line in self.server.lines.values():
+                line.outlet.forget(to_ps)
+                if line.acts is not None:
+                    line.acts.forget(to_ps)
+            benches = [shadow.player.bench for shadow in self.shadows if shadow.player is not None]
+            self.ears = {bench.kernel: self.ears[bench.kernel] for bench in benches}
+            for bench in benches:
+                record_same(bench, self.server.bench)
+                for ear in self.ears[bench.kernel].values():
+                    ear.said = [told for told in ear.said if told.ps > to_ps]
+        return done
+
+    # ----------------------------------------------------------------------------------------------------- the exchange
+    def go_on(self, bench: Bench, since_ps: int = 0) -> None:
+        """Serve another bench from now on, at the same instant, with chips and parts of the same names.
+
+        Hosts and clients stay connected; pace, log, views, breakpoints and waits of clients go on with it.
+
+        Raises:
+            UsageError: it is at another instant, or lacks something; or another branch is shown.  Nothing has changed.
+            OSError: a memory has refused its content; nothing has changed.
+        """
+        server, old = self.server, self.server.bench
+        self._check(bench)
+        before = [found for found in old.findings if found.time_ps >= since_ps]
+        super().go_on(bench, since_ps)
+        ears = self.ears.pop(bench.kernel, None) or {name: Ear(line, bench) for name, line in server.lines.items()}
+        limit_kept(bench)
+        record_same(bench, old)
+        server.bench = bench
+        server.pace.move(bench)
+        server.log.move(bench.kernel)
+        for name, line in server.lines.items():
+            self._move(line, bench, ears[name])
+        server.furnish(bench)
+        server.views.move(bench)
+        server.breakpoints.move(bench)
+        self.checkpoints.move(since_ps)
+        for wait in server.pace.waits:
+            if wait.renew is not None:
+                wait.end()
+                wait.renew()
+                wait.begin()
+        told = Counter((found.source, found.code, found.text) for found in before)
+        for found in [each for each in bench.findings if each.time_ps >= since_ps]:
+            key = found.source, found.code, found.text
+            told[key] -= 1
+            if told[key] < 0:
+                server.finding(found)
+
+    def _check(self, bench: Bench) -> None:
+        """Check that a bench can take the place.
+
+        Raises:
+            UsageError: it is at another instant, or lacks a chip or part; or another branch is shown.
+        """
+        old, shown = self.server.bench, self.server.branches.current
+        if bench.now_ps != old.now_ps:
+            raise UsageError(
+                f"exchange: the other bench is at {readable(bench.now_ps)}; allowed the present, {readable(old.now_ps)}"
+            )
+        missing = [name for name in (*old.chips, *old.parts) if name not in bench]
+        if missing:
+            raise UsageError(
+                f"exchange: the other bench lacks {', '.join(missing)}; it must have the same chips and parts"
+            )
+        if shown:
+            raise UsageError(f"exchange: branch {shown} is shown, where this bench stands; show branch 0 first")
+
+    def _move(self, line: HostLine, bench: Bench, ear: Ear) -> None:
+        """Let a line end on another bench; what its host lacks of what that has sent goes out."""
+        now = bench.now_ps
+        if line.acts is not None:
+            bench.on_input.add(line.acts.heard)
+            line.acts.inputs = max(line.acts.inputs, ear.inputs)
+        ear.live = True
+        line.move(bench, [told for told in ear.said if told.ps > now])
+        unsaid = line.outlet.say_again([told for told in ear.said if told.ps <= now])
+        if unsaid:
+            self.server.log.event(line.name, f"the host has had what was taken back: {unsaid!r}")

@@ -1,0 +1,160 @@
+r"""What hosts and chips have said, with findings and events: entries with numbers, oldest first.
+
+    12  0.012292 s  x_line  sent     F\r
+    13  0.017729 s  x_line  got      E1\r
+    14  0.017729 s  x       finding  parity: ...
+
+A host of the bench says whole commands; on a line that a host outside has, characters come one by one, and share an
+entry up to a carriage return.  A chip whose registers a host reads and writes says which command it works on.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
+from itertools import islice, takewhile
+from typing import TYPE_CHECKING, Any
+
+from ...core.component import Finding
+from ...parts.boards.board import Board
+from ...parts.hosts.host import Host
+
+if TYPE_CHECKING:
+    from ...bench import Bench
+    from ...core.wires.characters import Character
+
+KEPT = 10_000  # entries
+LONGEST = 64  # characters of an entry that characters share
+RETURN = 0x0D
+SENT, GOT, FINDING, COMMAND, EVENT = "sent", "got", "finding", "command", "event"
+
+Entry = dict[str, Any]
+
+
+class Dialogue:
+    """The entries of a bench, from now on.
+
+    Args:
+        names: who speaks, by the name of the part on which a line ends.
+    """
+
+    def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
+        self.bench, self.kernel, self.names = bench, bench.kernel, names
+        self.entries: deque[Entry] = deque(maxlen=KEPT)
+        self.number = 0  # of the next entry
+        self.touched = 0  # counts up with every change
+        self.grown: OrderedDict[int, Entry] = OrderedDict()  # those that have grown, the last one at the end
+        self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by who says it
+        for found in bench.findings:
+            self.finding(found)
+        self._listen(bench)
+
+    def move(self, bench: Bench) -> None:
+        """Listen to another bench from now on, and no longer to this one."""
+        self.bench.on_finding.remove(self.finding)
+        self.bench.on_input.remove(self._input)
+        self.bench, self.kernel = bench, bench.kernel
+        self._listen(bench)
+
+    def _listen(self, bench: Bench) -> None:
+        names = self.names
+        bench.on_finding.add(self.finding)
+        bench.on_input.add(self._input)
+        for part in bench.parts.values():
+            if isinstance(part, Host) and part.name not in names:
+                part.on_event.add(partial(self._event, part))
+            elif (on_character := getattr(part, "on_character", None)) is not None:
+                on_character.add(partial(self._character, part.name))
+        registers = any(isinstance(part, Board) for part in bench.parts.values())
+        for chip in bench.chips.values():
+            chip.on_command.add(partial(self._command, chip.name) if registers else heard)
+
+    def add(self, who: str, kind: str, text: str, at: int | None = None, **more: Any) -> Entry:
+        """Add an entry, now or at an instant of the past (ps)."""
+        time = self.kernel.now if at is None else at
+        entry: Entry = {"number": self.number, "time_ps": time, "who": who, "kind": kind, "text": text, **more}
+        self.number += 1
+        self.touched += 1
+        entry["touched"] = self.touched
+        self.entries.append(entry)
+        return entry
+
+    def since(self, number: int) -> tuple[list[Entry], int]:
+        """Return the entries from a number on that are kept, and how many of them are not."""
+        first = self.number - len(self.entries)
+        return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
+
+    def changed(self, touched: int, number: int) -> Iterator[Entry]:
+        """Yield what has changed since a count, newest first: entries from a number on, and those that have grown."""
+        for entry in islice(reversed(self.entries), self.number - number):
+            yield plain(entry)
+        before = takewhile(lambda entry: entry["touched"] > touched, reversed(self.grown.values()))
+        for entry in sorted(before, key=lambda entry: -int(entry["number"])):
+            if entry["number"] < number:
+                yield plain(entry)
+
+    # ----------------------------------------------------------------------------------------------------- listeners
+    def finding(self, found: Finding) -> None:
+        """Add a finding; what is being said ends with it, so that it stands beside the byte that caused it."""
+        self.growing.clear()
+        self.add(found.source, FINDING, found.text, found.time_ps, code=found.code)
+
+    def _event(self, host: Host, text: str) -> None:
+        """A host of the bench has sent a command, and may have got an answer."""
+        who = host.chip.name
+        sent, arrow, got = text.partition(" -> ")
+        self.add(who, SENT, sent)
+        if arrow:
+            self.add(who, GOT, got)
+
+    def _command(self, who: str, text: str) -> None:
+        if text:
+            self.add(who, COMMAND, text)
+
+    def _input(self, do: str, what: dict[str, Any]) -> None:
+        """Take notice of what a host outside has written."""
+        if do == "input" and what["verb"] == "write":
+            for byte in written(what["args"]):
+                self._grow(what["part"], SENT, byte)
+        elif do == "power":
+            self.add(what["chip"], EVENT, f"power {'on' if what['on'] else 'off'}")
+
+    def _character(self, who: str, character: Character) -> None:
+        """A chip has said a character."""
+        self._grow(who, GOT, character.byte)
+
+    def _grow(self, who: str, kind: str, byte: int) -> None:
+        who = self.names.get(who, who)
+        entry, data = self.growing.get(who, ({}, bytearray()))
+        if entry.get("kind") != kind:
+            data = bytearray()
+            entry = self.add(who, kind, "")
+            self.growing[who] = entry, data
+        data.append(byte)
+        entry["text"] = data.decode("latin-1").encode("unicode_escape").decode("ascii")
+        self.touched += 1
+        entry["touched"] = self.touched
+        self.grown[entry["number"]] = entry
+        self.grown.move_to_end(entry["number"])
+        if len(self.grown) > KEPT:
+            self.grown.popitem(last=False)
+        if byte == RETURN or len(data) >= LONGEST:
+            del self.growing[who]
+
+
+def heard(_text: str) -> None:
+    """Hear a command: a chip notes the one it works on while anybody listens."""
+
+
+def written(args: list[Any]) -> Iterable[int]:
+    """Return the bytes among the arguments of a write."""
+    for arg in args:
+        if isinstance(arg, list):
+            return arg
+    return args[0].encode() if args and isinstance(args[0], str) else ()
+
+
+def plain(entry: Entry) -> Entry:
+    """Return an entry as a client gets it."""
+    return {key: value for key, value in entry.items() if key != "touched"}

@@ -1,0 +1,301 @@
+"""How a module differs from its model: every answer and every delay of a dialogue that is another one with the model.
+
+A delay differs if it does so by more than a tolerance: a fixed part for the way of a character into a computer, and a
+share of the time for the clocks of both (see docs/howto/proxy_and_compare.md, which says where they come from).  An
+answer that depends on the instant of its question, such as one that polls a motion, agrees if the model gives it within
+the tolerance of that instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from statistics import median
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from ..deviations import deviations
+from ..dialogue import RecordedDialogue
+from ..spoken import Speech
+from .exchanges import RecordedExchange, commands, exchanges_of
+from .replay import ModelAnswer, ModelReplay
+from .shown_memory import memory_of
+
+if TYPE_CHECKING:
+    from ...core.chip import Chip
+
+ADAPTER_US = 16_000  # how long an adapter for USB may hold a character back
+SYSTEM_US = 4_000  # two frames of USB, a proxy, and the waking of a program
+FIFO_CHARACTERS = 4  # of silence after which a UART with a FIFO reports less than a trigger level
+RESONATOR, CRYSTAL = 0.005, 0.0002  # how far the clock of a part may be off: a ceramic one, a crystal that is known
+LATER = 20  # differing answers that are asked for earlier and later, of a dialogue
+SHOWN = 60  # characters of an answer in a line of the report
+
+Kind = Literal["answer", "listing", "delay", "duration"]
+
+
+class Tolerance(NamedTuple):
+    """How far two times may be apart: so many µs, and a share of them."""
+
+    fixed_us: float
+    share: float
+
+    def allows(self, one_us: float, other_us: float) -> bool:
+        """Return whether two times agree."""
+        return abs(one_us - other_us) <= self.fixed_us + self.share * max(one_us, other_us)
+
+    def __str__(self) -> str:
+        return f"{self.fixed_us / 1000:g} ms and {self.share:.2%}"
+
+
+def usual_tolerance(speech: Speech, crystal_hz: int | None) -> Tolerance:
+    """Return the tolerance of a computer with an adapter for USB, at the rate of a line."""
+    fixed_us = ADAPTER_US + SYSTEM_US + FIFO_CHARACTERS * speech.character_s * 1e6
+    return Tolerance(round(fixed_us), RESONATOR if crystal_hz is None else CRYSTAL)
+
+
+class DialogueDifference(NamedTuple):
+    """Where module and model differ.
+
+    `line` counts the lines of a listing from 1; of an answer of one line it is 0.  `module` and `model` are answers, or
+    times in µs.
+    """
+
+    exchange: int
+    at_us: int
+    command: str
+    kind: Kind
+    module: str | float
+    model: str | float
+    line: int = 0
+
+    def __str__(self) -> str:
+        where = f"exchange {self.exchange} at {self.at_us / 1e6:.3f} s, {self.command}"
+        if isinstance(self.module, str):
+            of = f", line {self.line} of the answer" if self.line else ""
+            return f"{where}{of}: module {_shown(self.module)}, model {_shown(str(self.model))}"
+        what = "answer" if self.kind == "delay" else "whole answer"
+        module_ms, model_ms = self.module / 1000, float(self.model) / 1000
+        return f"{where}: {what} of the module after {module_ms:.1f} ms, of the model after {model_ms:.1f} ms"
+
+
+def _shown(answer: str) -> str:
+    if not answer:
+        return "no answer"
+    text = answer if len(answer) <= SHOWN else f"{answer[:SHOWN]}..."
+    return text.encode("unicode_escape").decode("ascii")
+
+
+@dataclass
+class Differences:
+    """What a comparison has found.
+
+    `is_timed` says whether times are compared; `moments` counts answers that agree within the tolerance of the instant
+    at which they were asked for; `delays_us` are the delays of the module less those of the model, of all answers that
+    both have given.  `deviations` are those of the module from the sheet, each with its exchanges; `from_before` are
+    questions for what the module may hold since before the dialogue; `shown` counts the bytes of memory that the model
+    has been given, since the dialogue lists them.
+    """
+
+    part: str
+    tolerance: Tolerance
+    exchanges: int
+    is_timed: bool = True
+    rows: list[DialogueDifference] = field(default_factory=list)
+    moments: int = 0
+    delays_us: list[float] = field(default_factory=list)
+    findings: list[tuple[int, str, str]] = field(default_factory=list)  # exchange, code and text
+    deviations: dict[str, list[int]] = field(default_factory=dict)
+    from_before: list[str] = field(default_factory=list)
+    shown: int = 0
+
+    @property
+    def agree(self) -> bool:
+        """Is there no difference?"""
+        return not self.rows
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        delays: dict[str, Callable[[Iterable[float]], float]] = {"least": min, "median": median, "greatest": max}
+        return {
+            "part": self.part,
+            "exchanges": self.exchanges,
+            "agree": self.agree,
+            "tolerance_us": self.tolerance.fixed_us,
+            "tolerance_share": self.tolerance.share,
+            "differences": [row._asdict() for row in self.rows],
+            "agree_at_another_moment": self.moments,
+            "module_less_model_us": {
+                name: round(what(self.delays_us), 1) if self.delays_us else None for name, what in delays.items()
+            },
+            "deviations": [{"exchanges": numbers, "text": says} for says, numbers in self.deviations.items()],
+            "held_before": self.from_before,
+            "memory_bytes": self.shown,
+            "findings": [{"exchange": number, "code": code, "text": text} for number, code, text in self.findings],
+        }
+
+    def __str__(self) -> str:
+        times = (
+            f"times may differ by {self.tolerance}" if self.is_timed else "times are the adapter's, and not compared"
+        )
+        rows = [
+            f"{self.part}: {self.exchanges} exchanges, {len(self.rows)} differences; {times}",
+            *map(str, self.rows),
+        ]
+        if self.moments:
+            rows.append(f"{self.moments} answers agree with a question that comes a little earlier or later")
+        if self.delays_us:
+            least, middle, most = (
+                round(what(self.delays_us) / 1000, 1) + 0.0 for what in (min, median, max)
+            )  # no -0.0
+            rows.append(f"answers of the module later by {least:.1f} to {most:.1f} ms, median {middle:.1f} ms")
+        for says, numbers in self.deviations.items():
+            more = f" and {len(numbers) - 1} more" if len(numbers) > 1 else ""
+            rows.append(f"exchange {numbers[0]}{more}, the module: {says}")
+        if self.from_before:
+            rows.append(
+                f"{', '.join(self.from_before)}: no line before sets what this asks for; the module may hold it since "
+                "earlier, and the model begins as after power-up"
+            )
+        if self.shown:
+            rows.append(f"the model's memory has {self.shown} bytes that the dialogue lists; --memory gives it others")
+        rows += [f"exchange {number}, the model: {code}: {text}" for number, code, text in self.findings]
+        return "\n".join(rows)
+
+
+class DialogueComparison:
+    """Compares a dialogue with the model.
+
+    Args:
+        dialogue: what was recorded.
+        speech: how the module was spoken to.
+        tolerance: None: `usual_tolerance`.
+        options: of the model.
+        memory: an image of the memory beside the chip; None: what the dialogue shows of it (`shown`).
+        cls: the class of the chip, as for `ModelLine`.
+        progress: called with the number of the exchange now and then.
+
+    Raises:
+        UsageError: the model takes no such straps, crystal or options.
+    """
+
+    def __init__(
+        self,
+        dialogue: RecordedDialogue,
+        speech: Speech,
+        tolerance: Tolerance | None = None,
+        options: Mapping[str, Any] | None = None,
+        memory: str | None = None,
+        cls: type[Chip] | None = None,
+        progress: Callable[[int], object] = lambda _number: None,
+    ) -> None:
+        self.cls = cls
+        self.header, self.speech, self.options, self.memory = dialogue.header, speech, options, memory
+        self.tolerance = tolerance or usual_tolerance(speech, dialogue.header.crystal_hz)
+        self.exchanges = exchanges_of(dialogue.said, speech)
+        self.shown = memory_of(self.exchanges, speech) if memory is None else b""
+        self.progress = progress
+        self.asked_again = 0
+
+    def compare(self) -> Differences:
+        """Play the dialogue to the model, and return where it differs."""
+        found = Differences(self.header.part, self.tolerance, len(self.exchanges), self.speech.is_timed)
+        found.shown = len(self.shown)
+        answers = self.played(len(self.exchanges))
+        for exchange, answer in zip(self.exchanges, answers, strict=True):
+            found.findings += dict.fromkeys((exchange.number, each.code, each.text) for each in answer.findings)
+            if exchange.answer != answer.answer:
+                if self._at_another_moment(exchange):
+                    found.moments += 1
+                else:
+                    found.rows += self._answer_rows(exchange, answer)
+                    self._explain(exchange, found)
+            if self.speech.is_timed and exchange.delay_us is not None and answer.delay_us is not None:
+                found.delays_us.append(exchange.delay_us - answer.delay_us)
+                found.rows += self._time_rows(exchange, answer)
+        return found
+
+    def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
+        """Return what the model answers to the first lines of the dialogue; the last one may be shifted."""
+        replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
+        replay.progress = self.progress
+        return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
+
+    # ---------------------------------------------------------------------------------------------------------- times
+    def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
+        """Return the delay or the duration of an answer, if it differs; an adapter has times of its own."""
+        delay_us, model_us = exchange.delay_us, answer.delay_us
+        if delay_us is None or model_us is None or not self.speech.is_timed:
+            return []
+        if not self.tolerance.allows(delay_us, model_us):
+            return [self._row(exchange, "delay", round(delay_us, 1), round(model_us, 1))]
+        if exchange.answer == answer.answer and not self.tolerance.allows(exchange.duration_us, answer.duration_us):
+            return [self._row(exchange, "duration", exchange.duration_us, round(answer.duration_us, 1))]
+        return []
+
+    def _row(
+        self, exchange: RecordedExchange, kind: Kind, module: str | float, model: str | float, line: int = 0
+    ) -> DialogueDifference:
+        command = " ".join(commands(self.speech, exchange.sent)) or "an empty line"
+        return DialogueDifference(exchange.number, exchange.at_us, command, kind, module, model, line)
+
+    # -------------------------------------------------------------------------------------------------------- answers
+    def _answer_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
+        """Return the lines of an answer that differ."""
+        module, model = (
+            data.decode("latin-1").replace("\r\n", "\r").removesuffix("\r").split("\r")
+            for data in (exchange.answer, answer.answer)
+        )
+        if len(module) == len(model) == 1 and module != model:
+            return [self._row(exchange, "answer", module[0], model[0])]
+        if module == model:  # but for the ends of their lines
+            return [self._row(exchange, "answer", exchange.answer.decode("latin-1"), answer.answer.decode("latin-1"))]
+        lines = max(len(module), len(model))
+        pairs = zip(_filled(module, lines), _filled(model, lines), strict=True)
+        return [
+            self._row(exchange, "listing", own, theirs, number)
+            for number, (own, theirs) in enumerate(pairs, start=1)
+            if own != theirs
+        ]
+
+    def _explain(self, exchange: RecordedExchange, found: Differences) -> None:
+        """Note what explains an answer that differs: a deviation from the sheet, or what the module held before."""
+        sent = commands(self.speech, exchange.sent)
+        if not sent or not exchange.answer:
+            return
+        says = deviations(self.speech, sent[-1], exchange.answer)
+        if says:
+            found.deviations.setdefault(says, []).append(exchange.number)
+        elif self._is_from_before(exchange.number, sent[-1]) and sent[-1] not in found.from_before:
+            found.from_before.append(sent[-1])
+
+    def _is_from_before(self, number: int, command: str) -> bool:
+        """Does a question ask for a register that no line before it may have changed?"""
+        names = {register.letter for register in self.speech.sheet.registers}
+        letter = command[-1:]
+        row = self.speech.row(command)
+        if row is None or row.role != "question" or letter not in names:
+            return False
+        before = [each for one in self.exchanges[: number - 1] for each in commands(self.speech, one.sent)]
+        return not any(each.startswith(letter) or self.speech.moves(each) for each in before)
+
+    def _at_another_moment(self, exchange: RecordedExchange) -> bool:
+        """Does the model answer as the module did if it is asked a little earlier or later?"""
+        if not exchange.answer or self.asked_again >= LATER:
+            return False
+        self.asked_again += 1
+        allowed_us = self.tolerance.fixed_us + self.tolerance.share * self._since_motion_us(exchange)
+        early, late = (self.played(exchange.number, shift_us)[-1].answer for shift_us in (-allowed_us, allowed_us))
+        return exchange.answer in (early, late)
+
+    def _since_motion_us(self, exchange: RecordedExchange) -> float:
+        """Return the time since a command that may have begun a motion, from which a lag grows."""
+        before = [
+            each.at_us
+            for each in self.exchanges[: exchange.number]
+            if any(self.speech.moves(command) for command in commands(self.speech, each.sent))
+        ]
+        return exchange.at_us - before[-1] if before else 0
+
+
+def _filled(lines: list[str], count: int) -> list[str]:
+    return [*lines, *[""] * (count - len(lines))]

@@ -1,0 +1,360 @@
+"""The screen of the debugger: chips side by side, their programs, the conversation, and a command line.
+
+All that it does goes over the control port: it holds no bench, and nothing it waits for blocks the screen.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any, ClassVar
+
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Container, Horizontal
+from textual.content import Content
+from textual.events import Resize
+from textual.widget import Widget
+from textual.widgets import Input, Static
+
+from ...core.messages.whole import counted
+from ...errors import SlewlineError, UsageError
+from .chip_pane import ChipPane
+from .command_line import CommandLine
+from .debugger_verbs import explained, obey
+from .help import HelpScreen
+from .panes import Pane, ProgramPane, TalkPane
+from .session import DebugSession
+from .text_drawing import clock, line
+
+WIDE = 150  # columns from which on the conversation stands beside the chips
+TALL = 34  # rows from which on a wide screen is used so
+NARROW = 100  # columns up to which the first row names the program alone
+OWN = 256  # bytes of a program up to which the memory is the chip's own; one beside it may hold anything, or nothing
+DRAWN_S = 1 / 15
+KEYS = (  # at the foot: key, what it does, its action; what comes first stays when there is little room
+    ("space", "go", "go"),
+    ("s", "instr", "step('instruction')"),
+    ("n", "step", "step('step')"),
+    ("e", "edge", "ask('edge')"),
+    ("b", "break", "break"),
+    ("u", "row", "to_row"),
+    ("g", "goto", "ask('time')"),
+    ("p", "pos", "ask('position')"),
+    ("←→", "1 s", "shift(-1.0)"),
+    ("?", "help", "help"),
+    ("q", "quit", "quit"),
+    ("[ ]", "rate", "rate(1)"),
+    ("tab", "pane", "app.focus_next"),
+    (": /", "command", "line('')"),
+    ("f", "finding", "step('finding')"),
+    ("⇧←→", "0.1 s", "shift(-0.1)"),
+    ("^w", "chip", "next_chip"),
+    ("d", "dark/light", "dark"),
+)
+
+
+class Debugger(App[None]):
+    """The debugger in the terminal."""
+
+    ENABLE_COMMAND_PALETTE = False
+    CSS_PATH = "debugger.tcss"
+    TITLE = "slewline debug"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "go", show=False),
+        Binding("s", "step('instruction')", show=False),
+        Binding("n", "step('step')", show=False),
+        Binding("f", "step('finding')", show=False),
+        Binding("e", "ask('edge')", show=False),
+        Binding("g", "ask('time')", show=False),
+        Binding("p", "ask('position')", show=False),
+        Binding("b", "break", show=False),
+        Binding("u", "to_row", show=False),
+        Binding("left", "shift(-1.0)", show=False),
+        Binding("right", "shift(1.0)", show=False),
+        Binding("shift+left", "shift(-0.1)", show=False),
+        Binding("shift+right", "shift(0.1)", show=False),
+        Binding("ctrl+left", "shift(-0.01)", show=False),
+        Binding("ctrl+right", "shift(0.01)", show=False),
+        Binding("left_square_bracket", "rate(-1)", show=False),
+        Binding("right_square_bracket", "rate(1)", show=False),
+        Binding("colon", "line(':')", show=False),
+        Binding("slash", "line('')", show=False),
+        Binding("question_mark", "help", show=False),
+        Binding("ctrl+w", "next_chip", show=False, priority=True),
+        Binding("d", "dark", show=False),
+        Binding("q", "quit", show=False),
+        *(Binding(str(number), f"chip({number})", show=False) for number in range(1, 10)),
+    ]
+
+    def __init__(self, session: DebugSession, name: str) -> None:
+        super().__init__()
+        self.session, self.named = session, name
+        self.changed = True
+        self.written: dict[str, str] = {}  # rows, by where they stand
+        self.failure: SlewlineError | None = None  # why it has ended, unless the user wanted it to
+
+    # ------------------------------------------------------------------------------------------------------ the screen
+    def compose(self) -> ComposeResult:
+        """Make what does not depend on the chips; they come when the port has told of them."""
+        yield Static("", id="title")
+        with Container(id="body"):
+            yield Container(id="chips")
+            yield TalkPane(self.session, id="talk")
+        with Horizontal(id="line"):
+            yield Static("> ", id="prompt")
+            yield CommandLine(self.session, id="command")
+        yield Static("", id="keys")
+
+    async def on_mount(self) -> None:
+        """Connect; from then on the screen follows the port."""
+        self.theme = "textual-light" if light_background() else "textual-dark"
+        try:
+            await self.session.open()
+        except SlewlineError as error:
+            self.failure = error
+            self.exit()
+            return
+        places = min(len(self.session.chips), 2)
+        chips = self.query_one("#chips")
+        for place in range(places):
+            with_program = has_program(self.session, place)
+            panes: list[Widget] = [ChipPane(self.session, place, classes="chip")]
+            if with_program or len(self.session.chips) > 2:
+                panes.append(ProgramPane(self.session, place, classes="program"))
+            await chips.mount(Container(*panes, classes="view"))
+        self.set_class(places == 2, "two")
+        self.arrange(self.size.width, self.size.height)
+        self.query(Pane).first().focus()
+        programs = self.query(ProgramPane)
+        if programs:
+            programs.first().focus()
+        self.session.on_change.add(self.note)
+        self.set_interval(DRAWN_S, self.draw)
+        self.draw()
+
+    async def on_unmount(self) -> None:
+        """Close the connection."""
+        await self.session.close()
+
+    def on_resize(self, event: Resize) -> None:
+        """Arrange the panes for another size."""
+        self.arrange(event.size.width, event.size.height)
+
+    def arrange(self, width: int, height: int) -> None:
+        """Choose between a screen with one chip over the conversation, and one with all of it side by side."""
+        self.set_class(width >= WIDE and height >= TALL, "wide")
+        self.note()
+
+    def note(self) -> None:
+        """Have the screen drawn at the next turn."""
+        self.changed = True
+
+    def draw(self) -> None:
+        """Draw what has changed."""
+        if not self.changed or not self.session.chips:
+            return
+        self.changed = False
+        self.draw_title()
+        self.draw_foot()
+        for pane in self.query(Pane):
+            self.name_pane(pane)
+            pane.renew()
+        if self.session.ended:
+            self.failure = UsageError(self.session.ended)
+            self.exit()
+
+    def draw_title(self) -> None:
+        """Draw the first row."""
+        session = self.session
+        why = session.why or (f"waiting: {session.doing}" if session.doing else "")
+        state = "■ paused " if session.paused and not session.doing else "▶ running"
+        width = self.size.width
+        left = f" slewline debug  {self.named}" if width >= NARROW else f" {self.named}"
+        branch = session.pace.get("branch", 0)
+        right = f"  {clock(session.now_ps)}  {state}  rate {session.rate:g}{f'  branch {branch}' if branch else ''} "
+        room = max(width - len(right) - len(left), 0)
+        self.write("#title", Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold")))
+
+    def write(self, where: str, text: Content) -> None:
+        """Write a row anew, if it reads otherwise."""
+        if self.written.get(where) != text.plain:
+            self.written[where] = text.plain
+            self.query_one(where, Static).update(text)
+
+    def draw_foot(self) -> None:
+        """Draw the row of help, the prompt and the keys."""
+        session, width = self.session, self.size.width
+        typed = self.query_one(CommandLine)
+        explains = explained(session, typed.value) if typed.has_focus else ""
+        if session.trouble:
+            foot = line(width, (f" {session.trouble}", "bold $text-error"))
+        else:
+            foot = line(width, (f" {explains}", "")) if explains else keys(width)
+        self.write("#prompt", Content(prompt(session)))
+        self.write("#keys", foot)
+
+    def name_pane(self, pane: Pane) -> None:
+        """Give a pane its title."""
+        session = self.session
+        if isinstance(pane, ChipPane):
+            chosen = "▸ " if pane.chip == session.selected and len(session.chips) > 1 else ""
+            pane.entitle(f"{chosen}{pane.chip}  {session.sheets[pane.chip]['part'].upper()}", pane.scale)
+            pane.parent.display = pane.place == 0 or self.has_class("wide")  # type: ignore[union-attr]
+        elif isinstance(pane, ProgramPane):
+            used = len(pane.rows)
+            pane.display = bool(used) or (session.sheets[pane.chip].get("buffer_bytes") or 0) <= OWN
+            title = f"program of {pane.chip}" if len(session.chips) > 1 else "program"
+            room = session.sheets[pane.chip].get("buffer_bytes")
+            size = sum(len(row["bytes"].split()) for row in pane.rows) if used else 0
+            pane.entitle(title, f"{size} of {room} bytes" if room else "")
+        elif isinstance(pane, TalkPane):
+            found = session.client.view.get("findings", 0)
+            pane.entitle("conversation", counted(found, "finding") if found else "")
+
+    # --------------------------------------------------------------------------------------------------------- the keys
+    def perform(self, work: Any) -> None:
+        """Do something that takes time, beside the screen."""
+        self.session.trouble = ""
+        self.run_worker(self.session.attempt(work))
+
+    def action_go(self) -> None:
+        """Let time pass, or stand."""
+        stands = self.session.paused and not self.session.doing
+        self.perform(self.session.go() if stands else self.session.pause())
+
+    def action_step(self, by: str) -> None:
+        """Go on to the next one."""
+        self.perform(self.session.step(by))
+
+    def action_shift(self, seconds: float) -> None:
+        """Go on or back in time."""
+        self.perform(self.session.shift(seconds))
+
+    def action_rate(self, by: int) -> None:
+        """Let time pass faster or slower."""
+        self.perform(self.session.change_rate(by))
+
+    def action_break(self) -> None:
+        """Put a breakpoint on the selected row."""
+        pane = self.program()
+        if pane is not None and pane.address is not None:
+            self.perform(self.session.toggle({"chip": pane.chip, "address": pane.address}))
+        else:
+            self.session.trouble = "no program is stored, so there is no row to stop at"
+            self.session.on_change()
+
+    def action_to_row(self) -> None:
+        """Run to the selected row."""
+        pane = self.program()
+        if pane is not None and pane.address is not None:
+            self.session.selected = pane.chip
+            self.perform(self.session.to_address(pane.address))
+
+    def program(self) -> ProgramPane | None:
+        """Return the program that the keys speak of: the one in focus, else that of the selected chip."""
+        panes = [pane for pane in self.query(ProgramPane) if pane.display and pane.parent and pane.parent.display]
+        focused = [pane for pane in panes if pane.has_focus]
+        return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)
+
+    def action_ask(self, verb: str) -> None:
+        """Begin a line with a verb, whose value is to be typed."""
+        given = self.session.last_edge if verb == "edge" else ""
+        self.action_line(f":{verb} {given}")
+
+    def action_line(self, text: str) -> None:
+        """Go to the command line."""
+        self.session.trouble = ""
+        command = self.query_one(CommandLine)
+        command.put(text)
+        command.focus()
+        self.note()
+
+    def action_next_chip(self) -> None:
+        """Select the next chip."""
+        self.session.next_chip()
+
+    def action_chip(self, number: int) -> None:
+        """Select a chip by its number."""
+        names = list(self.session.chips)
+        if number <= len(names):
+            self.session.selected = names[number - 1]
+            self.note()
+
+    def action_help(self) -> None:
+        """Show the help."""
+        self.push_screen(HelpScreen(self.session))
+
+    def action_dark(self) -> None:
+        """Change between dark and light."""
+        self.theme = "textual-light" if self.theme == "textual-dark" else "textual-dark"
+
+    # ------------------------------------------------------------------------------------------------- the command line
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Explain what is being typed."""
+        if event.value:
+            self.session.trouble = ""
+        if event.value == "/":  # which begins a line, and no command of any chip
+            self.query_one(CommandLine).put("")
+        self.note()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Do what was typed."""
+        text = event.value.strip()
+        command = self.query_one(CommandLine)
+        command.keep(text)
+        if text.startswith(":"):
+            self.leave()
+        if text in (":q", ":quit"):
+            self.exit()
+        elif text.split(" ")[0] in (":help", ":h"):
+            self.action_help()
+        elif text:
+            self.perform(obey(self.session, text))
+
+    def on_command_line_left(self, _event: CommandLine.Left) -> None:
+        """Go back to the panes."""
+        self.leave()
+
+    def leave(self) -> None:
+        """Leave the command line."""
+        pane = self.program() or self.query(Pane).first()
+        pane.focus()
+        self.note()
+
+
+def prompt(session: DebugSession) -> str:
+    """Return the prompt: the chip, and > for a command, or < for the next instruction of its program."""
+    chip = session.selected
+    if not chip:
+        return "> "
+    levels = session.chip_state(chip)["levels"]
+    entry = [pin for pin in session.sheets[chip]["pins"] if pin["role"] == "program_entry"]
+    enters = any(levels.get(pin["name"]) == pin.get("active") for pin in entry)
+    running = [pin for pin in session.sheets[chip]["pins"] if pin["role"] == "running"]
+    runs = any(levels.get(pin["name"]) == pin.get("active") for pin in running)
+    return f" {chip}{'<' if enters and not runs else '>'} "
+
+
+def keys(width: int) -> Content:
+    """Return as many keys as there is room for."""
+    parts: list[tuple[str, str]] = []
+    used = 1
+    for key, says, action in KEYS:
+        cells = len(key) + len(says) + 2
+        if used + cells > width:
+            break
+        used += cells
+        click = f"@click=app.{action}"
+        parts += [(f" {key}", f"bold $text-accent {click}"), (f" {says}", click)]
+    return Content.assemble(*parts)
+
+
+def has_program(session: DebugSession, place: int) -> bool:
+    """Return whether a chip can store a program."""
+    return bool(session.sheets[list(session.chips)[place]].get("buffer_bytes"))
+
+
+def light_background() -> bool:
+    """Return whether the terminal says that its background is light."""
+    colours = os.environ.get("COLORFGBG", "").split(";")
+    return len(colours) > 1 and colours[-1] in ("7", "15")

@@ -1,0 +1,220 @@
+"""What a host has on the command port of one chip: handshake, read-outs, live commands, requests on the fly.
+
+    wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
+
+A host never hesitates unless it is set to: `delay_ps` is what its program takes before each byte.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ....core.datasheet.channel import BusHandshake
+from ....core.datasheet.command_rows import TextRow
+from ....core.wires.net import Driver, Net
+from ....core.wires.waits import first_of, level, until
+from ....errors import UsageError
+
+if TYPE_CHECKING:
+    from ...base.request_queue import RequestQueue
+    from ..connection import Connection
+
+SETTLED_US = 100  # READY high for longer than any instruction takes to begin: the chip is between two of them
+
+
+class CommandPort:
+    """What a host has on one chip: drivers on its command port, and the nets that it looks at.
+
+    Args:
+        queue: of the host, in whose requests the port is used.
+        received: what read-outs of any of its chips brought.
+        delay_ps: what its program takes before each byte.
+    """
+
+    def __init__(self, chip: Connection, queue: RequestQueue, received: bytearray, delay_ps: int) -> None:
+        host, self.kernel, self.queue, self.received, self.delay_ps = (
+            queue.name,
+            queue.kernel,
+            queue,
+            received,
+            delay_ps,
+        )
+        self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
+        self.verify_bytes = chip.sheet.through(BusHandshake).verify_bytes
+        self.sent = 0
+
+        def line(role: str) -> Net:
+            """Return the net of the pin that has a role; where the part lacks one, a net that leads nowhere."""
+            row = chip.sheet.role(role)
+            return Net(self.kernel, f"{host}.({role})", tie=1) if row is None else chip.pins[row.name].net
+
+        self.request, self.select, self.prog = (
+            Driver(line(role), host) for role in ("request", "select", "program_entry")
+        )
+        self.bus = Driver(chip.bus, host)
+        self.request.drive(1)
+        self.select.drive(0)
+        self.ready, self.slew, self.mode = line("ready"), line("slewing"), line("text")
+        self.outstrobe, self.motion_complete, self.running = (
+            line("out_strobe"), line("motion_complete"), line("running"),
+        )  # fmt: skip
+
+    def rest(self) -> None:
+        """Let go of the bus and of PROG/LIVE, and ask for nothing."""
+        self.request.drive(1)
+        self.select.drive(0)
+        self.prog.drive(None)
+        self.bus.drive(None)
+
+    def ps(self, us: int) -> int:
+        """Return the picoseconds, at the crystal of the chip, of a time that is stated at that of the sheet."""
+        return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
+
+    def text(self, command: str) -> bytes:
+        """Return a command as this port takes it now: ASCII, or letter, count and data in binary mode."""
+        from ....language.dialect import spoken_as
+        from ....language.text import CommandText, TextDialect
+
+        line = command.encode("ascii") + b"\r"
+        if self.mode.level == 1:
+            row = self.sheet.rows(TextRow).by_form.get(command)
+            return line if row is None or row.terminated else line[:-1]
+        spoken = spoken_as(self.sheet, TextDialect)
+        decoder = spoken.decoder(self.sheet)
+        for byte in line:
+            found = decoder.feed(byte, True, False)
+            if isinstance(found, CommandText):
+                return spoken.encoded(found)
+        raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
+
+    def group_size(self, group: int) -> int:
+        """Bytes of a verify group in the present mode: the position has five digits, or two bytes in binary mode."""
+        return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
+
+    def group_of(self, command: str) -> int | None:
+        """Return the verify group that a command points at; None: it points at none, or there is no such group."""
+        for row in self.sheet.acting("read"):
+            match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
+            if match and int(match[1]) in self.verify_bytes:
+                return int(match[1])
+        return None
+
+    def pointing_at(self, group: int) -> str:
+        """Return the command that points at a verify group."""
+        (row,) = self.sheet.acting("read")
+        return f"{row.form} {group}"
+
+    # ----------------------------------------------------------------------------------------------- in the host's task
+    async def send(self, data: bytes) -> None:
+        """Send bytes by the two-line handshake; the last one leaves the bus when it has been taken."""
+        kernel, queue, ready, drive_bus, request = (
+            self.kernel, self.queue, self.ready, self.bus.put, self.request.put,
+        )  # fmt: skip
+        for byte in data:
+            if ready.level != 1:
+                await level(ready, 1)
+            if self.delay_ps:
+                await until(kernel, kernel.now + self.delay_ps)
+            queue.begun = True
+            drive_bus((0xFF, byte))
+            request(0)
+            await level(ready, 0)
+            request(1)
+            self.sent += 1
+        drive_bus(None)
+
+    async def fetch(self, number: int) -> bytes:
+        """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST a byte."""
+        data = bytearray()
+        await level(self.ready, 1)
+        self.bus.drive(None)
+        self.select.drive(1)
+        for _ in range(number):
+            await level(self.ready, 1)
+            self.request.drive(0)
+            await level(self.ready, 0)
+            data.append(self.bus.net.byte)  # type: ignore[attr-defined]
+            self.request.drive(1)
+            await level(self.ready, 1)
+        self.select.drive(0)
+        self.received += data
+        return bytes(data)
+
+    async def start(self) -> None:
+        """Send the command that runs the program, and wait until it runs."""
+        await self.command_mode("wait until RUN is high, or give live commands")
+        (run,) = self.sheet.acting("run")
+        await self.send(self.text(run.form))
+        await level(self.running, 0)
+
+    async def command_mode(self, remedy: str) -> None:
+        """Wait until a byte may be sent.
+
+        Raises:
+            UsageError: a program runs, which takes none.
+        """
+        await level(self.ready, 1)
+        if self.running.level == 0:
+            raise UsageError(f"{self.queue.name}: {self.chip} takes no command while its program runs; {remedy}")
+
+    async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
+        """Give commands through PROG/LIVE, read out what they point at; return (group, bytes) of each read-out."""
+        self.prog.drive(0)
+        await self._between_instructions()
+        last, found = commands[-1], []
+        if self.group_of(last) is None:
+            commands = commands[:-1]  # else twice: the chip is left by one more command, and this one changes nothing
+        for command in commands:
+            await self.send(self.text(command))
+            group = self.group_of(command)
+            if group is not None:
+                found.append((group, await self.fetch(self.group_size(group) if number is None else number)))
+        data = self.text(last)
+        await self.send(data[:-1])
+        await level(self.ready, 1)
+        self.prog.drive(None)  # before the last terminator, so that the program goes on after it
+        await self.send(data[-1:])
+        await level(self.ready, 1)
+        return found
+
+    async def _between_instructions(self) -> None:
+        """READY high alone does not say it: an instruction may be about to begin a motion."""
+        while True:
+            await level(self.ready, 1)
+            if await first_of(self.kernel, self.kernel.now + self.ps(SETTLED_US), (self.ready, 0)) is None:
+                return
+
+    async def verify(self, group: int, number: int | None = None, live: bool | None = False) -> bytes:
+        """Point at a group and read it; `live` as with `verify`."""
+        if live is None:
+            await level(self.ready, 1)
+            live = self.running.level == 0
+        if live:
+            return (await self.live([self.pointing_at(group)], number))[0][1]
+        await self.command_mode(f"verify({group}, live=True) reads through PROG/LIVE")
+        await self.send(self.text(self.pointing_at(group)))
+        return await self.fetch(self.group_size(group) if number is None else number)
+
+    async def change_rate(self, rate: int) -> None:
+        """Request a rate while the motor slews: SLEW low, rate on the bus, I/O REQUEST low until SLEW is high (s.7)."""
+        await level(self.slew, 0)
+        self.bus.drive((0xFF, rate))
+        self.request.drive(0)
+        await level(self.slew, 1)
+        self.request.drive(1)
+        self.bus.drive(None)
+
+    async def read_position(self) -> int:
+        """Read the position while the motor steps: I/O SELECT high, one byte at each rise of OUTSTROBE (s.6)."""
+        self.select.drive(1)
+        data = bytearray()
+        for _ in range(2):
+            await level(self.outstrobe, 0)
+            await level(self.outstrobe, 1)
+            data.append(self.bus.net.byte)  # type: ignore[attr-defined]
+        await level(self.motion_complete, 1)
+        self.select.drive(0)
+        self.received += data
+        return int.from_bytes(data, "big")

@@ -1,0 +1,212 @@
+"""Two constants that are on no data sheet, from measurements: the friction of a machine, and the iron loss of a motor.
+
+    start-stop rate     the greatest rate at which the motor starts at once            -> friction
+    pull-out rate       where it stalls when it is sped up slowly, with some torque    -> iron loss
+
+The more friction, or iron loss, the lower the rate.  So each constant is the greatest with which the motor, as it is
+simulated, still does what was measured: the range is halved until it is known.  Where both are measured they are found
+in turn, until they agree, since each counts in the other's measurement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ...errors import UsageError
+from .law import MotorLaw
+from .motor_data import DriverData, LoadData, MotorData
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+START_STEPS = 60  # that a motor must make to have started
+SLOWEST = 0.6  # of the pull-out rate, where a sweep begins
+SWEEP_S = 1.0  # how long a sweep takes
+SETTLES_S = 0.1  # before it
+COARSE, TRIES = 0.8, 24  # of the greatest constant down to 1/200 of it, by 0.8
+EXACT = 1e-3  # of a constant, to which it is found
+TURNS = 12  # of the two searches at most
+SAME = 0.01  # of the friction, by which it may differ between turns
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A motor and a load whose measurements come out as they were.
+
+    Attributes:
+        motor, load: with the constants that were found in them.
+        friction, iron: what was found, N m and N m s; None: it was not measured.
+        before: friction and iron loss that were taken so far.
+    """
+
+    motor: MotorData
+    load: LoadData
+    friction: float | None
+    iron: float | None
+    before: tuple[float, float]
+
+
+def calibrate(
+    motor: MotorData,
+    driver: DriverData,
+    load: LoadData = LoadData(),  # noqa: B008  (frozen)
+    *,
+    start_stop: float | None = None,
+    pull_out: float | None = None,
+    torque: float = 0.0,
+    steps: str = "full",
+) -> Calibration:
+    """Return friction and iron loss with which a motor does what was measured.
+
+    Args:
+        load: as it was at the measurements; its friction is what is assumed where no start-stop rate is given.
+        start_stop: the greatest rate at which it starts at once, full steps/s.
+        pull_out: the rate at which it stalls when it is sped up slowly, full steps/s.
+        torque: on the shaft at that stall, beside the load, N m.
+        steps: how it was stepped, such as "half".
+
+    Raises:
+        UsageError: nothing was measured, or no constant gives what was measured.
+    """
+    if start_stop is None and pull_out is None:
+        raise UsageError("nothing to calibrate with; give a start-stop rate, a pull-out rate, or both")
+    for name, rate in (("start-stop", start_stop), ("pull-out", pull_out)):
+        if rate is not None and not 20 <= rate <= 1e5:
+            raise UsageError(f"{name} rate {rate:g} steps/s; allowed 20 to 100000 full steps/s")
+    if torque and pull_out is None:
+        raise UsageError(f"torque {torque:g} N m: belongs to the pull-out rate; give that as well, or leave it out")
+    if start_stop is not None and pull_out is not None and pull_out <= start_stop:
+        raise UsageError(
+            f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that is sped up slowly comes "
+            "further than one that starts at its rate; are the two exchanged?"
+        )
+    before = load.friction, motor.drag - motor.viscous
+    if start_stop is not None and pull_out is not None:
+        motor, load = _both(motor, driver, load, start_stop, pull_out, torque, steps)
+    elif start_stop is not None:
+        load = _rubbing(load, _friction(motor, driver, load, start_stop, steps))
+    elif pull_out is not None:
+        motor = replace(motor, iron=_iron(motor, driver, load, pull_out, torque, steps))
+    return Calibration(
+        motor,
+        load,
+        None if start_stop is None else load.friction,
+        None if pull_out is None else motor.iron,
+        before,
+    )
+
+
+def _both(
+    motor: MotorData, driver: DriverData, load: LoadData, start_stop: float, pull_out: float, torque: float, steps: str
+) -> tuple[MotorData, LoadData]:
+    """Both constants: where the friction that follows from the iron loss is the one from which that follows.
+
+    Raises:
+        UsageError: there are no such constants.
+    """
+    friction, tried = 0.0, (0.0, 0.0)  # the friction before, and by how much it was too small
+    for turn in range(TURNS):
+        motor = replace(motor, iron=_iron(motor, driver, _rubbing(load, friction), pull_out, torque, steps))
+        lacks = _friction(motor, driver, load, start_stop, steps) - friction
+        if abs(lacks) <= SAME * (friction + lacks):
+            return motor, _rubbing(load, friction)
+        slope = (lacks - tried[1]) / (friction - tried[0]) if turn else -1.0
+        tried, friction = (friction, lacks), max(friction - lacks / slope if slope else 0.0, 0.0)
+    raise UsageError(
+        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no friction and iron loss give both; "
+        "check motor, driver and load, or give one of the two"
+    )
+
+
+def _rubbing(load: LoadData, friction: float) -> LoadData:
+    return replace(load, friction=friction, stiction=None)
+
+
+def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float, steps: str) -> float:
+    """The friction with which it just starts at a rate."""
+
+    def starts(friction: float) -> bool:
+        return _starts(MotorLaw(motor, driver, _rubbing(load, friction), steps), rate)
+
+    most = motor.held(driver.phase_current(motor))
+    return _greatest(
+        starts, most, f"start-stop rate {rate:g} steps/s", "friction", f"{most:.3g} N m, which the motor just holds"
+    )
+
+
+def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, torque: float, steps: str) -> float:
+    """The iron loss with which it just comes to a rate."""
+    loaded = replace(load, torque=load.torque + torque)
+
+    def comes(iron: float) -> bool:
+        return _comes_to(MotorLaw(replace(motor, iron=iron), driver, loaded, steps), rate)
+
+    most = motor.held(driver.phase_current(motor)) / (rate * motor.step)
+    return _greatest(
+        comes, most, f"pull-out rate {rate:g} steps/s", "iron loss", f"{most:.3g} N m s, which takes all of its torque"
+    )
+
+
+def _greatest(does: Callable[[float], bool], most: float, measured: str, what: str, bound: str) -> float:
+    """The greatest constant with which a motor does what was measured.
+
+    It is looked for from above: with too little drag a motor may swing itself out of step at medium rates.
+    """
+    if does(most):
+        raise UsageError(
+            f"{measured}: this motor does more even with a {what} of {bound}; check motor, driver and load"
+        )
+    high = most
+    for low in (*(most * COARSE**n for n in range(1, TRIES)), 0.0):
+        if does(low):
+            break
+        high = low
+    else:
+        raise UsageError(
+            f"{measured}: this motor does not come to it even without {what}; check motor, driver, supply and load, "
+            "and that the rate is in full steps/s"
+        )
+    while high - low > EXACT * high and high > most * COARSE**TRIES:
+        middle = (low + high) / 2
+        low, high = (middle, high) if does(middle) else (low, middle)
+    return (low + high) / 2
+
+
+# ------------------------------------------------------------------------------------------------- what is simulated
+def _starts(law: MotorLaw, rate: float) -> bool:
+    """Does it start at a rate, from rest, and stop again?"""
+    import numpy as np
+
+    count = START_STEPS * law.micro
+    times = np.round(np.arange(1, count + 1) * 1e12 / (rate * law.micro)).astype(np.int64)
+    trace = law.integrate(times, np.arange(1, count + 1), int(times[-1]) + 50_000_000_000, limit=law.lost_at)
+    return trace.worst < law.lost_at and not trace.lost
+
+
+def _comes_to(law: MotorLaw, rate: float) -> bool:
+    """Does it come to a rate if it is sped up slowly?
+
+    It begins in step at a lower rate, with the lag that most motors have there: how it came there is not in question.
+    """
+    import numpy as np
+
+    first = SLOWEST * rate
+    times = _sweep(first * law.micro, rate * law.micro)
+    trace = law.integrate(
+        times, np.arange(1, len(times) + 1), int(times[-1]), state=law.turning(first), limit=law.lost_at
+    )
+    return trace.worst < law.lost_at
+
+
+def _sweep(first: float, last: float) -> NDArray[np.int64]:
+    """The instants (ps) of steps at a rate, and from there slowly up to another one (steps/s)."""
+    import numpy as np
+
+    even = np.arange(1, int(first * SETTLES_S) + 1) / first
+    slope = (last - first) / SWEEP_S
+    count = np.arange(1, int((first + last) / 2 * SWEEP_S) + 1)
+    rising = (np.sqrt(first * first + 2 * slope * count) - first) / slope
+    return np.round(np.append(even, (even[-1] if len(even) else 0.0) + rising) * 1e12).astype(np.int64)

@@ -1,0 +1,45 @@
+"""The characters on a serial line, from its recorded edges: what a receiver at its rate and format takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...core.time.timebase import Clock
+from ...core.wires.characters import Character
+from ...core.wires.serial import OVERSAMPLING, CharacterFormat
+
+if TYPE_CHECKING:
+    from .intervals import SignalEdges
+
+
+def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterFormat, mark: int) -> list[Character]:
+    """Return the characters in a signal, which begins with the line at rest.
+
+    Args:
+        stop: the end of the signal (ps); a character that is not over by then, its last stop bits apart, is left out.
+        clock: of sixteen times the baud rate.
+        mark: the level at which the line rests.
+    """
+    import numpy as np
+
+    times, found, free = signal.times_ps, [], 0
+    bit, length = clock.ps(OVERSAMPLING), clock.ps(word.ticks)
+    bits = 2 + word.bits + (word.parity != "none")  # with start bit and first stop bit
+    middles = np.array([clock.ps(OVERSAMPLING // 2 + n * OVERSAMPLING) for n in range(bits)], np.int64)
+    for start in times[signal.levels == 1 - mark].tolist():
+        if start < free or start + int(middles[-1]) > stop:
+            continue
+        seen = (signal.levels_at(start + middles) == mark).astype(int).tolist()
+        if seen[0]:
+            continue  # a spike
+        byte = sum(one << n for n, one in enumerate(seen[1 : 1 + word.bits]))
+        wrong = word.parity != "none" and seen[-2] != word.parity_bit(byte)
+        found.append(Character(byte, wrong, not seen[-1], start, start + length))
+        free = start + int(middles[-1]) + (0 if seen[-1] else bit)
+    return found
+
+
+def shown(byte: int) -> str:
+    """Return a byte as a picture shows it: a character, the abbreviation of a control character, or two hex digits."""
+    names = {13: "CR", 10: "LF", 27: "ESC", 3: "ETX", 32: "SP"}
+    return names.get(byte) or (chr(byte) if 32 < byte < 127 else f"{byte:02X}")

@@ -1,0 +1,221 @@
+"""Tuning from Python: the fastest ramp of a chip that a motor follows.
+
+found = slewline.tune("cy525", motor="QSH4218-51-10-049", driver="L/4R 20 V", load="friction 5 mNm", steps=1000)
+print(found.best, found.recommended)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor
+from os import PathLike, cpu_count
+from typing import Any
+
+from ..bench.circuit import crystal_for
+from ..chips import ramps_of
+from ..core.messages.calls import answering
+from ..core.messages.whole import whole
+from ..errors import UsageError
+from ..language.ramp_answers import Calculator
+from ..parts.motors.choppers import current_note
+from ..parts.motors.law import MotorLaw, check_steps, usual_step
+from ..parts.motors.laws import read_system
+from ..parts.motors.motor_data import DriverData, LoadData, MotorData
+from .candidates import Candidates
+from .executors import AHEAD, INLINE, Workers
+from .grid import Given, read_grid
+from .judging import judge
+from .perturbations import Perturbation, read_perturbations
+from .runs import Judge, Outcome, Runs
+from .search import BestFirst, OnProgress, Progress
+from .sweep_log import Log, interrupted
+from .task import Chosen, MapPlace, Tuned, TuningTask
+
+
+@answering("tune()")
+def tune(
+    part: str,
+    *,
+    motor: str | Mapping[str, Any] | MotorData,
+    driver: str | Mapping[str, Any] | DriverData,
+    load: str | Mapping[str, Any] | LoadData | None = None,
+    steps: int,
+    grid: str | Mapping[str, Given] | None = None,
+    perturb: str | Iterable[Perturbation] | None = None,
+    stepping: str = "full",
+    crystal: str | int | None = None,
+    options: Mapping[str, Any] | None = None,
+    executor: Executor | None = None,
+    store: str | PathLike[str] | None = None,
+    full_map: bool = False,
+    switching: bool = True,
+    on_progress: OnProgress = lambda _: None,
+) -> Tuned:
+    """Return the fastest ramp of a grid with which a motor loses no steps, and the ramp to recommend.
+
+    The moves are computed as the part makes them.  A move fails if the rotor is 0.6 full steps or more from its command
+    at rest, or more than 3.9 during the move (2.9 for a three-phase reluctance motor), under any perturbation.
+    Recommended is the fastest move whose neighbours in the grid all hold and whose lag never exceeds 1.8 full steps.
+
+    Args:
+        part: the part number, "cy525", "gs-c200" ...
+        motor, driver, load: names of built-in ones, descriptions as text, tables, or data of your own.
+        steps: the number of steps of the move, from rest to rest.
+        grid: the values of the parameters to try, "F=3..10 R=4..40 S=1..254/8", or a mapping; parameters left out have
+            default values.
+        perturb: the perturbations, such as "load 20%, supply -10%", or "none"; by default load, inertia, supply,
+            current, friction, drag, and all unfavourable ones together.
+        stepping: what a step is to the motor: "full", "wave", "half", or "micro 8".
+        crystal, options: as for `slewline.ramp`.
+        executor: an executor of concurrent.futures, to judge several moves at a time; the result is the same.
+        store: a file that keeps the verdicts: a sweep that was interrupted is resumed from it.
+        full_map: judge every candidate; `map` of the result has them all.
+        switching: if the driver is an averaged chopper, judge the recommended move with the switching chopper as well.
+        on_progress: a function that is called with a `Progress` after every candidate.
+
+    Raises:
+        UnknownName: there is no such part, parameter, motor or perturbation.
+        UsageError: a value is out of range, the store cannot be used, or the executor fails.
+        NothingHolds: every candidate loses steps (with `full_map` the map is returned instead).
+        KeyboardInterrupt: Ctrl-C; its text says how many runs the store has.
+    """
+    task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)
+    workers = INLINE if executor is None else Workers(executor, AHEAD * (cpu_count() or 1), "")
+    return perform(task, calculator, workers, store, full_map, switching, on_progress)
+
+
+def task_of(
+    part: str,
+    motor: str | Mapping[str, Any] | MotorData,
+    driver: str | Mapping[str, Any] | DriverData,
+    load: str | Mapping[str, Any] | LoadData | None,
+    steps: int,
+    grid: str | Mapping[str, Given] | None = None,
+    perturb: str | Iterable[Perturbation] | None = None,
+    stepping: str = "full",
+    crystal: str | int | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> tuple[TuningTask, Calculator]:
+    """Read what a user gives; raises as `tune`."""
+    calculator = ramps_of(part, options)
+    name = calculator.sheet.part
+    hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
+    number = whole(steps)
+    if number is None or number < 1:
+        raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 and more")
+    rows = read_perturbations(perturb)
+    used, driven, loaded = read_system(motor, driver, load or "")
+    pulse = check_steps(stepping)
+    places = read_grid(calculator, grid, hz, used.full_steps * MotorLaw(used, driven, loaded, pulse).micro)
+    told = {str(key): value for key, value in (options or {}).items()}
+    said = {"motor": motor, "driver": driver, "load": load}
+    return TuningTask(
+        name, hz, told, number, pulse, used, driven, loaded, places, rows, usual_step(driven), said
+    ), calculator
+
+
+def perform(
+    task: TuningTask,
+    calculator: Calculator,
+    workers: Workers = INLINE,
+    store: str | PathLike[str] | None = None,
+    full_map: bool = False,
+    switching: bool = True,
+    on_progress: OnProgress = lambda _: None,
+    judge: Judge = judge,
+) -> Tuned:
+    """Search the grid of a task; arguments as for `tune`, and raises as it does."""
+    log = None if store is None else Log(str(store), task.as_json())
+    most = None
+    runs: Runs | None = None
+    try:
+        size = task.grid.size
+
+        def listed(place: int) -> None:
+            on_progress(Progress("listing the moves", place, size, size, None, 0))
+
+        candidates = Candidates(calculator, task.grid, task.crystal_hz, task.steps, listed)
+        runs = Runs(judge, candidates, workers, log)
+        chopped = task.switching() if switching else ()
+        search = BestFirst(runs, task.scenarios(), chopped, full_map, on_progress)
+        most = len(candidates) * len(search.scenarios)
+        found = search.find()
+    except KeyboardInterrupt as interrupt:
+        interrupt.args = (interrupted(log, 0 if runs is None else runs.here, most),)
+        raise
+    finally:
+        if log is not None:
+            log.close()
+    if found.best is None and not full_map:
+        raise nothing_holds(search, current_note(task.motor, task.driver, little=True))
+
+    def chosen(outcome: Outcome | None) -> Chosen | None:
+        if outcome is None:
+            return None
+        return Chosen(candidates.values(outcome.place), candidates.time_ps[outcome.place], outcome.worst)
+
+    return Tuned(
+        task,
+        len(candidates),
+        len(candidates.refused),
+        chosen(found.best),
+        chosen(found.recommended),
+        found.switched,
+        len(runs.asked),
+        runs.here,
+        most,
+        dict(runs.killed.most_common()),
+        tuple(_map(search)) if full_map else (),
+    )
+
+
+def _map(search: BestFirst) -> Iterable[MapPlace]:
+    """Yield every place of the grid, in its order."""
+    candidates = search.candidates
+    for place in range(candidates.grid.size):
+        values = candidates.values(place)
+        outcome = search.known.get(place)
+        if outcome is None:
+            yield MapPlace(values, None, "refused", None, None)
+            continue
+        killer = outcome.killer
+        says = "holds" if killer is None else "fails nominally" if killer.nominal else "fails"
+        yield MapPlace(values, candidates.time_ps[place], says, killer.name if killer else None, outcome.worst)
+
+
+REMEDIES = {  # by the first word of what kills, what may help
+    "load": "less torque, or a stronger motor",
+    "inertia": "less inertia, or gentler ramps in the grid",
+    "supply": "a higher supply, or lower rates in the grid",
+    "current": "more current, or a stronger motor",
+    "friction": "less friction",
+    "drag": "a damper, or another rate: a motor that is hardly damped swings itself out of step near its resonance",
+    "all": "slower and gentler ramps in the grid, a stronger motor, or smaller perturbations",
+    "nominal": "slower and gentler ramps in the grid, more supply or current, a damper, or a stronger motor",
+}
+
+
+def nothing_holds(search: BestFirst, note: str = "") -> UsageError:
+    """Return the error that says what kills the slowest candidate, and what may help.
+
+    Args:
+        note: what is wrong with the current of the motor, which explains all.
+    """
+    from .task import NothingHolds
+
+    candidates = search.candidates
+    slowest = candidates.order[-1]
+    killer = search.known[slowest].killer
+    name = "" if killer is None else killer.name
+    told = candidates.calculator.told(candidates.values(slowest))
+    values = " ".join(f"{key}={value}" for key, value in told.items())
+    remedy = REMEDIES.get(name.partition(" ")[0].rstrip(","), REMEDIES["nominal"])
+    part = candidates.calculator.sheet.part
+    if note:
+        return NothingHolds(f"{part}: none of {len(candidates)} moves holds: {note}")
+    if level := candidates.calculator.level(candidates.ramp(slowest)):
+        remedy = f"a grid with ramps: here {level}, so that the move begins at its full rate"
+    return NothingHolds(
+        f"{part}: none of {len(candidates)} moves holds; the slowest, {values}, loses "
+        f"steps under {name!r}; try {remedy}"
+    )
