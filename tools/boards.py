@@ -1,7 +1,8 @@
 """Install what the firmware of boards is built and tested with: tools/boards.py FOLDER, which may be left out.
 
-The compiler comes with the packages of the system (.ci/install), the emulator with npm into FOLDER (build/boards), and
-then the firmware is built there.  What is there already stays.
+The compilers come with the packages of the system (.ci/install), the emulators with npm into FOLDER (build/boards), and
+then the firmware is built there.  What is there already stays.  Where the compiler for ARM cannot be had, the Uno's is
+built alone.
 """
 
 from __future__ import annotations
@@ -13,10 +14,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pico
+
 from firmware import FirmwareError, build, report
 
 ROOT = Path(__file__).resolve().parent.parent
-EMULATOR, VERSION = "avr8js", "0.21.1"
+EMULATORS = {"avr8js": "0.21.1", "rp2040js": "1.4.1"}
 TRUSTED = Path("/etc/ssl/certs/ca-certificates.crt")  # by the system, of which npm knows nothing
 # Their programs, or for avr-libc, which has none, a file of it: the compiler does not bring it along.
 PACKAGES = (
@@ -29,19 +32,22 @@ PACKAGES = (
     "node=nodejs",
     "npm",
 )
+OF_THE_PICO = ("arm-none-eabi-gcc=gcc-arm-none-eabi", f"{pico.LIBRARY}=picolibc-arm-none-eabi")
 
 
 def is_here(place: Path) -> bool:
-    """Return whether this very version of the emulator is in a folder."""
-    about = place / "node_modules" / EMULATOR / "package.json"
-    return about.exists() and json.loads(about.read_text())["version"] == VERSION
+    """Return whether these very versions of the emulators are in a folder."""
+    abouts = {place / "node_modules" / name / "package.json": version for name, version in EMULATORS.items()}
+    return all(
+        about.exists() and json.loads(about.read_text())["version"] == version for about, version in abouts.items()
+    )
 
 
 def fetch(place: Path) -> int:
-    """Let npm install the emulator; nothing of it goes elsewhere."""
+    """Let npm install the emulators; nothing of them goes elsewhere."""
     place.mkdir(parents=True, exist_ok=True)
     words = ["install", "--prefix", str(place), "--no-save", "--no-package-lock", "--ignore-scripts"]
-    words += ["--no-audit", "--no-fund", "--silent", f"{EMULATOR}@{VERSION}"]
+    words += ["--no-audit", "--no-fund", "--silent", *(f"{name}@{version}" for name, version in EMULATORS.items())]
     trusted = {"NODE_EXTRA_CA_CERTS": str(TRUSTED)} if TRUSTED.exists() else {}
     return subprocess.call([str(shutil.which("npm")), *words], cwd=place, env=trusted | os.environ)
 
@@ -52,11 +58,13 @@ def main(words: list[str]) -> int:
     if subprocess.call([str(ROOT / ".ci" / "install"), *PACKAGES], cwd=ROOT) != 0:
         return 1
     if not is_here(place) and fetch(place) != 0:
-        print(f"boards: npm could not install {EMULATOR}; the reason is above", file=sys.stderr)
+        print(f"boards: npm could not install {' and '.join(EMULATORS)}; the reason is above", file=sys.stderr)
         return 1
     try:
         print(report(build(place.parent / "firmware")))
-    except FirmwareError as error:
+        if subprocess.call([str(ROOT / ".ci" / "install"), *OF_THE_PICO], cwd=ROOT) == 0:
+            print(pico.report(pico.build(place.parent / "firmware")))
+    except (FirmwareError, pico.PicoError) as error:
         print(f"boards: {error}", file=sys.stderr)
         return 1
     return 0

@@ -355,7 +355,9 @@ TASKS = (
         "firmware",
         "run",
         "Build the firmware of boards into build/firmware",
-        lambda work: [["tools/firmware.py", os.path.join(work, "build", "firmware")]],
+        lambda work: [
+            [tool, os.path.join(work, "build", "firmware")] for tool in ("tools/firmware.py", "tools/pico.py")
+        ],
     ),
     (
         "physics",

@@ -38,6 +38,7 @@ ALLOWED = {  # files, and why they name chips
     "cli/options/command_kinds.py": "a message gives examples of commands",
     "cli/options/shared.py": "the help of an option gives an example",
     "cli/live/serve.py": "a message gives an example",
+    "cli/live/ready_made.py": "the list of firmware, by the part that a board replaces",
     "links/control/rows_of_views.py": "the name of an example, as an example",
     "bench/bench.py": "a message gives an example",
     "bench/circuit.py": "a message gives an example",

@@ -361,6 +361,21 @@ def examples_command(**options: Any) -> int:
     return examples(**options)
 
 
+@cli.command("firmware", short_help="Write the firmware of a board, ready made.", epilog=EXIT)
+@click.argument("name", required=False)
+@click.option("--board", metavar="BOARD", help="The board it is for: pico, uno.")
+@path("--output", "-o", help="Where to write it; by default under its own name in the current directory.")
+@click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder with the files of a release.")
+def firmware_command(**options: Any) -> int:
+    """Write the firmware of a board to a file, and say how it gets onto the board; without NAME, list what there is.
+
+    gs-c200s makes a Raspberry Pi Pico take the place of a GS-C200S; uno makes an Arduino Uno step for slewline drive.
+    """
+    from .live.ready_made import firmware
+
+    return firmware(**options)
+
+
 @cli.command("new-chip", short_help="Write a package with a chip of your own.", epilog=EXIT)
 @click.argument("name")
 @INTO

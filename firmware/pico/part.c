@@ -1,0 +1,435 @@
+/* Every call of the core carries the instant at which something was, not at which the processor found time for it: a
+ * character and an edge have the stamp of their interrupt, a step that of its state machine.  So the core may be late by
+ * tens of microseconds without a trace, as long as the next step is prepared in time.
+ *
+ *     pins --stamps--> queues --+
+ *                               +--> the core, in the order of instants --> pins, characters
+ *     state machine of CLOCK ---+                  |
+ *            ^                                     v
+ *            +---- the next step, prepared by what the core will do if nothing comes in between
+ *
+ * What is due next is tried on a copy of the core while there is time for it: a step of a ramp takes some 50 us to compute,
+ * E as long.  When it is due the copy takes the place of the part, unless something came in between.
+ */
+#include "part.h"
+
+#include <stdbool.h>
+
+#include "gsc200.h"
+#include "pins.h"
+#include "registers.h"
+#include "serial.h"
+#include "sizes.h"
+#include "steps.h"
+#include "store.h"
+
+#ifndef PART
+#define PART GSC_C200S
+#endif
+
+enum {
+    ANSWER_DELAY = 8 * US,  /* of every answer: the word of its first character is written by then */
+    DIR_SETUP = 10 * US,    /* figure 2: GSC-UND-DIR-SETUP */
+    LOOK_FOR_HOLD = 3 * US, /* after the instant of a step */
+    TRY = 200 * US,         /* so long before it is due something is tried */
+    TRY_AGAIN = 150 * US,
+    TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
+    ROUND = CLOCK_HZ / 100,       /* the longest sleep */
+    WHILE_WRITING = CLOCK_HZ / 1000,
+    TOGETHER_PS = 2000000, /* what follows something so soon is tried with it */
+    POWER_UP_PS = 26000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
+    EDGES_WAITING = 8,
+    ENQ = 5
+};
+
+static const uint8_t OUTPUTS[] = {
+    [GSC_RDY] = PIN_RDY,     [GSC_MOV] = PIN_MOV, [GSC_RAMP] = PIN_RAMP, [GSC_DIR] = PIN_DIR,
+    [GSC_RESET] = PIN_RESET, [GSC_UO1] = PIN_UO1, [GSC_UO2] = PIN_UO2,   [GSC_UO3] = PIN_UO3,
+};
+
+static struct gsc cores[2];
+static struct gsc *part = &cores[0], *ahead = &cores[1]; /* the part; the same after what is due next */
+static bool is_tried;           /* `ahead` is that */
+static gsc_time tried_due;
+static bool ahead_stores, ahead_sends;
+static uint32_t enable = GSC_ENABLE; /* as the core knows it: what the state machine has found */
+static uint32_t levels;              /* of the other inputs, as the core knows them */
+static bool is_held, has_step;
+static gsc_time step_due;
+static cycles dir_changed;
+static uint16_t shown; /* levels of the outputs, a bit for each gsc_pin */
+static gsc_time last_character;
+static bool is_early;                /* the next character of the answer is on its way already */
+static const char *version; /* what is left of it to send */
+
+static struct {
+    uint32_t stamp, levels;
+} edges[EDGES_WAITING];
+static volatile uint8_t came, taken;
+static volatile uint32_t fatal; /* pins of which a low level ends the homing */
+
+/* What the pins say, as bits of enum gsc_input, but for ENABLE. */
+static uint32_t look(uint32_t pins)
+{
+    return ((pins ^ GSC_RXD) & OF_THE_PART) & ~(uint32_t)GSC_ENABLE;
+}
+
+void part_input_interrupt(void)
+{
+    const uint32_t stamp = clock_stamp(), pins = SIO_IN;
+    GPIO_INTR(PIN_HOME) = 0xFFFFFFFFu;
+    if (~pins & fatal)
+        steps_stop_now();
+    const uint8_t place = (uint8_t)(came - taken) < EDGES_WAITING ? came++ : (uint8_t)(came - 1);
+    edges[place % EDGES_WAITING].stamp = stamp;
+    edges[place % EDGES_WAITING].levels = pins;
+}
+
+/* ------------------------------------------------------------------------------------------- what comes of the core */
+void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
+{
+    (void)g, (void)pin, (void)level, (void)now; /* show_pins() looks at them when all of an instant is done */
+}
+
+void gsc_on_step(struct gsc *g, int direction, gsc_time now)
+{
+    (void)g, (void)direction, (void)now; /* its state machine has made it */
+}
+
+static void send(uint8_t character, gsc_time at)
+{
+    const bool follows = at - last_character < clock_ps_of(serial_length() + US);
+    serial_put(character, clock_cycle(at) + ANSWER_DELAY, follows);
+    last_character = at;
+}
+
+/* The copy has the first character of an answer before it is due. */
+void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now)
+{
+    if (!is_early)
+        send(character, now);
+    is_early = ahead_sends = g == ahead;
+}
+
+/* The next character of an answer that has begun is known. */
+static void send_ahead(void)
+{
+    if (is_early || !part->serial.sent || part->serial.sent >= part->serial.length)
+        return;
+    send(part->serial.answer[part->serial.sent], last_character + clock_ps_of(serial_length()));
+    is_early = true;
+}
+
+void gsc_on_store(struct gsc *g, const uint8_t *program, uint8_t size, gsc_time now)
+{
+    (void)now;
+    if (g == part)
+        store_begin(program, size);
+    else
+        ahead_stores = true;
+}
+
+int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
+{
+    (void)g;
+    return store_recall(program);
+}
+
+/* --------------------------------------------------------------------------------------------------------- the outputs */
+/* Of several changes in one instant only the last is an edge: so this comes when nothing more is due in it. */
+static void show_pins(void)
+{
+    uint32_t changed = part->shown ^ shown;
+    shown = part->shown;
+    changed &= ~(1u << GSC_TALK);
+    for (unsigned pin = 0; changed >> pin; pin++) {
+        if (!(changed >> pin & 1))
+            continue;
+        if ((pin == GSC_RDY) != (shown >> pin & 1))
+            SIO_OUT_SET = 1u << OUTPUTS[pin];
+        else
+            SIO_OUT_CLEAR = 1u << OUTPUTS[pin];
+        if (pin == GSC_DIR)
+            dir_changed = clock_now();
+    }
+}
+
+/* ------------------------------------------------------------------------------------------------------- going on */
+static gsc_time no_sooner(gsc_time instant)
+{
+    return gsc_is_before(instant, part->now) ? part->now : instant;
+}
+
+/* Make the part what it is after what was tried. */
+static void take_what_was_tried(void)
+{
+    struct gsc *const before = part;
+    part = ahead;
+    ahead = before;
+    if (ahead_sends)
+        is_early = false;
+    if (ahead_stores)
+        store_begin(part->program.memory, part->program.size);
+}
+
+static void go_on_to(gsc_time due)
+{
+    if (is_tried && tried_due == due)
+        take_what_was_tried();
+    else
+        gsc_advance(part, due);
+    is_tried = false;
+}
+
+/* Return whether something has been tried. */
+static bool try_what_is_next(void)
+{
+    gsc_time due, next;
+    if (is_tried || is_held || part->is_unsettled || !gsc_next(part, &due))
+        return false;
+    if (!(has_step && due == step_due) && (int64_t)(clock_cycle(due) - clock_now()) > TRY)
+        return false;
+    *ahead = *part;
+    ahead_stores = ahead_sends = false;
+    gsc_advance(ahead, due);
+    while (gsc_next(ahead, &next) && next - due < TOGETHER_PS && !(has_step && !gsc_is_before(next, step_due)))
+        gsc_advance(ahead, next); /* a string that waits for the end of an answer is due with it, but for its stamp */
+    tried_due = due;
+    is_tried = true;
+    return true;
+}
+
+/* ----------------------------------------------------------------------------------------------------------- the steps */
+/* A step that is prepared has not been made, whatever its instant: the first one of a motion may be late. */
+static gsc_time before_step(gsc_time instant)
+{
+    return no_sooner(has_step && !is_held && !gsc_is_before(instant, step_due) ? step_due - 1 : instant);
+}
+
+static void tell_inputs(gsc_time instant)
+{
+    gsc_set_inputs(part, (uint16_t)(levels | enable), before_step(instant));
+    is_tried = false;
+}
+
+/* Return whether a step comes, as things stand, and when.  A string that is obeyed before it, or a look at an input, may
+   change that, as what was tried shows. */
+static bool foresee(gsc_time *due)
+{
+    gsc_time then;
+    if (!gsc_step_ahead(part, due))
+        return false;
+    if (!is_tried || !gsc_is_before(tried_due, *due))
+        return true;
+    return gsc_step_ahead(ahead, &then) && then == *due;
+}
+
+/* Let the state machine have the step that comes next, and no other. */
+static void prepare(void)
+{
+    gsc_time due;
+    if (part->is_unsettled)
+        return;
+    if (is_held) {
+        if (!part->motion.is_moving) { /* nothing waits for the release any more */
+            (void)steps_disarm();
+            is_held = has_step = false;
+            enable = GSC_ENABLE;
+            tell_inputs(part->now);
+        }
+    } else if (!foresee(&due)) {
+        if (has_step && !steps_disarm())
+            has_step = false;
+    } else if (!has_step || due != step_due) {
+        if (has_step && steps_disarm())
+            return; /* it has just been made, and its interrupt follows */
+        fatal = part->motion.homing ? 1u << (part->motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0;
+        if (~SIO_IN & fatal)
+            return; /* its edge is in the queue */
+        step_due = due;
+        has_step = true;
+        steps_arm(due, dir_changed + DIR_SETUP);
+    }
+    if (!part->motion.is_moving)
+        steps_end_motion();
+    if (!has_step)
+        fatal = 0;
+}
+
+/* The step was held at its instant: the core shall see ENABLE low then. */
+static void be_held(void)
+{
+    enable = 0;
+    tell_inputs(step_due - 1);
+    go_on_to(step_due);
+    is_held = true;
+}
+
+static void be_released(void)
+{
+    gsc_time due;
+    enable = GSC_ENABLE;
+    tell_inputs(steps_released_at());
+    is_held = false;
+    if (gsc_step_ahead(part, &due)) {
+        step_due = due;
+        steps_go_on(due);
+    } else if (!steps_disarm())
+        has_step = false;
+}
+
+/* Deal with the step that is prepared, if its instant has come; return whether the core has gone on. */
+static bool step(void)
+{
+    switch (has_step ? steps_look() : STEP_NONE) {
+    case STEP_MADE:
+        go_on_to(no_sooner(step_due));
+        steps_take();
+        has_step = false;
+        return true;
+    case STEP_HELD:
+        if (is_held)
+            return false;
+        be_held();
+        return true;
+    case STEP_RELEASED:
+        if (!is_held)
+            be_held();
+        be_released();
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* Let the core go on up to a cycle.  A step that is prepared keeps its place among what is due, and is waited for. */
+static void advance(cycles limit)
+{
+    gsc_time due;
+    for (;;) {
+        if (is_held && step())
+            continue;
+        const bool is_any = gsc_next(part, &due);
+        if (!is_any || due != part->now)
+            show_pins();
+        if (!is_any)
+            return;
+        if (has_step && !is_held && !gsc_is_before(due, step_due)) {
+            if (!step())
+                return;
+        } else if ((int64_t)(limit - clock_cycle(due)) < 0)
+            return;
+        else
+            go_on_to(due);
+        send_ahead();
+        prepare();
+    }
+}
+
+/* ----------------------------------------------------------------------------------------------------------- the inputs */
+/* Take new levels, which were there at a cycle; return false if a step must be waited for. */
+static bool change(uint32_t now_levels, cycles at)
+{
+    if (now_levels == levels)
+        return true;
+    if (has_step && !is_held) {
+        if (~now_levels & fatal & (GSC_HOME | GSC_EOT)) {
+            if (steps_disarm())
+                return false;
+            has_step = false;
+        } else if (steps_look() == STEP_MADE || (int64_t)(steps_at() - clock_now()) < TOO_NEAR)
+            return false;
+    }
+    levels = now_levels;
+    tell_inputs(clock_instant(at));
+    prepare();
+    return true;
+}
+
+static void take_character(const struct received *character)
+{
+    if (character->character == ENQ && !character->is_parity_wrong && SIO_IN >> PIN_TEST & 1) {
+        version = VERSION_TEXT;
+        return;
+    }
+    const uint8_t faults = (character->is_parity_wrong ? GSC_PARITY : 0) | (character->is_framing_wrong ? GSC_FRAMING : 0);
+    const gsc_time now = before_step(clock_instant(character->at));
+    gsc_receive(part, character->character, faults, clock_instant(character->end), now);
+    is_tried = false;
+}
+
+static void say_version(void)
+{
+    if (!version || !serial_is_empty())
+        return;
+    const bool is_over = !*version;
+    serial_put(is_over ? '\r' : (uint8_t)*version++, clock_now() + ANSWER_DELAY, true);
+    if (is_over)
+        version = 0;
+}
+
+void part_start(void)
+{
+    store_start();
+    levels = look(SIO_IN);
+    gsc_power_up(part, PART, (uint16_t)(levels | enable), clock_instant(clock_now()) + POWER_UP_PS);
+    shown = (uint16_t)~part->shown; /* so that all of them are written */
+    show_pins();
+}
+
+static bool is_news(void)
+{
+    return taken != came || serial_is_waiting() || steps_is_news();
+}
+
+void part_round(void)
+{
+    static bool listens;
+    struct received character;
+    bool is_good;
+
+    clock_move_anchor();
+    while (serial_get(&character)) {
+        advance(character.at);
+        take_character(&character);
+    }
+    while (taken != came) {
+        const cycles at = clock_of_stamp(edges[taken % EDGES_WAITING].stamp);
+        advance(at);
+        /* RXD as it was: its edges are characters */
+        if (!change((look(edges[taken % EDGES_WAITING].levels) & ~(uint32_t)GSC_RXD) | (levels & GSC_RXD), at))
+            break;
+        taken++;
+    }
+    if (steps_are_stopped()) { /* by a pulse that is over already */
+        if (!steps_disarm())
+            has_step = false;
+        prepare();
+    }
+    const cycles now = clock_now();
+    if (taken == came) {
+        uint32_t pins = look(SIO_IN);
+        if (listens)
+            pins = (pins & ~(uint32_t)GSC_RXD) | (levels & GSC_RXD);
+        (void)change(pins, now);
+    }
+    advance(clock_now());
+    if (!listens && gsc_baud(part)) {
+        serial_begin(gsc_baud(part));
+        listens = true;
+    }
+    if (store_go_on(&is_good))
+        gsc_stored(part, is_good), is_tried = false;
+    say_version();
+    prepare();
+    if (try_what_is_next())
+        prepare();
+
+    gsc_time due;
+    cycles wake = clock_now() + (store_is_writing() || version ? WHILE_WRITING : ROUND);
+    if (has_step && !is_held && (int64_t)(wake - steps_at()) > LOOK_FOR_HOLD)
+        wake = steps_at() + LOOK_FOR_HOLD;
+    if (gsc_next(part, &due) && !(has_step && !is_held && !gsc_is_before(due, step_due)) && (int64_t)(wake - clock_cycle(due)) > 0)
+        wake = clock_cycle(due) - (is_tried || is_held ? 0 : TRY_AGAIN);
+    clock_sleep_until(wake, is_news);
+}

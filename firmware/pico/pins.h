@@ -1,0 +1,32 @@
+/* Which pin of the Pico is which pin of the part.  All 26 are in use.
+ *
+ * The inputs are GP0 to GP14 in the order of enum gsc_input, so levels are read in one go; GP25 is the light of the Pico.
+ * At rest, and while nothing drives them, resistors on the board keep the outputs where the comments say.
+ */
+#ifndef PINS_H
+#define PINS_H
+
+enum pin {
+    PIN_SEL0 = 0, /* GP0 to GP14: enum gsc_input; RXD comes by an optocoupler, so 1 is the mark here */
+    PIN_RXD = 8,
+    PIN_ENABLE = 9,
+    PIN_HOME = 10,
+    PIN_EOT = 11,
+    PIN_UI3 = 14,
+    PIN_TEST = 15,
+    PIN_CLOCK = 16, /* pulled up */
+    PIN_DIR = 17,   /* pulled up */
+    PIN_MOV = 18,
+    PIN_RAMP = 19,
+    PIN_RESET = 20, /* pulled up */
+    PIN_RDY = 21,   /* 1, or nothing: the transistor pulls RDY low; pulled up */
+    PIN_UO1 = 22,
+    PIN_LED = 25,
+    PIN_UO2 = 26,
+    PIN_UO3 = 27,
+    PIN_TXD = 28 /* 1 is the mark: the transistor is off; pulled up */
+};
+
+#define OF_THE_PART 0x7FFFu /* bits of enum gsc_input */
+
+#endif

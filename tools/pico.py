@@ -1,0 +1,172 @@
+"""Build the firmware of a GS-C200S for a Raspberry Pi Pico: tools/pico.py [FOLDER], by default into build/firmware.
+
+The .uf2 is the same byte for byte wherever it is built: sources in the order of their names, no paths or dates in it.
+Compiler and library come with the packages of the system: gcc-arm-none-eabi, picolibc-arm-none-eabi.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parent.parent
+SOURCES = ROOT / "firmware" / "pico"
+CORE = ROOT / "firmware" / "part" / "gs_c200"
+NAME = "slewline-gs-c200s.uf2"
+LIBRARY = Path("/usr/lib/picolibc/arm-none-eabi/picolibc.specs")
+NEEDED = ("arm-none-eabi-gcc", "arm-none-eabi-objcopy", "arm-none-eabi-nm", "arm-none-eabi-size")
+WORDS = (
+    "-mcpu=cortex-m0plus",
+    "-mthumb",
+    "-masm-syntax-unified",
+    "-std=c11",
+    "-O2",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wshadow",
+    "-Werror",
+    "-ffunction-sections",
+    "-fdata-sections",
+    "-ffreestanding",
+    "-fno-tree-loop-distribute-patterns",  # memcpy is not made of calls of memcpy
+    "-fno-common",
+    f"--specs={LIBRARY}",
+    "-nostartfiles",
+)
+FLASH, RAM, STACK = 64 * 1024, 16 * 1024, 2 * 1024  # bytes that it may take; RAM without the code that is copied there
+FLASH_BEGIN, BOOT2, PAGE = 0x10000000, 256, 256
+HEADER = 8  # where its header is, from the end of the second stage on: behind two vectors
+UF2 = (0x0A324655, 0x9E5D5157, 0x0AB16F30)
+FAMILY = 0xE48BFF56  # of the RP2040
+
+
+class PicoError(Exception):
+    """What is missing, or what the compiler says."""
+
+
+class PicoFirmware(NamedTuple):
+    """What was built: the files, the bytes of flash, of RAM for code and for data, and addresses of symbols by name."""
+
+    path: Path
+    image: Path
+    flash: int
+    code: int
+    ram: int
+    symbols: dict[str, int]
+
+
+def missing() -> list[str]:
+    """Return what is not here."""
+    gone = [name for name in NEEDED if shutil.which(name) is None]
+    return gone + ([] if LIBRARY.exists() else ["picolibc"])
+
+
+def called(*words: str | Path) -> str:
+    """Return what a program prints."""
+    ran = subprocess.run([str(word) for word in words], cwd=SOURCES, capture_output=True, text=True, check=False)
+    if ran.returncode:
+        raise PicoError(f"{words[0]} ended with {ran.returncode}:\n{ran.stderr}")
+    return ran.stdout
+
+
+def boot_checksum(data: bytes) -> int:
+    """Return the CRC-32 that the boot ROM expects: polynomial 04C11DB7, highest bit first, not inverted at the end."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte << 24
+        for _ in range(8):
+            crc = (crc << 1 ^ (0x04C11DB7 if crc >> 31 else 0)) & 0xFFFFFFFF
+    return crc
+
+
+def finished(image: bytes, stored: int) -> bytes:
+    """Return an image with its checksums: that of the second stage, that of what runs in RAM, from `stored` on."""
+    whole = bytearray(image)
+    if any(whole[BOOT2 - 4 : BOOT2]):
+        raise PicoError(f"boot2.S takes more than {BOOT2 - 4} bytes")
+    whole[BOOT2 - 4 : BOOT2] = struct.pack("<I", boot_checksum(bytes(whole[: BOOT2 - 4])))
+    run = bytes(whole[stored:])
+    struct.pack_into("<II", whole, BOOT2 + HEADER + 4, len(run), zlib.crc32(run))
+    return bytes(whole)
+
+
+def uf2(image: bytes) -> bytes:
+    """Return the file that a Pico takes when it is copied to its drive: blocks of 512 bytes for each 256 of flash."""
+    pages = [image[at : at + PAGE].ljust(PAGE, b"\0") for at in range(0, len(image), PAGE)]
+    blocks = []
+    for number, page in enumerate(pages):
+        head = struct.pack("<8I", UF2[0], UF2[1], 0x2000, FLASH_BEGIN + number * PAGE, PAGE, number, len(pages), FAMILY)
+        blocks.append((head + page).ljust(508, b"\0") + struct.pack("<I", UF2[2]))
+    return b"".join(blocks)
+
+
+def version() -> str:
+    """Return the words with which the board answers ENQ."""
+    found = re.search(r'^__version__ = "(.+)"', (ROOT / "src" / "slewline" / "version.py").read_text("utf-8"), re.M)
+    if found is None:
+        raise PicoError("src/slewline/version.py: no version in it")
+    return f"slewline gs-c200s pico {found[1]}"
+
+
+def build(folder: Path, *more: str) -> PicoFirmware:
+    """Build the firmware into a folder; `more` are words for the compiler.
+
+    Raises:
+        PicoError: no compiler is here, or it complains.
+    """
+    if gone := missing():
+        raise PicoError(
+            f"{', '.join(gone)}: not installed; on Debian:  apt install gcc-arm-none-eabi picolibc-arm-none-eabi"
+        )
+    folder = folder.resolve()
+    parts = folder / "pico"
+    parts.mkdir(parents=True, exist_ok=True)
+    objects = []
+    words = (*WORDS, f'-DVERSION_TEXT="{version()}"', f"-I{'../part/gs_c200'}", *more)
+    for where, prefix in ((SOURCES, "pico"), (CORE, "part")):
+        for source in sorted(path for path in where.iterdir() if path.suffix in (".c", ".S")):
+            objects.append(parts / f"{prefix}-{source.name}.o")
+            place = source.name if where is SOURCES else f"../part/gs_c200/{source.name}"
+            called("arm-none-eabi-gcc", *words, "-c", place, "-o", objects[-1])
+    elf, raw = parts / "pico.elf", parts / "pico.bin"
+    called("arm-none-eabi-gcc", *words, "-Wl,--gc-sections", "-Tpico.ld", "-o", elf, *objects)
+    called("arm-none-eabi-objcopy", "-O", "binary", elf, raw)
+    symbols = {
+        line.split()[2]: int(line.split()[0], 16)
+        for line in called("arm-none-eabi-nm", "--defined-only", elf).splitlines()
+    }
+    image = finished(raw.read_bytes(), symbols["image_stored"] - FLASH_BEGIN)
+    raw.write_bytes(image)
+    (folder / NAME).write_bytes(uf2(image))
+    code = symbols["image_end"] - symbols["image_begin"]
+    return PicoFirmware(folder / NAME, raw, len(image), code, symbols["bss_end"] - symbols["bss_begin"], symbols)
+
+
+def report(made: PicoFirmware) -> str:
+    """Return a line that says what was built, and how large it is."""
+    return (
+        f"{made.path}: {made.flash} of {FLASH} bytes of flash, "
+        f"{made.ram} of {RAM} bytes of RAM beside the {made.code} that are copied there to run"
+    )
+
+
+def main(words: list[str]) -> int:
+    """Build, and say how large it is."""
+    try:
+        made = build(Path(words[0]) if words else ROOT / "build" / "firmware")
+    except PicoError as error:
+        print(f"pico: {error}", file=sys.stderr)
+        return 1
+    print(report(made))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
