@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from slewline.cli import new as module
-from slewline.cli.new import LONGEST
+from slewline.cli.packages import new_package as module
+from slewline.cli.packages.new_package import LONGEST
 
 KINDS = ("chip", "part")
 

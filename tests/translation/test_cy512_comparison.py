@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from slewline.translation.report import Kind
 from slewline.translation.translate import translate_text
+from slewline.translation.translation_report import LineKind
 from tests.rows import rows
 
 
@@ -15,7 +15,7 @@ def lines(text: str, source: str = "cy512", to: str = "cy525") -> list[str]:
     return [line for line in found if line and not line.startswith(";")]
 
 
-def kind_of(text: str, code: str, source: str = "cy512", to: str = "cy525") -> tuple[Kind, str]:
+def kind_of(text: str, code: str, source: str = "cy512", to: str = "cy525") -> tuple[LineKind, str]:
     """What became of a line, and the limit that is cited."""
     line = next(line for line in translate_text(text, source, to).report if line.code == code)
     return line.kind, " ".join(verdict.limit for verdict in line.verdicts)
@@ -40,7 +40,7 @@ def test_a_command_that_is_new_or_modified(written: str, becomes: list[str]) -> 
 
 def test_the_half_step_is_not_possible_and_is_cited() -> None:
     kind, limit = kind_of("H\nR 50\nN 10\nG\n", "H")
-    assert kind is Kind.IMPOSSIBLE and "half a step" in limit and "CY525" in limit
+    assert kind is LineKind.IMPOSSIBLE and "half a step" in limit and "CY525" in limit
 
 
 def test_r_and_s_become_the_first_rate_the_rate_and_the_slope_of_the_same_ramp() -> None:
@@ -48,7 +48,7 @@ def test_r_and_s_become_the_first_rate_the_rate_and_the_slope_of_the_same_ramp()
     letters = [line[0] for line in found]
     assert {"F", "R", "S"} <= {*letters} and letters.index("G") > max(letters.index(each) for each in "FRS")
     kind, _ = kind_of("A\nR 200\nS 12\nN 900\n+\nG\n", "R 200")
-    assert kind is Kind.NEARLY
+    assert kind is LineKind.NEARLY
 
 
 def test_the_rate_of_the_cy512_went_up_to_255_and_that_of_the_cy525_to_127() -> None:
@@ -72,7 +72,7 @@ def test_a_factor_divides_the_rate() -> None:
 )
 def test_what_is_new_in_the_cy525_the_cy512_has_not(written: str, limit: str) -> None:
     kind, cited = kind_of(f"{written}\n", written, "cy525", "cy512")
-    assert kind is Kind.IMPOSSIBLE and limit in cited
+    assert kind is LineKind.IMPOSSIBLE and limit in cited
 
 
 def test_labels_become_addresses_in_a_part_without_labels() -> None:

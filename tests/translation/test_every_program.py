@@ -7,10 +7,10 @@ import re
 import pytest
 
 from slewline.chips import PARTS
-from slewline.translation.own.writer import linted
-from slewline.translation.report import Kind
+from slewline.translation.own.part_writer import linted
+from slewline.translation.target_writer import WARNING
 from slewline.translation.translate import Translation, translate, translate_text
-from slewline.translation.writer import WARNING
+from slewline.translation.translation_report import LineKind
 from tests.ensembles import few, members
 from tests.translation.programs import PRINTED, old_cy512, random_program
 
@@ -25,8 +25,8 @@ def check(done: Translation, text: str) -> None:
     assert linted(done.text, done.report.to) == []
     for line in done.report.lines:
         for verdict in line.verdicts:
-            assert verdict.kind is not Kind.IMPOSSIBLE or verdict.limit, (line.code, verdict)
-            assert verdict.kind is not Kind.NEARLY or (verdict.says and verdict.off), (line.code, verdict)
+            assert verdict.kind is not LineKind.IMPOSSIBLE or verdict.limit, (line.code, verdict)
+            assert verdict.kind is not LineKind.NEARLY or (verdict.says and verdict.off), (line.code, verdict)
     comments = [line.partition(";")[2].strip() for line in text.splitlines() if ";" in line]
     kept = [line.partition(";")[2].strip() for line in done.text.splitlines()]
     assert [comment for comment in comments if comment and comment not in kept] == []
@@ -81,6 +81,6 @@ def test_a_program_that_does_not_fit_is_left_out_whole() -> None:
     body = "".join(f"N {n}\nG\n" for n in range(100, 107))
     done = translate_text(f"A\nR 100\nS 8\nE\n+\n{body}0\nQ\nD\n", "cy512", "cy500")
     (line,) = [line for line in done.report.lines if line.code == "E"]
-    assert line.kind is Kind.IMPOSSIBLE and "18 bytes" in line.verdicts[0].limit
+    assert line.kind is LineKind.IMPOSSIBLE and "18 bytes" in line.verdicts[0].limit
     assert not [text for text in done.text.splitlines() if text.startswith(("E", "N", "G", "Q", "D"))]
     assert "; DOES NOT FIT: E" in done.text

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from slewline.translation.proof.prove import prove
-from slewline.translation.report import Kind
 from slewline.translation.translate import Translation, translate, translate_text
+from slewline.translation.translation_report import LineKind
 from tests.ensembles import members
 from tests.rows import rows
 from tests.translation.programs import PAIRS, old_cy512, printed, random_program
@@ -27,7 +27,7 @@ def test_nine_tenths_of_the_lines_are_the_same_or_nearly(pair: tuple[str, str]) 
     counts = [found.report.counts for found in done(*pair)]
     total = sum(sum(each.values()) for each in counts)
     assert total > 40
-    assert sum(each[Kind.IMPOSSIBLE] for each in counts) <= total / 10
+    assert sum(each[LineKind.IMPOSSIBLE] for each in counts) <= total / 10
 
 
 @pytest.mark.parametrize("pair", PAIRS, ids="-".join)

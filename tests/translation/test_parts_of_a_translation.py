@@ -6,8 +6,8 @@ import pytest
 
 from slewline.translation.meaning import Delay, Jump, Loop, MoveBy, MoveTo, RunEndless, SetOutput
 from slewline.translation.reading import read_program
-from slewline.translation.report import Kind
 from slewline.translation.translate import translate_text
+from slewline.translation.translation_report import LineKind
 from tests.rows import rows
 
 GSC = "Po\nS20\nT200\nR40\n{}\nE\n"
@@ -84,7 +84,7 @@ def test_loops_are_unrolled_for_a_chipset_that_stores_no_program() -> None:
 def test_an_endless_loop_is_not_possible_there() -> None:
     report = translate_text("A 0\nR 9\nE\nP 9\nP 0\nJ 0\nQ\nX\n", "cy525", "mc1151a").report
     (line,) = [line for line in report if line.code == "J 0"]
-    assert line.kind is Kind.IMPOSSIBLE and "continues elsewhere" in line.verdicts[0].limit
+    assert line.kind is LineKind.IMPOSSIBLE and "continues elsewhere" in line.verdicts[0].limit
 
 
 @pytest.mark.parametrize(

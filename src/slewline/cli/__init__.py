@@ -3,7 +3,7 @@
 A command has its name and its options in `commands.py`, or in the `..._commands.py` of a room, and a module for its
 work beside it.
 `tools/describe_docs.py` and `tools/share.py` write its page and the man page.  Templates of `new-chip` and `new-part`
-are in templates/: `both`, and what only a chip or a part has; `new.py` knows the words that are replaced.
+are in templates/: `both`, and what only a chip or a part has; `packages/new_package.py` replaces words in them.
 """
 
 FOUND, WRONG_USE = 1, 2  # exit status; 0: all is well

@@ -24,11 +24,8 @@ from .options.values import (
     TimeWithUnit,
     WholeNumber,
 )
-from .translation.commands import translate_command
-
-INTO = click.option(
-    "--output", "-o", metavar="DIR", default=".", show_default=True, help="Where the files go.", type=DIRECTORY
-)
+from .packages.new_commands import INTO, new_chip_command, new_part_command
+from .translation.translation_commands import translate_command
 
 
 def _show_version(context: click.Context, _option: click.Parameter, asked: bool) -> None:
@@ -365,7 +362,7 @@ def examples_command(**options: Any) -> int:
 @click.argument("name", required=False)
 @click.option("--board", metavar="BOARD", help="The board it is for: pico, uno.")
 @path("--output", "-o", help="Where to write it; by default under its own name in the current directory.")
-@click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder with the files of a release.")
+@click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder of a file that was built elsewhere.")
 def firmware_command(**options: Any) -> int:
     """Write the firmware of a board to a file, and say how it gets onto the board; without NAME, list what there is.
 
@@ -376,29 +373,5 @@ def firmware_command(**options: Any) -> int:
     return firmware(**options)
 
 
-@cli.command("new-chip", short_help="Write a package with a chip of your own.", epilog=EXIT)
-@click.argument("name")
-@INTO
-def new_chip_command(**options: Any) -> int:
-    """Write a package with a chip of your own: sheet, class, tests, conformance table, and a program for it.
-
-    NAME is what the chip is called: small letters, digits, single hyphens.  The package works as it is; the chip in it
-    is made up, and you replace its rows.
-    """
-    from .new import new
-
-    return new("chip", **options)
-
-
-@cli.command("new-part", short_help="Write a package with a part of your own.", epilog=EXIT)
-@click.argument("name")
-@INTO
-def new_part_command(**options: Any) -> int:
-    """Write a package with a part of your own, for a place beside a chip: class, tests, conformance table, bench files.
-
-    NAME is what the part is called: small letters, digits, single hyphens.  The package works as it is; the part in it
-    is a relay, and you replace what it does.
-    """
-    from .new import new
-
-    return new("part", **options)
+cli.add_command(new_chip_command)
+cli.add_command(new_part_command)

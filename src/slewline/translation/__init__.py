@@ -6,5 +6,5 @@
     report.py    what became of each line: the same, nearly, not possible, assumed
     proof        source and result are run, and compared within what the report states
 
-A new target is a class with the face of `writer.py`, in a module of `writers`, and a row of `TARGETS` there.
+A new target is a class with the face of `target_writer.py`, in a module of `writers`, and a row of `TARGETS` there.
 """

@@ -16,7 +16,7 @@ from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
 from ..language.ramp_answers import Calculator, Ramp, RampParameter, Search, Value, Wanted, nearest, read
 from .meaning import Profile
-from .registers import PROFILE_ROLES, rows_by_role
+from .source_registers import PROFILE_ROLES, rows_by_role
 
 ODD_RATE = 1000  # steps/s: a rate that a part does not come near is too high above it, and too low below it
 

@@ -16,8 +16,8 @@ from ..language.statements import Directive, Source
 from .bits import Numbers
 from .meaning import Action, Assumed, HostDirective, Label, Line, Program
 from .profiles import Profiles
-from .registers import KnownRegisterValues
 from .role_reader import RoleReader
+from .source_registers import KnownRegisterValues
 
 WIRES = (
     "step",

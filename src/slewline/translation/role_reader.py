@@ -40,7 +40,7 @@ from .meaning import (
     WaitInput,
 )
 from .profiles import Profiles
-from .registers import Key, KnownRegisterValues, start_of, takes_part
+from .source_registers import Key, KnownRegisterValues, start_of, takes_part
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
 UNIT_TIMES = ("millisecond", "delay_unit")

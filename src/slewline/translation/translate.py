@@ -19,10 +19,10 @@ from ..chips import CATALOGUE, sheet_of
 from ..core.messages.near import hint
 from ..errors import UnknownName, UsageError
 from .meaning import Assumed, Program
-from .own.writer import OwnWriter
+from .own.part_writer import OwnWriter
 from .reading import read_program
-from .report import Kind, OutLine, Report, ReportLine, Verdict
-from .writer import WARNING, Target, WriterOptions, Written
+from .target_writer import WARNING, Target, WriterOptions, Written
+from .translation_report import LineKind, LineVerdict, OutLine, Report, ReportLine
 from .writers import TARGETS, target
 
 COLUMN = 13  # of a comment beside a command
@@ -146,7 +146,7 @@ def known(to: str) -> str:
 
 def reported(program: Program, to: str, written: Written) -> Report:
     """Return the report on what was written."""
-    verdicts: dict[int, list[Verdict]] = {}
+    verdicts: dict[int, list[LineVerdict]] = {}
     for verdict in written.verdicts:
         verdicts.setdefault(verdict.line, []).append(verdict)
     texts: dict[int, list[str]] = {}
@@ -194,9 +194,9 @@ def lines_of(lines: Iterable[OutLine], other: Target | None) -> Iterable[str]:
 
 def refusal(report: Report) -> str:
     """Return which lines are not the same."""
-    wrong = [line for line in report.lines if line.kind is not Kind.SAME]
+    wrong = [line for line in report.lines if line.kind is not LineKind.SAME]
     says = [f"{report.where}, line {line.number}: {line.code}: {line.verdicts[0].text}" for line in wrong]
-    says += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not Kind.SAME]
+    says += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not LineKind.SAME]
     return "\n".join(
         [
             f"{report.where}: {len(says)} lines are not the same at the {report.to}; leave out --strict to allow it",

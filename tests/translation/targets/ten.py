@@ -14,7 +14,7 @@ from typing import NamedTuple
 from slewline.cli.main import invoke
 from slewline.translation.meaning import Program
 from slewline.translation.reading import read_program
-from slewline.translation.writer import Trace, WriterOptions
+from slewline.translation.target_writer import PlayedTrace, WriterOptions
 from slewline.translation.writers import target
 
 PROGRAMS = Path(__file__).parents[3] / "examples" / "programs"
@@ -81,7 +81,7 @@ def of_part(case: Case, folder: Path) -> list[int]:
         return stretches(int(row["direction"]) for row in csv.DictReader(rows))
 
 
-def of_trace(trace: Trace) -> list[int]:
+def of_trace(trace: PlayedTrace) -> list[int]:
     """Return the stretches of a program that was read back, or run."""
     return stretches(each.value for each in trace.happened if each.kind == "move")
 

@@ -7,8 +7,8 @@ import pytest
 from slewline.errors import UsageError
 from slewline.translation.meaning import Action, Line, MoveBy, Profile, Program, SetOutput
 from slewline.translation.reading import read_program
-from slewline.translation.report import Kind, Verdict
-from slewline.translation.writer import WriterOptions, Written
+from slewline.translation.target_writer import WriterOptions, Written
+from slewline.translation.translation_report import LineKind, LineVerdict
 from slewline.translation.writers import target
 
 LOOP = "R 80\nE\nC$N 5\n+\nG\nL 6,C\n0\nQX\n"
@@ -23,7 +23,7 @@ def text_of(text: str, name: str, **options: object) -> list[str]:
     return [line.text for line in written(text, name, **options).lines]
 
 
-def verdict(found: Written, line: int, kind: Kind) -> Verdict:
+def verdict(found: Written, line: int, kind: LineKind) -> LineVerdict:
     return next(each for each in found.verdicts if (each.line, each.kind) == (line, kind))
 
 
@@ -35,7 +35,7 @@ def test_grbl_has_no_loops_so_they_are_written_out():
 
 def test_a_loop_that_becomes_too_long_is_not_possible_and_says_how_long_it_would_be():
     found = written(LOOP, "grbl", unroll=5)
-    judged = verdict(found, 6, Kind.IMPOSSIBLE)
+    judged = verdict(found, 6, LineKind.IMPOSSIBLE)
     assert "5 allowed (--unroll)" in judged.limit
     assert "--to python" in judged.remedy
     assert sum(line.text.startswith("G91 G1 X5") for line in found.lines) == 1
@@ -44,18 +44,18 @@ def test_a_loop_that_becomes_too_long_is_not_possible_and_says_how_long_it_would
 def test_a_wait_for_an_input_stops_grbl_until_a_person_continues():
     found = written("W\nN 5\nG\n", "grbl")
     assert "M0" in [line.text for line in found.lines]
-    assert "--to python" in verdict(found, 1, Kind.IMPOSSIBLE).remedy
+    assert "--to python" in verdict(found, 1, LineKind.IMPOSSIBLE).remedy
 
 
 def test_dwells_of_grbl_are_whole_steps_of_50_ms():
-    found = verdict(written("D 120\n", "grbl"), 1, Kind.NEARLY)
+    found = verdict(written("D 120\n", "grbl"), 1, LineKind.NEARLY)
     assert found.says.startswith("150 ms for 120 ms")
     assert found.off_ps == 30 * 10**9
-    assert not [each for each in written("D 150\n", "grbl").verdicts if each.kind is not Kind.SAME]
+    assert not [each for each in written("D 150\n", "grbl").verdicts if each.kind is not LineKind.SAME]
 
 
 def test_ticks_of_tmcl_are_10_ms():
-    assert verdict(written("D 124\n", "tmcl"), 1, Kind.NEARLY).off_ps == 4 * 10**9
+    assert verdict(written("D 124\n", "tmcl"), 1, LineKind.NEARLY).off_ps == 4 * 10**9
     assert "WAIT TICKS, 0, 12" in text_of("D 124\n", "tmcl")
 
 
@@ -68,7 +68,7 @@ def test_a_sketch_takes_the_faster_library_for_a_greater_rate():
     assert "#include <AccelStepper.h>" in text_of("R 50\nN 5\nG\n".replace("R 50", "R 10"), "arduino")
     assert "#include <FastAccelStepper.h>" in text_of("R 80\nN 5\nG\n", "arduino")
     found = written("R 80\nN 5\nG\n", "arduino", values={"library": "accelstepper"})
-    judged = verdict(found, 1, Kind.IMPOSSIBLE)
+    judged = verdict(found, 1, LineKind.IMPOSSIBLE)
     assert judged.limit == "about 4,000 steps/s on an Uno (AccelStepper, description of the class)"
 
 
@@ -106,7 +106,7 @@ FOUR_AXES = of_actions(*(MoveBy(line=n, axis=n, distance=n, sign=1, profile=PROF
 @pytest.mark.parametrize("name", ["grbl", "python"])
 def test_axes_beyond_three_are_not_possible_for_grbl(name):
     found = target(name).write(FOUR_AXES, WriterOptions())
-    (judged,) = [each for each in found.verdicts if each.kind is Kind.IMPOSSIBLE]
+    (judged,) = [each for each in found.verdicts if each.kind is LineKind.IMPOSSIBLE]
     assert (judged.line, judged.limit) == (4, "3 axes: X, Y, Z")
 
 
@@ -127,7 +127,7 @@ def test_four_axes_go_to_linuxcnc_and_to_a_sketch():
 @pytest.mark.parametrize("name", ["grbl", "python", "tmcl", "linuxcnc", "arduino"])
 def test_outputs_beyond_those_of_the_target_are_not_possible(name):
     five = of_actions(*(SetOutput(line=n, number=n, level=1) for n in (1, 2, 3, 4, 5)))
-    judged = [each for each in target(name).write(five, WriterOptions()).verdicts if each.kind is Kind.IMPOSSIBLE]
+    judged = [each for each in target(name).write(five, WriterOptions()).verdicts if each.kind is LineKind.IMPOSSIBLE]
     assert judged[-1].line == 5
     assert judged[-1].limit and judged[-1].remedy
 

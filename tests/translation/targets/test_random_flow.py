@@ -20,7 +20,7 @@ from slewline.translation.meaning import (
     SetOutput,
     SetProfile,
 )
-from slewline.translation.writer import WriterOptions
+from slewline.translation.target_writer import WriterOptions
 from slewline.translation.writers import TARGETS, target
 
 from .test_flow import drawn

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from slewline.translation.proof import prove
-from slewline.translation.proof.compare import compared
+from slewline.translation.proof.compare_runs import compared
 from slewline.translation.proof.play import Played, play
 from slewline.translation.reading import read_program
 from slewline.translation.reading_back.surroundings import RefusedLine
-from slewline.translation.report import Kind
+from slewline.translation.target_writer import PlayedTrace, WriterOptions
 from slewline.translation.translate import translate
-from slewline.translation.writer import Trace, WriterOptions
+from slewline.translation.translation_report import LineKind
 from slewline.translation.writers import TARGETS, target
 
 PROGRAMS = Path(__file__).parents[3] / "examples" / "programs"
@@ -32,7 +32,7 @@ def source(path: Path) -> Played:
     return play(path.read_text("utf-8"), part, path.name, scene, list(program.wiring.items()))
 
 
-def read_back(path: Path, name: str, **values: object) -> tuple[Trace, object]:
+def read_back(path: Path, name: str, **values: object) -> tuple[PlayedTrace, object]:
     """Return what a translation does, with inputs that change as at the part, and the translation."""
     done = translate(path, to=name, **values)  # type: ignore[arg-type]
     scene = prove.scene_of(done.program)
@@ -48,7 +48,7 @@ def read_back(path: Path, name: str, **values: object) -> tuple[Trace, object]:
 def test_moves_outputs_and_inputs_come_in_the_order_of_the_part(path, name):
     trace, done = read_back(path, name)
     found = compared(source(path).trace, trace, prove.bounds_of(done.program, done.report))
-    assert found.proven or (name in WITHOUT_INPUTS and done.report.counts[Kind.IMPOSSIBLE]), found.text
+    assert found.proven or (name in WITHOUT_INPUTS and done.report.counts[LineKind.IMPOSSIBLE]), found.text
 
 
 @pytest.mark.parametrize("name", TARGETS)
@@ -70,7 +70,7 @@ def test_each_line_that_says_something_has_a_verdict(path, name):
             assert line.number in judged or entry, line
     for line in done.report:
         for verdict in line.verdicts:
-            if verdict.kind is Kind.IMPOSSIBLE:
+            if verdict.kind is LineKind.IMPOSSIBLE:
                 assert verdict.limit and verdict.remedy, verdict
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from slewline.translation.reading_back import rs274
 from slewline.translation.reading_back.surroundings import RefusedLine
-from slewline.translation.writer import WriterOptions
+from slewline.translation.target_writer import WriterOptions
 from slewline.translation.writers import target
 
 from .ten import TEN, agree, of_part, of_trace, written

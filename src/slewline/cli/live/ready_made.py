@@ -67,8 +67,8 @@ def firmware(name: str | None, board: str | None, output: str | None, source: st
     found = next((place / about.file for place in searched if (place / about.file).is_file()), None)
     if found is None:
         raise UsageError(
-            f"{about.file} is not here.  It is published beside the wheel of a release: download it, and name its "
-            "folder with --from.  In a checkout, make boards builds it"
+            f"{about.file} is not here.  In a checkout make boards builds it; name the folder of a file that was built "
+            "elsewhere with --from"
         )
     data, target = found.read_bytes(), Path(output or about.file)
     if target.suffix != found.suffix:

@@ -21,13 +21,13 @@ from ..meaning import (
     Special,
     WaitInput,
 )
-from ..report import Kind, Verdict
 from ..role_reader import delay_unit_ps
+from ..translation_report import LineKind, LineVerdict
 from .base import Impossible
 from .conditions import LOW_BIT
 from .layout import Goto, ResultPiece
 from .limits import no_command, no_pin, out_of
-from .motions import MotionWriter
+from .target_motions import MotionWriter
 
 MOST_DELAYS = 20  # commands that one delay becomes
 
@@ -66,7 +66,7 @@ class Actions(MotionWriter):
         if off:
             share = abs(off) / action.time_ps
             says = f"{readable(count * unit)} for {readable(action.time_ps)}, {100 * share:.2g} %"
-            self.note(Verdict(action.line, Kind.NEARLY, says, off=share, off_ps=off))
+            self.note(LineVerdict(action.line, LineKind.NEARLY, says, off=share, off_ps=off))
         values = [arg.high] * whole + ([rest] if rest else [])
         return [ResultPiece(row, (value,)) for value in values]
 

@@ -22,13 +22,13 @@ from ..meaning import (
     SetPosition,
     SetProfile,
 )
-from ..registers import rows_by_role, takes_part
-from ..report import Kind, Verdict
+from ..source_registers import rows_by_role, takes_part
+from ..translation_report import LineKind, LineVerdict
 from .conditions import CannotTest, Conditions
-from .directives import Directives
 from .layout import ResultPiece
 from .limits import no_command, out_of
-from .rates import Rates
+from .nearest_rates import Rates
+from .target_directives import Directives
 
 
 class Impossible(Exception):
@@ -47,7 +47,7 @@ class ActionWriter:
         self.rows = rows_by_role(sheet)
         self.conditions = Conditions(sheet, used["inputs"])
         self.directives = Directives(source, sheet)
-        self.verdicts: list[Verdict] = []
+        self.verdicts: list[LineVerdict] = []
         self.starts: dict[int, set[str]] = {}  # labels at the start of a block
         self.last: set[int] = set()  # actions that are the last one of their block
         self.loops: set[tuple[int, str]] = set()  # labels to which loops lead
@@ -133,10 +133,10 @@ class ActionWriter:
 
     def impossible(self, action: Action, says: str, limit: str, remedy: str) -> list[ResultPiece]:
         """Note that an action is not possible; return the comment in its place."""
-        self.note(Verdict(action.line, Kind.IMPOSSIBLE, says or action.text, limit, remedy))
+        self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, says or action.text, limit, remedy))
         return [ResultPiece(comment=f"NOT POSSIBLE: {action.text}: {limit}")]
 
-    def note(self, verdict: Verdict) -> None:
+    def note(self, verdict: LineVerdict) -> None:
         """Keep a verdict."""
         self.verdicts.append(verdict)
 

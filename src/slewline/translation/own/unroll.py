@@ -22,7 +22,7 @@ from ..meaning import (
     RunProgram,
     SetPosition,
 )
-from .stream import StreamStep
+from .line_stream import StreamStep
 
 ENTERED = "the host sends the commands of the program where it is run"
 

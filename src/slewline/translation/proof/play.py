@@ -19,7 +19,7 @@ from ...bench.scripts.script import check_script, run_script
 from ...chips import sheet_of
 from ...core.time.timebase import PS_PER_S
 from ...errors import Timeout
-from ..writer import Happened, Trace
+from ..target_writer import Happened, PlayedTrace
 
 if TYPE_CHECKING:
     from ...core.chip import Chip
@@ -52,7 +52,7 @@ class Scene:
 class Played:
     """A run: its trace, and the bench on which it was made."""
 
-    trace: Trace
+    trace: PlayedTrace
     bench: Bench
     chip: Chip
     started: dict[int, int] = field(default_factory=dict)  # levels of outputs at the start
@@ -96,7 +96,7 @@ def play(
         ]
     order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
     happened.sort(key=lambda each: (each.time_ps or 0, order[each.kind]))
-    return Played(Trace(f"the model of the {part}", tuple(happened), stopped), bench, chip, levels)
+    return Played(PlayedTrace(f"the model of the {part}", tuple(happened), stopped), bench, chip, levels)
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:

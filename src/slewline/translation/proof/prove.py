@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..meaning import Delay, HostDirective, Jump, Motion, Program, SetProfile, WaitInput
-from ..own.writer import linted
-from ..report import Report
-from ..writer import Trace
+from ..own.part_writer import linted
+from ..target_writer import PlayedTrace
+from ..translation_report import Report
 from ..writers import TARGETS, target
-from .compare import Compared, StatedBounds, compared
+from .compare_runs import Compared, StatedBounds, compared
 from .play import Played, Scene, play
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Proof:
 
     source: Played
     result: Played | None
-    trace: Trace | None
+    trace: PlayedTrace | None
     compared: Compared | None
     by: str
     lint: tuple[str, ...] = ()

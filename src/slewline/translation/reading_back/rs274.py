@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 from typing import IO
 
 from ...lifeline import start
-from ..writer import Trace, WriterOptions
+from ..target_writer import PlayedTrace, WriterOptions
 from .surroundings import MOST_EVENTS, RefusedLine, Surroundings
 
 AXES = "XYZABC"
@@ -36,7 +36,7 @@ def command() -> list[str] | None:
     return [found] if found else None
 
 
-def run(text: str, options: WriterOptions) -> Trace | None:
+def run(text: str, options: WriterOptions) -> PlayedTrace | None:
     """Return what rs274 does with a program; None: it is not here, or inputs have levels that it cannot have.
 
     Raises:

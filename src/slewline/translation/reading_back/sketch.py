@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ..writer import Trace, WriterOptions
+from ..target_writer import PlayedTrace, WriterOptions
 from .sketch_steppers import SketchPin, SketchStepper
 from .sketch_tokens import SketchTokens
 from .surroundings import Enough, Surroundings
@@ -45,7 +45,7 @@ class _Function(NamedTuple):
     start: int  # of its body
 
 
-def read(text: str, options: WriterOptions) -> Trace:
+def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return what a sketch does in setup().
 
     Raises:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..writer import Happened, Trace, WriterOptions
+from ..target_writer import Happened, PlayedTrace, WriterOptions
 
 MOST_EVENTS = 5_000
 MOST_STATEMENTS = 100_000
@@ -102,6 +102,6 @@ class Surroundings:
         if ps:
             self.happened.append(Happened("delay", 1, ps))
 
-    def trace(self, ran: str, stopped: bool = False) -> Trace:
+    def trace(self, ran: str, stopped: bool = False) -> PlayedTrace:
         """Return what happened."""
-        return Trace(ran, tuple(self.happened), stopped)
+        return PlayedTrace(ran, tuple(self.happened), stopped)

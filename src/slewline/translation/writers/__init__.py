@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from ..writer import Target
+from ..target_writer import Target
 
 TARGETS: dict[str, str] = {
     "grbl": "grbl:Grbl",

@@ -30,11 +30,12 @@ from ..meaning import (
     SetProfile,
     WaitInput,
 )
-from ..report import OutLine
-from ..writer import Target, Trace, WriterOptions, Written
+from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..translation_report import OutLine
 from .flow import AsLongAs, Node
 from .libraries import ACCEL, FAST, chosen
-from .sheet import (
+from .sketch_pins import ABORT, HOME, INPUTS, SketchPins, level_name
+from .source_sheet import (
     PS,
     compare_times,
     heading,
@@ -45,7 +46,6 @@ from .sheet import (
     unspoken,
     variables,
 )
-from .sketch_pins import ABORT, HOME, INPUTS, SketchPins, level_name
 from .structured import Structured
 
 _Set = dict[int, tuple[float | None, float | None]]
@@ -67,7 +67,7 @@ class Arduino(Target):
         """Return the sketch."""
         return _SketchWriter(self, program, options).written()
 
-    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what the sketch does, by a small interpreter of its C++."""
         from ..reading_back.sketch import read
 

@@ -27,12 +27,12 @@ from ..meaning import (
     SetProfile,
     WaitInput,
 )
-from ..report import OutLine
-from ..writer import Target, Trace, WriterOptions, Written
+from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..translation_report import OutLine
 from .flow import AsLongAs
-from .grbl import FASTEST, FROM_REST, LETTERS, OUTPUTS, GrblWords
+from .grbl_writer import FASTEST, FROM_REST, LETTERS, OUTPUTS, GrblWords
 from .host_frame import FRAME
-from .sheet import (
+from .source_sheet import (
     FAR,
     PS,
     compare_times,
@@ -69,9 +69,9 @@ class HostScript(Target):
         """Return the script."""
         return _ScriptWriter(self, program, options).written()
 
-    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what the script does, by its syntax tree."""
-        from ..reading_back.script import read
+        from ..reading_back.script_reader import read
 
         return read(text, options)
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from ...errors import UsageError
 from ..meaning import Profile, Program
-from ..writer import WriterOptions
-from .sheet import number, top_rate
+from ..target_writer import WriterOptions
+from .source_sheet import number, top_rate
 
 
 class Library(NamedTuple):

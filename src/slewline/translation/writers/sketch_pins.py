@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ..meaning import Program
-from ..report import OutLine
+from ..translation_report import OutLine
 from .libraries import Library
-from .sheet import axes, outputs, wired
+from .source_sheet import axes, outputs, wired
 
 ENABLE = 8  # as on the shield for CNC machines
 INPUTS = ("A0", "A1", "A2", "A3")

@@ -10,10 +10,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from ..meaning import Action, Input, Label, Program, SetProfile
-from ..report import OutLine
-from ..writer import Target, WriterOptions
+from ..target_writer import Target, WriterOptions
+from ..translation_report import OutLine
 from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, counters, nodes, structured
-from .sheet import Draft, Held, lines_of, with_comments
+from .source_sheet import Draft, Held, lines_of, with_comments
 
 
 class Structured(ABC):

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from ...core.time.timebase import readable
-from ..writer import Happened, Trace
+from ..target_writer import Happened, PlayedTrace
 
 SLACK = 0.01  # of a time, beyond what the report states: steps are whole, and so are clocks
 SLACK_PS = 1_000_000_000  # 1 ms
@@ -70,8 +70,8 @@ class Compared:
 
 
 def compared(
-    one: Trace,
-    two: Trace,
+    one: PlayedTrace,
+    two: PlayedTrace,
     bounds: StatedBounds,
     levels: tuple[Mapping[int, int], Mapping[int, int]] = ({}, {}),
     wired: Collection[int] = (1, 2, 3),

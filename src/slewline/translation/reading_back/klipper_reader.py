@@ -11,7 +11,7 @@ import operator
 import re
 from typing import Any
 
-from ..writer import Trace, WriterOptions
+from ..target_writer import PlayedTrace, WriterOptions
 from .surroundings import Enough, RefusedLine, Surroundings
 
 SECTION = re.compile(r"\[(\w+)(?: (\w+))?\]$")
@@ -24,7 +24,7 @@ KNOWN = {"manual_stepper", "output_pin", "gcode_button", "gcode_macro", "delayed
 SEARCHES = {"try_probe", "try_inverted_probe"}
 
 
-def read(text: str, options: WriterOptions) -> Trace:
+def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return what the macro PROGRAM does.
 
     Raises:

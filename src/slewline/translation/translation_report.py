@@ -13,7 +13,7 @@ from enum import Enum
 from .meaning import Assumed
 
 
-class Kind(Enum):
+class LineKind(Enum):
     """What became of a line: kinds in the order from best to worst."""
 
     SAME = "same"
@@ -23,11 +23,11 @@ class Kind(Enum):
     @property
     def worth(self) -> int:
         """0 for the best, more for worse."""
-        return list(Kind).index(self)
+        return list(LineKind).index(self)
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class LineVerdict:
     """What became of a line of the source, or of a part of what it does.
 
     Attributes:
@@ -41,7 +41,7 @@ class Verdict:
     """
 
     line: int
-    kind: Kind
+    kind: LineKind
     says: str = ""
     limit: str = ""
     remedy: str = ""
@@ -71,12 +71,12 @@ class ReportLine:
     number: int
     code: str
     written: tuple[str, ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[LineVerdict, ...]
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> LineKind:
         """The worst of its verdicts; without any, it is the same."""
-        return max((each.kind for each in self.verdicts), key=lambda kind: kind.worth, default=Kind.SAME)
+        return max((each.kind for each in self.verdicts), key=lambda kind: kind.worth, default=LineKind.SAME)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,21 +97,21 @@ class Report:
     part: str
     to: str
     lines: tuple[ReportLine, ...]
-    whole: tuple[Verdict, ...] = ()
+    whole: tuple[LineVerdict, ...] = ()
     assumed: tuple[Assumed, ...] = ()
     wiring: tuple[tuple[str, str, str], ...] = ()
 
     @property
-    def counts(self) -> dict[Kind, int]:
+    def counts(self) -> dict[LineKind, int]:
         """The number of lines of each kind."""
         counted = Counter(line.kind for line in self.lines)
-        return {kind: counted[kind] for kind in Kind}
+        return {kind: counted[kind] for kind in LineKind}
 
     @property
     def same(self) -> bool:
         """Whether every line, and the program as a whole, is the same."""
         kinds = [line.kind for line in self.lines] + [each.kind for each in self.whole]
-        return all(kind is Kind.SAME for kind in kinds)
+        return all(kind is LineKind.SAME for kind in kinds)
 
     def of(self, number: int) -> ReportLine | None:
         """Return what became of a line of the source; None: it says nothing."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import struct
 
-from ..writer import Trace, WriterOptions
+from ..target_writer import PlayedTrace, WriterOptions
 from .surroundings import RefusedLine, Surroundings
 
 LONGEST = 79  # LINE_BUFFER_SIZE is 80, with the end of the line
@@ -28,7 +28,7 @@ def single(value: float) -> float:
     return float(struct.unpack("f", struct.pack("f", value))[0])
 
 
-def read(text: str, options: WriterOptions) -> Trace:
+def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return what a program does.
 
     Raises:

@@ -1,9 +1,9 @@
 """The face of a target: what writes a program in its language, and what reads that back to prove it.
 
 A writer goes through `program.lines` in order and returns lines of its own, each with the line of the source it comes
-from; comments are kept, beside what they were beside.  What it cannot write is a `Verdict` with the limit of the target
-and what a person can do, and a comment in the result at that place.  `translate` puts the warning at the head, and
-makes the report.
+from; comments are kept, beside what they were beside.  What it cannot write is a `LineVerdict` with the limit of the
+target and what a person can do, and a comment in the result at that place.  `translate` puts the warning at the head,
+and makes the report.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from .meaning import Program
-from .report import OutLine, Verdict
+from .translation_report import LineVerdict, OutLine
 
 WARNING = (
     "WARNING: translated by a program. Run it first without load, with a hand on the power switch,",
@@ -50,7 +50,7 @@ class Written:
     """
 
     lines: tuple[OutLine, ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[LineVerdict, ...]
     wiring: tuple[tuple[str, str, str], ...] = ()
     assumed: tuple[tuple[str, str], ...] = ()
 
@@ -79,7 +79,7 @@ class Happened:
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class PlayedTrace:
     """What a run did, in order; `ran` says what ran it, such as "rs274"; `stopped` that it was ended from outside."""
 
     ran: str
@@ -116,10 +116,10 @@ class Target(ABC):
             return self.comment(line.comment) if line.comment else ""
         return f"{line.text}  {self.comment(line.comment)}" if line.comment else line.text
 
-    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what a text does, read by a parser that shares no code with `write`; None: there is none."""
         return None
 
-    def ran(self, text: str, options: WriterOptions) -> Trace | None:
+    def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what a text does in the real interpreter of the target; None: it cannot be run here."""
         return None

@@ -14,9 +14,9 @@ from ...core.datasheet.table import Row
 from ...core.time.timebase import readable
 from ..meaning import Motion, MoveBy, MoveTo, Profile, RunEndless, SetProfile
 from ..profiles import Fitted, Profiles
-from ..report import Kind, Verdict
+from ..translation_report import LineKind, LineVerdict
 from .limits import no_command, out_of
-from .stream import SETTINGS, StreamStep
+from .line_stream import SETTINGS, StreamStep
 
 ROLES = {"start rate": "start_rate", "top rate": "top_rate", "ramp": "ramp"}
 FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly what it was
@@ -79,17 +79,19 @@ class Rates:
         self.held = dict(self.reset)
 
     # ------------------------------------------------------------------------------------------------------- settings
-    def setting(self, action: SetProfile) -> tuple[list[tuple[Row, int]], list[Verdict]]:
+    def setting(self, action: SetProfile) -> tuple[list[tuple[Row, int]], list[LineVerdict]]:
         """Return the commands of the target for a setting, and what became of it."""
         group = self.groups[id(action)]
         if self.source is not None and self.target is not None and self.source.sheet is self.target.sheet:
             row = self.target.sheet.commands.by_form[action.command]
             self.held[row.form] = action.values[0]
-            return [(row, action.values[0])], [Verdict(action.line, Kind.SAME)]
+            return [(row, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
         if self.target is None or group.profile is None:
             if self.target is not None and any(each.profile is not None for each in self._all()):
-                return [], [Verdict(action.line, Kind.SAME, "set together with the other values of the ramp")]
-            return [], [Verdict(action.line, Kind.IMPOSSIBLE, "the ramp depends on values that the text does not set")]
+                return [], [LineVerdict(action.line, LineKind.SAME, "set together with the other values of the ramp")]
+            return [], [
+                LineVerdict(action.line, LineKind.IMPOSSIBLE, "the ramp depends on values that the text does not set")
+            ]
         fitted = self.target.fit(group.profile)
         done = self.emitted.setdefault(id(group), set())
         forms = list(self._forms(action, fitted, done))
@@ -120,7 +122,7 @@ class Rates:
         if row is not None and row.form in fitted.values and row.form not in done:
             yield row.form
 
-    def _verdict(self, action: SetProfile, wanted: Profile, fitted: Fitted) -> Verdict:
+    def _verdict(self, action: SetProfile, wanted: Profile, fitted: Fitted) -> LineVerdict:
         """What became of a rate or a ramp."""
         assert self.target is not None  # noqa: S101
         sheet, got = self.target.sheet, fitted.profile
@@ -132,9 +134,9 @@ class Rates:
         off = abs(found - rate) / rate if rate else 0.0
         says = f"{found:.6g} steps/s for {rate:.6g}, {percent(off)}"
         if off <= EXACT:
-            return Verdict(action.line, Kind.SAME)
+            return LineVerdict(action.line, LineKind.SAME)
         if off <= FAR_OFF:
-            return Verdict(action.line, Kind.NEARLY, says, off=off)
+            return LineVerdict(action.line, LineKind.NEARLY, says, off=off)
         limit = no_command(sheet, role) if row is None else f"{out_of(sheet, row, row.args[0])} is {self.span(role)}"
         remedy = (
             "check that the motor starts at this rate"
@@ -143,15 +145,15 @@ class Rates:
         )
         if found > rate and action.sets == "top rate":
             remedy = "a slower crystal of the target lowers all of its rates"
-        return Verdict(action.line, Kind.IMPOSSIBLE, says, limit, remedy, off=off)
+        return LineVerdict(action.line, LineKind.IMPOSSIBLE, says, limit, remedy, off=off)
 
-    def _ramp(self, action: SetProfile, wanted: Profile, got: Profile, row: Row | None) -> Verdict:
+    def _ramp(self, action: SetProfile, wanted: Profile, got: Profile, row: Row | None) -> LineVerdict:
         assert self.target is not None  # noqa: S101
         if not wanted.ramped:
             if not got.ramped:
-                return Verdict(action.line, Kind.SAME)
+                return LineVerdict(action.line, LineKind.SAME)
             limit = "every motion of the target has a ramp"
-            return Verdict(action.line, Kind.IMPOSSIBLE, f"a ramp of {readable(got.time_ps)} for none", limit)
+            return LineVerdict(action.line, LineKind.IMPOSSIBLE, f"a ramp of {readable(got.time_ps)} for none", limit)
         difference = got.time_ps - wanted.time_ps
         off = abs(difference) / wanted.time_ps
         steps = f", {got.steps:.0f} steps for {wanted.steps:.0f}" if round(got.steps) != round(wanted.steps) else ""
@@ -159,9 +161,9 @@ class Rates:
             f"ramp {readable(round(got.time_ps, -6))} for {readable(round(wanted.time_ps, -6))}, {percent(off)}{steps}"
         )
         if off <= EXACT and not steps:
-            return Verdict(action.line, Kind.SAME)
+            return LineVerdict(action.line, LineKind.SAME)
         if off <= FAR_OFF:
-            return Verdict(action.line, Kind.NEARLY, says, off=off, off_ps=difference)
+            return LineVerdict(action.line, LineKind.NEARLY, says, off=off, off_ps=difference)
         sheet = self.target.sheet
         limit = no_command(sheet, "ramp") if row is None else out_of(sheet, row, row.args[0])
         remedy = (
@@ -169,7 +171,7 @@ class Rates:
             if difference < 0
             else "a longer ramp is gentler; moves take longer"
         )
-        return Verdict(action.line, Kind.IMPOSSIBLE, says, limit, remedy, off=off, off_ps=difference)
+        return LineVerdict(action.line, LineKind.IMPOSSIBLE, says, limit, remedy, off=off, off_ps=difference)
 
     def span(self, role: str) -> str:
         """Return the rates of a command of the target, in words."""
@@ -178,7 +180,7 @@ class Rates:
         return f"{low:.0f} to {high:.0f} steps/s"
 
     # -------------------------------------------------------------------------------------------------------- motions
-    def motion(self, action: Motion) -> Verdict:
+    def motion(self, action: Motion) -> LineVerdict:
         """Return what became of a motion: its time from the first step to the last one.
 
         Of a motion whose profile or steps depend on the path, it is the worst of those that the program sets, and of
@@ -189,10 +191,10 @@ class Rates:
             steps = action.distance
         profiles = [action.profile] if action.profile is not None else self._profiles()
         if self.source is None or self.target is None or not profiles or steps == 0 or isinstance(action, RunEndless):
-            return Verdict(action.line, Kind.SAME)
+            return LineVerdict(action.line, LineKind.SAME)
         found = [self._off(profile, length) for profile in profiles for length in self._lengths(profile, steps)]
         off, before, after = max(found, key=lambda each: each[0])
-        kind = Kind.SAME if off <= CLOSE else Kind.NEARLY if off <= FAR_MOVE else Kind.IMPOSSIBLE
+        kind = LineKind.SAME if off <= CLOSE else LineKind.NEARLY if off <= FAR_MOVE else LineKind.IMPOSSIBLE
         upto = "" if len(found) == 1 else "up to "
         says = (
             f"{readable(round(after, -6))} for {readable(round(before, -6))}, {upto}{percent(off)}"
@@ -201,12 +203,12 @@ class Rates:
         )
         if upto and says:
             says = f"up to {percent(off)}, depending on its steps"
-        if kind is not Kind.IMPOSSIBLE:
-            return Verdict(action.line, kind, says, off=off, off_ps=after - before)
+        if kind is not LineKind.IMPOSSIBLE:
+            return LineVerdict(action.line, kind, says, off=off, off_ps=after - before)
         top = self.target.rows["top_rate"]
         limit = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have another law"
         remedy = "the steps are right: check what waits for the end of the move"
-        return Verdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
+        return LineVerdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
         """The steps of a motion; if they are not known, lengths of all kinds: short, and just longer than both ramps.

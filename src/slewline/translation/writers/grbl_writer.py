@@ -30,10 +30,10 @@ from ..meaning import (
     SetProfile,
     WaitInput,
 )
-from ..report import OutLine
-from ..writer import Target, Trace, WriterOptions, Written
+from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..translation_report import OutLine
 from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, structured
-from .sheet import (
+from .source_sheet import (
     FAR,
     PS,
     Draft,
@@ -79,9 +79,9 @@ class Grbl(Target):
         """Return the program, written out."""
         return _GrblWriter(self, program, options).written()
 
-    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what grbl does with the text."""
-        from ..reading_back.grbl import read
+        from ..reading_back.grbl_reader import read
 
         return read(text, options)
 

@@ -34,6 +34,6 @@ def translate_command(**options: Any) -> int:
 
     Run a result first without load.  Try it with --prove, which runs both sides.
     """
-    from .translate import translate
+    from .translate_command import translate
 
     return translate(**options)

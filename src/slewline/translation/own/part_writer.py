@@ -23,13 +23,13 @@ from ..meaning import (
     WaitInput,
 )
 from ..profiles import Profiles
-from ..report import Kind, OutLine, Verdict
-from ..writer import WriterOptions, Written
+from ..target_writer import WriterOptions, Written
+from ..translation_report import LineKind, LineVerdict, OutLine
 from .actions import Actions
 from .layout import ResultLayout, ResultPiece
 from .limits import memory
-from .rates import Rates
-from .stream import StreamStep, arranged, steps_of
+from .line_stream import StreamStep, arranged, steps_of
+from .nearest_rates import Rates
 from .unroll import unrolled
 
 WIRED = (
@@ -104,9 +104,9 @@ class OwnWriter:
             assumed.append(("inputs that the program does not test", f"{names} open, which is high"))
         return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
 
-    def _refused(self, pieces: list[ResultPiece]) -> list[Verdict]:
+    def _refused(self, pieces: list[ResultPiece]) -> list[LineVerdict]:
         """What the linter finds wrong with the result, such as an end of a counter: it becomes a comment."""
-        found: list[Verdict] = []
+        found: list[LineVerdict] = []
         for _ in range(MOST_ROUNDS):
             layout = ResultLayout(self.sheet, pieces)
             texts = [layout.text(piece) for piece in pieces]
@@ -117,7 +117,9 @@ class OwnWriter:
                 piece = pieces[at]
                 limit = f"{problem.allowed or problem.found} ({problem.where or self.sheet.manual})"
                 found.append(
-                    Verdict(piece.source, Kind.IMPOSSIBLE, problem.found, limit, problem.remedy or "write it by hand")
+                    LineVerdict(
+                        piece.source, LineKind.IMPOSSIBLE, problem.found, limit, problem.remedy or "write it by hand"
+                    )
                 )
                 piece.row, piece.text, piece.comment = None, "", f"NOT POSSIBLE: {texts[at]}: {problem.found}"
             if not wrong:
@@ -231,7 +233,7 @@ class OwnWriter:
         )
         return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
 
-    def _too_large(self, layout: ResultLayout) -> list[Verdict]:
+    def _too_large(self, layout: ResultLayout) -> list[LineVerdict]:
         """Programs that do not fit: they become comments, since a part of a program is worse than none."""
         found = []
         for block, size in layout.sizes.items():
@@ -244,16 +246,16 @@ class OwnWriter:
                     piece.row, piece.comment = None, f"DOES NOT FIT: {layout.text(piece)}"
             says = f"{size} {self.sheet.memory_unit}s"
             remedy = "split the program, and let the host run its parts one after the other"
-            found += [Verdict(line, Kind.IMPOSSIBLE, says, limit, remedy) for line in sorted(lines) if line]
+            found += [LineVerdict(line, LineKind.IMPOSSIBLE, says, limit, remedy) for line in sorted(lines) if line]
         return found
 
-    def _moved(self) -> list[Verdict]:
+    def _moved(self) -> list[LineVerdict]:
         """What is not where it was."""
         lines: dict[int, str] = {}
         for step in self.steps:
             if step.moved and step.action is not None:
                 lines[step.line.number] = step.moved
-        return [Verdict(number, Kind.SAME, f"moved {where}") for number, where in lines.items()]
+        return [LineVerdict(number, LineKind.SAME, f"moved {where}") for number, where in lines.items()]
 
     def _wiring(self) -> list[tuple[str, str, str]]:
         """Which wire of the source is which of the target."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple
 
-from ..writer import Trace, WriterOptions
+from ..target_writer import PlayedTrace, WriterOptions
 from .surroundings import Enough, RefusedLine, Surroundings
 
 AXES = "XYZABCUVW"
@@ -48,7 +48,7 @@ class _Return(Exception):
     """A return from a subroutine."""
 
 
-def read(text: str, options: WriterOptions) -> Trace:
+def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return what a program does.
 
     Raises:

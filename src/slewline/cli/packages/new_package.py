@@ -18,12 +18,12 @@ from typing import Literal
 
 import click
 
-from .. import build
-from ..bench.files.shipped_files import named, title
-from ..chips import CATALOGUE as CHIPS
-from ..errors import UsageError
-from ..parts import CATALOGUE as PARTS
-from .demo import made
+from ... import build
+from ...bench.files.shipped_files import named, title
+from ...chips import CATALOGUE as CHIPS
+from ...errors import UsageError
+from ...parts import CATALOGUE as PARTS
+from ..demo import made
 
 Kind = Literal["chip", "part"]
 

@@ -31,11 +31,11 @@ from ..meaning import (
     SetPosition,
     SetProfile,
 )
-from ..report import OutLine
-from ..writer import Target, Trace, WriterOptions, Written
+from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..translation_report import OutLine
 from .flow import Node, Repeat, structured
 from .pieces import Decision, Pieces, Portion
-from .sheet import (
+from .source_sheet import (
     FAR,
     PS,
     Draft,
@@ -78,9 +78,9 @@ class Klipper(Target):
         """Return the configuration."""
         return _KlipperWriter(self, program, options).written()
 
-    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what the macros do."""
-        from ..reading_back.klipper import read
+        from ..reading_back.klipper_reader import read
 
         return read(text, options)
 

@@ -30,10 +30,10 @@ from ..meaning import (
     SetProfile,
     WaitInput,
 )
-from ..report import OutLine
-from ..writer import Target, Trace, WriterOptions, Written
+from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..translation_report import OutLine
 from .flow import AsLongAs
-from .sheet import (
+from .source_sheet import (
     FAR,
     PS,
     compare_times,
@@ -73,13 +73,13 @@ class LinuxCNC(Target):
         """Return the program with O-words."""
         return _LinuxCncWriter(self, program, options).written()
 
-    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what the text does, by a small interpreter of O-words."""
-        from ..reading_back.linuxcnc import read
+        from ..reading_back.linuxcnc_reader import read
 
         return read(text, options)
 
-    def ran(self, text: str, options: WriterOptions) -> Trace | None:
+    def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what `rs274` of LinuxCNC does with the text; None: it is not installed."""
         from ..reading_back.rs274 import run
 

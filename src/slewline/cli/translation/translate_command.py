@@ -16,8 +16,8 @@ from ..files import STDIN, Outputs, chip_of, is_bench, read_program
 
 if TYPE_CHECKING:
     from ...translation.proof.prove import Proof
-    from ...translation.report import Report, Verdict
     from ...translation.translate import Translation
+    from ...translation.translation_report import LineVerdict, Report
 
 COLOURS = {"same": None, "nearly": "yellow", "not possible": "red"}
 MOST_STEPS_PER_MM = 1e6
@@ -40,8 +40,8 @@ def translate(
     as_json: bool,
 ) -> int:
     """Translate a program, print the result and the report; return the exit status."""
+    from ...translation.target_writer import WriterOptions
     from ...translation.translate import known, refusal, translate_text
-    from ...translation.writer import WriterOptions
 
     known(to)
     if is_bench(file):
@@ -111,9 +111,9 @@ def status(done: Translation, proof: Proof | None) -> int:
 
 def worst() -> Any:
     """Return what a line is that is not possible."""
-    from ...translation.report import Kind
+    from ...translation.translation_report import LineKind
 
-    return Kind.IMPOSSIBLE
+    return LineKind.IMPOSSIBLE
 
 
 # ---------------------------------------------------------------------------------------------------------------- text
@@ -137,7 +137,7 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
         yield f"proof    {proved(proof)}", None if proof.proven else "red"
 
 
-def described(verdict: Verdict) -> str:
+def described(verdict: LineVerdict) -> str:
     """Return what a verdict says, its limit and its remedy; empty: it is the same."""
     return "; ".join(filter(None, (verdict.says, verdict.limit, verdict.remedy)))
 
@@ -184,7 +184,7 @@ def data(done: Translation, proof: Proof | None) -> dict[str, Any]:
     return found
 
 
-def verdict_object(verdict: Verdict) -> dict[str, Any]:
+def verdict_object(verdict: LineVerdict) -> dict[str, Any]:
     """Return a verdict as data."""
     return {
         "kind": verdict.kind.value,

@@ -17,8 +17,8 @@ from ..meaning import (
     SetTarget,
     Stop,
 )
-from ..registers import rows_by_role
-from ..report import Kind, Verdict
+from ..source_registers import rows_by_role
+from ..translation_report import LineKind, LineVerdict
 from .base import ActionWriter, Impossible
 from .layout import ResultPiece
 from .limits import no_command
@@ -193,13 +193,13 @@ class MotionWriter(ActionWriter):
                 "stops a motion", f"no command of the {self.sheet.part.upper()} stops a motion ({self.sheet.manual})"
             )
         if action.ramped:
-            self.note(Verdict(action.line, Kind.SAME, "by the pin, along the ramp"))
+            self.note(LineVerdict(action.line, LineKind.SAME, "by the pin, along the ramp"))
         else:
             limit = (
                 f"no command of the {self.sheet.part.upper()} stops a motion at the running step ({self.sheet.manual})"
             )
             remedy = "switch the driver off where a motion must stop immediately"
-            self.note(Verdict(action.line, Kind.IMPOSSIBLE, "stops along the ramp", limit, remedy))
+            self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, "stops along the ramp", limit, remedy))
         return [ResultPiece(text=text) for text in directive]
 
 

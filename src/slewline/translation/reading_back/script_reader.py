@@ -7,8 +7,8 @@ import operator
 from contextlib import suppress
 from typing import Any
 
-from ..writer import Trace, WriterOptions
-from .grbl import AXES, Machine
+from ..target_writer import PlayedTrace, WriterOptions
+from .grbl_reader import AXES, Machine
 from .surroundings import Enough, RefusedLine
 
 BINARY: dict[type, Any] = {ast.Mult: operator.mul, ast.Add: operator.add, ast.Sub: operator.sub}
@@ -24,7 +24,7 @@ class _Broken(Exception):
     """A loop ends."""
 
 
-def read(text: str, options: WriterOptions) -> Trace:
+def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return what a script does.
 
     Raises:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ..writer import Trace, WriterOptions
+from ..target_writer import PlayedTrace, WriterOptions
 from .surroundings import Enough, RefusedLine, Surroundings
 
 NUMBER = re.compile(r"-?\d+$")
@@ -129,7 +129,7 @@ def binary(text: str, address: int = 1) -> bytes:
     return bytes(out)
 
 
-def read(text: str, options: WriterOptions) -> Trace:
+def read(text: str, options: WriterOptions) -> PlayedTrace:
     """Return what a program does.
 
     Raises:

@@ -31,9 +31,9 @@ from ..meaning import (
     SetProfile,
     WaitInput,
 )
-from ..report import OutLine
-from ..writer import Target, Trace, WriterOptions, Written
-from .sheet import (
+from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..translation_report import OutLine
+from .source_sheet import (
     PS,
     Draft,
     heading,
@@ -73,9 +73,9 @@ class Tmcl(Target):
         """Return the program with labels and jumps."""
         return _TmclWriter(self, program).written()
 
-    def read_back(self, text: str, options: WriterOptions) -> Trace | None:
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what the program does, assembled and run."""
-        from ..reading_back.tmcl import read
+        from ..reading_back.tmcl_reader import read
 
         return read(text, options)
 

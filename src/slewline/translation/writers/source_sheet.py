@@ -37,7 +37,7 @@ from ..meaning import (
     WaitInput,
 )
 from ..profiles import Profiles
-from ..report import Kind, OutLine, Verdict
+from ..translation_report import LineKind, LineVerdict, OutLine
 
 PS = 10**12
 MS = 10**9
@@ -51,7 +51,7 @@ class Draft:
         self.lines: list[OutLine] = []
         self.comment = comment
         self.time_of = measured(program)
-        self.verdicts: list[Verdict] = []
+        self.verdicts: list[LineVerdict] = []
         self.depth = 0
         self._indent = indent
 
@@ -65,17 +65,17 @@ class Draft:
 
     def same(self, line: int, says: str = "") -> None:
         """Note that a line of the source is the same."""
-        self.verdicts.append(Verdict(line, Kind.SAME, says))
+        self.verdicts.append(LineVerdict(line, LineKind.SAME, says))
 
     def nearly(self, line: int, says: str, off: float = 0.0, off_ps: int = 0) -> None:
         """Note that a line of the source is nearly the same, and by how much it differs."""
-        verdict = Verdict(line, Kind.NEARLY, says, off=off, off_ps=off_ps)
+        verdict = LineVerdict(line, LineKind.NEARLY, says, off=off, off_ps=off_ps)
         if verdict not in self.verdicts:  # a loop that was unrolled, and each pass says so
             self.verdicts.append(verdict)
 
     def impossible(self, line: int, says: str, limit: str, remedy: str) -> None:
         """Note that a line of the source is not possible, and leave a comment in its place."""
-        verdict = Verdict(line, Kind.IMPOSSIBLE, says, limit, remedy)
+        verdict = LineVerdict(line, LineKind.IMPOSSIBLE, says, limit, remedy)
         if verdict not in self.verdicts:
             self.verdicts.append(verdict)
             self.remark(f"NOT POSSIBLE, line {line}: {says}.", line)

@@ -1,0 +1,42 @@
+"""slewline new-chip and new-part: their options."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..options.shared import EXIT
+from ..options.values import DIRECTORY
+
+INTO = click.option(
+    "--output", "-o", metavar="DIR", default=".", show_default=True, help="Where the files go.", type=DIRECTORY
+)
+
+
+@click.command("new-chip", short_help="Write a package with a chip of your own.", epilog=EXIT)
+@click.argument("name")
+@INTO
+def new_chip_command(**options: Any) -> int:
+    """Write a package with a chip of your own: sheet, class, tests, conformance table, and a program for it.
+
+    NAME is what the chip is called: small letters, digits, single hyphens.  The package works unchanged; the chip in it
+    is made up, and you replace its rows.
+    """
+    from .new_package import new
+
+    return new("chip", **options)
+
+
+@click.command("new-part", short_help="Write a package with a part of your own.", epilog=EXIT)
+@click.argument("name")
+@INTO
+def new_part_command(**options: Any) -> int:
+    """Write a package with a part of your own, for a place beside a chip: class, tests, conformance table, bench files.
+
+    NAME is what the part is called: small letters, digits, single hyphens.  The package works unchanged; the part in it
+    is a relay, and you replace what it does.
+    """
+    from .new_package import new
+
+    return new("part", **options)
