@@ -16,6 +16,7 @@ from pathlib import Path
 from ..bench.circuit import crystal_for
 from ..bench.scripts.program_file import program_text
 from ..chips import CATALOGUE, sheet_of
+from ..core.messages.calls import answering
 from ..core.messages.near import hint
 from ..errors import UnknownName, UsageError
 from .meaning import Assumed, Program
@@ -51,6 +52,7 @@ class Translation:
         return f"<Translation of {self.report.where} for {self.report.to}: {counts}>"
 
 
+@answering("translate()")
 def translate(
     file: str | PathLike[str],
     *,

@@ -54,6 +54,7 @@ EXAMPLES = {  # of commands that need more than one option
     "terminal": "/dev/ttyUSB0 --chip gs-c200s",
     "proxy": "--serial /dev/ttyUSB0 --chip gs-c200s --tcp 4001 --dialogue recorded.dialogue",
     "epics": "/dev/ttyUSB0 --chip gs-c200s --record lab:m1 S=10 T=100 R=50",
+    "translate": "old.cy512 --to cy525 --prove",
     "check-capture": "recorded.csv --axis x=STEP,DIR",
     "decode": "recorded.csv --chip gs-c200s --host D0 --module D1",
 }

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from ..options.command_kinds import HintingCommand
 from ..options.shared import EXIT
 from ..options.values import DIRECTORY
 
@@ -14,7 +15,7 @@ INTO = click.option(
 )
 
 
-@click.command("new-chip", short_help="Write a package with a chip of your own.", epilog=EXIT)
+@click.command("new-chip", cls=HintingCommand, short_help="Write a package with a chip of your own.", epilog=EXIT)
 @click.argument("name")
 @INTO
 def new_chip_command(**options: Any) -> int:
@@ -28,7 +29,7 @@ def new_chip_command(**options: Any) -> int:
     return new("chip", **options)
 
 
-@click.command("new-part", short_help="Write a package with a part of your own.", epilog=EXIT)
+@click.command("new-part", cls=HintingCommand, short_help="Write a package with a part of your own.", epilog=EXIT)
 @click.argument("name")
 @INTO
 def new_part_command(**options: Any) -> int:

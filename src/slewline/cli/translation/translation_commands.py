@@ -6,11 +6,12 @@ from typing import Any
 
 import click
 
+from ..options.command_kinds import HintingCommand
 from ..options.shared import CHIP, CRYSTAL, EXIT, JSON, path
 from ..options.values import FILE, FREQUENCY, WholeNumber
 
 
-@click.command("translate", short_help="Move a program to another part or controller.", epilog=EXIT)
+@click.command("translate", cls=HintingCommand, short_help="Move a program to another part or controller.", epilog=EXIT)
 @click.argument("file", type=FILE)
 @click.option("--to", required=True, metavar="TARGET", help="A part (slewline chips), or another controller.")
 @CHIP

@@ -10,10 +10,10 @@ from importlib import import_module
 from ..target_writer import Target
 
 TARGETS: dict[str, str] = {
-    "grbl": "grbl:Grbl",
-    "linuxcnc": "linuxcnc:LinuxCNC",
-    "klipper": "klipper:Klipper",
-    "tmcl": "tmcl:Tmcl",
+    "grbl": "grbl_writer:Grbl",
+    "linuxcnc": "linuxcnc_writer:LinuxCNC",
+    "klipper": "klipper_writer:Klipper",
+    "tmcl": "tmcl_writer:Tmcl",
     "arduino": "arduino:Arduino",
     "python": "host_script:HostScript",
 }
