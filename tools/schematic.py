@@ -14,7 +14,7 @@ from netlist import FOLDER, MODULE, ROOT, Board, read, value
 
 from slewline.chips.gs_c200.sheet import GS_C200S
 
-OUT = ROOT / "docs" / "images" / "gs_c200s_board.svg"
+OUT = ROOT / "hardware" / "gs_c200s" / "schematic.svg"
 ROW, BODY, WIRE, GAP = 15, 118, 26, 34
 COLUMNS = (("U5", "U6", "D1", "D3", "D2"), ("U2", "U3"), ("U1",), ("U4", "Q1", "U8", "Q2", "U7"))
 LEFT_WAYS = ("in", "supply", "passive", "ground")

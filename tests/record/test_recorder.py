@@ -378,7 +378,7 @@ def test_an_array_ends_after_106_days(rig):
 def test_import_loads_neither_numpy_nor_matplotlib():
     modules = [
         *(f"recording.{name}" for name in ("recorder", "export_csv", "export_npz", "outlines")),
-        *(f"pictures.{name}" for name in ("figures", "lanes", "marks", "pictures", "cursors")),
+        *(f"pictures.{name}" for name in ("figures", "lanes", "marks", "picture_files", "cursors")),
         *("waveforms.vcd", "measuring.measure"),
     ]
     code = "import sys; " + "".join(f"import slewline.record.{m}; " for m in modules)

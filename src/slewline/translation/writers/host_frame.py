@@ -6,7 +6,7 @@ from __future__ import annotations
 FRAME = '''import sys
 import time
 
-import serial  # pip install pyserial
+import serial  # of the package pyserial
 
 PORT = "{port}"
 STEPS_PER_MM = {spm}
