@@ -386,6 +386,13 @@ def test_eleven_characters_pass_and_twelve_are_too_many(part: str) -> None:
     assert rig.wire("F\r") == b"R\r"
 
 
+@pytest.mark.parametrize(("line", "answer"), [("+0000000005", "E4"), ("+00000000005", "E1"), ("F" * 40, "E1")])
+def test_the_characters_of_a_line_that_is_taken_whole_are_counted(line: str, answer: str) -> None:
+    bench = slewline.Bench()
+    host = bench.host(bench.add("gs-c200s", "x", straps={"chs": 0}))
+    assert host.ask(line) == answer and host.ask("F") == "R"
+
+
 @pytest.mark.fact("GSC-UND-MAXLEN", "GSC-CON-V-LENGTH")
 def test_the_longest_string_has_address_command_and_checksum() -> None:
     rig = base(C200S, chs=1, sel0=0)
