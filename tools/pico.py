@@ -42,7 +42,7 @@ WORDS = (
 )
 FLASH, RAM, STACK = 64 * 1024, 16 * 1024, 2 * 1024  # bytes that it may take; RAM without the code that is copied there
 FLASH_BEGIN, BOOT2, PAGE = 0x10000000, 256, 256
-HEADER = 8  # where its header is, from the end of the second stage on: behind two vectors
+HEADER = 8  # where its header is, from the end of the second stage on: after two vectors
 UF2 = (0x0A324655, 0x9E5D5157, 0x0AB16F30)
 FAMILY = 0xE48BFF56  # of the RP2040
 

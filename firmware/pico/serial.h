@@ -24,7 +24,7 @@ void serial_put(uint8_t character, cycles at, bool follows);
 
 cycles serial_length(void); /* of a character */
 bool serial_is_sending(void);
-bool serial_is_empty(void); /* no character waits behind the one that is being sent */
+bool serial_is_empty(void); /* no character waits after the one that is being sent */
 
 void serial_interrupt(void);
 

@@ -265,7 +265,7 @@ def test_the_state_of_a_drive_has_one_owner() -> None:
 
 # ------------------------------------------------------------------------------------------------------------- names
 TWICE = {"Decoder", "Serial"}  # of each dialect that is decoded; pySerial's and serialx's own word
-FIELD = {f"translation/{name}.py" for name in ("meaning",)}  # what a program does, in the field's terms
+FIELD = {"translation/meaning.py"}  # what a program does, in the field's terms
 
 
 def test_a_class_name_is_that_of_one_class_but_for_the_roles_that_every_chip_has() -> None:

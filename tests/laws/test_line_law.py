@@ -6,12 +6,14 @@ from collections import Counter
 
 import pytest
 
+from slewline.core.wires.receiver import Receiver
 from tests.ensembles import few
 
 from . import exchange_lines
 from .exchanges import differences
 
 VARIANTS = 5  # of one dialogue
+QUIET = {"strapped": 9600, "baud": None, "checked": False, "addresses": (None,), "lenient": False}
 
 
 def agree(seeds: range) -> Counter[str]:
@@ -48,3 +50,24 @@ def test_a_quiet_dialogue_takes_lines_whole_and_its_twin_none() -> None:
         worlds = [exchange_lines.played(exchange_lines.base(seed), twin, seed, recorded=not twin) for seed in range(12)]
         entries[twin] = sum(next(world.bench.kernel.order) for world in worlds)
     assert entries[False] < 0.8 * entries[True], entries
+
+
+@pytest.mark.parametrize("how", ["got", "function"])
+def test_who_begins_to_look_in_the_middle_of_a_line_stops_at_the_character(how: str) -> None:
+    """Not when the line is over, which is when the receiver would have been woken."""
+    stopped = []
+    for twin in (False, True):
+        dialogue = exchange_lines.Dialogue(0, "gs-c200s", "V1\r", QUIET)
+        whole, Receiver.whole_lines = Receiver.whole_lines, not twin
+        try:
+            world = exchange_lines.Told(dialogue, None)
+            world.bench.run_until(world.pins["x.txd"].is_(1))  # the answer begins
+            world.bench.run("100 us")
+            if how == "got":
+                world.bench.run_until(world.host.got("V+"))
+            else:
+                world.bench.run_until(lambda world=world: len(world.host.received) == 2)  # type: ignore[misc]
+            stopped.append([world.bench.now_ps, len(world.host.received)])
+        finally:
+            Receiver.whole_lines = whole
+    assert stopped[0] == stopped[1]

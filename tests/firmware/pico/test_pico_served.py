@@ -1,4 +1,4 @@
-"""A Pico behind a pseudo-terminal, in real time: old programs and the tools of slewline find the same module."""
+"""A Pico on a pseudo-terminal, in real time: old programs and the tools of slewline find the same module."""
 
 from __future__ import annotations
 
