@@ -39,7 +39,7 @@ static void START start_clocks(void)
     while (!(PLL_CS >> 31))
         ;
     PLL_PRIM = 5u << 16 | 2u << 12;
-    CLEAR(PLL_PWR) = 8;               /* the dividers after it */ 
+    CLEAR(PLL_PWR) = 8;               /* the dividers after it */
     REGISTER(CLK_SYS_CTRL) = 0;       /* auxiliary source: PLL */
     REGISTER(CLK_SYS_CTRL) = 1;
     while (!(CLK_SYS_SELECTED & 2))
