@@ -781,3 +781,41 @@ def power_cuts(d: Case) -> None:
         d.wait(MS)
         d.start()
         d.says("X", "Q", "M", "X", "Q")
+
+
+def _kept(name: str, content: bytes) -> None:
+    """Add a case: a memory whose content could not be entered, or just so."""
+
+    @case(kept=content, low=("rec", "eot", "home"))
+    def script(d: Case) -> None:
+        d.wait(S)
+        d.says("K", "X", "Q", "F", "E", "F")
+
+    script.__name__ = CASES[-1][0]
+    CASES[-1] = (f"kept_{name}", script)
+
+
+for _name, _content in {
+    "direction_0": b"g\0\0\0",
+    "direction_0_to_an_input": b"x\0\1\0",
+    "direction_2": b"g\2\0\0",
+    "input_4": b"x\1\4\0",
+    "input_0": b"W\0",
+    "output_0": b"A\0",
+    "delay_0": b"D\0",
+    "passes_0": b"L\0",
+    "no_start_stop_speed": b"S\0\0\0",
+    "a_start_stop_speed_too_high": b"S\xe9\3\0",
+    "the_highest_start_stop_speed": b"S\xe8\3\0",
+    "a_ramp_of_1000": b"R\xe8\3\0",
+    "a_ramp_of_999": b"R\xe7\3\0",
+    "a_move_of_0": b"+\0\0\0",
+    "a_move_of_a_million": b"+\x40\x42\x0f",
+    "a_move_of_a_million_back": b"+\xc0\xbd\xf0",
+    "a_position_of_the_other_part": b"G\xe1\xff\xff",
+    "a_position_of_10_million": b"G\x80\x96\x98",
+    "the_highest_position": b"G\x7f\x96\x98",
+    "a_jump_to_119": b"j\x77",
+    "a_jump_to_118": b"j\x76",
+}.items():
+    _kept(_name, PROGRAM[:12] + _content)
