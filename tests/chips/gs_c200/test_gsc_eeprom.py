@@ -380,7 +380,9 @@ def test_a_journal_repeats_the_fault_of_the_eeprom(tmp_path: Path) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-E6")
-@pytest.mark.parametrize("data", [b"\xff", b"\0", b"A", b"A\1" * 60, b"S\x0a\0\0S"])
+@pytest.mark.parametrize(
+    "data", [b"\xff", b"\0", b"A", b"A\1" * 60, b"S\x0a\0\0S", b"A\4", b"S\0\0\0", b"T\xe9\3\0", b"+\0\0\0", b"x\1\0\0"]
+)
 def test_what_is_no_program_is_not_recalled(part: str, data: bytes) -> None:
     store = Failing()
     store.data = data
