@@ -136,8 +136,13 @@ class SendingEnd(Protocol):
 
     request: Driver
     bus: Driver
-    ready: Net
-    sent: int
+
+    def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
+        """Return what it waits for at a byte of what it sends: the levels of nets, the first one of which wakes it.
+
+        Args:
+            low: it requests that byte; else it is about to.
+        """
 
 
 @runtime_checkable
@@ -145,35 +150,41 @@ class TakingEnd(End, Protocol):
     """The chip's end: it takes bytes.
 
     Attributes:
-        awaiting: it waits for I/O REQUEST, and for nothing else.
-        select, mode: nets whose levels it goes by.
-        accepted: changes of `request` by the time at which it took the last byte.
+        awaiting: it waits for I/O REQUEST, and for what else is in `awaited`: (net, level).
+        held: nets by whose levels it goes.
+        instrobe: the output that says when the bus is read, if it has one.
         exchange: by which bytes come as a value, if they do at present.
     """
 
     awaiting: bool
+    awaited: tuple[tuple[Net, int | None], ...]
+    held: tuple[Net, ...]
     request: Net
-    select: Net
-    mode: Net
     ready: Driver
-    instrobe: Driver
+    instrobe: Driver | None
     byte_times: ByteTimes
     clock: Clock
-    accepted: int
     exchange: Handshakes | None
 
     @property
     def task(self) -> Task:
         """The chip's task."""
 
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from a place on, it would take now, all but the last one only to keep them."""
+        """Return how many bytes, from a place on, it takes as a value, all but the last one only to keep them."""
 
     def begins(self, coming: HandshakenBytes) -> None:
         """Bytes begin to come."""
 
-    def reached(self, number: int, stage: Stage) -> None:
-        """Be as far as this with a byte, the ones before it kept, and go on from there when the task is resumed."""
+    def reached(self, number: int, stage: Stage) -> int | None:
+        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
+
+    def counted(self, low: bool) -> None:
+        """I/O REQUEST is low, or high again, for the last byte that was taken."""
 
 
 class Handshakes(Exchange):
@@ -184,24 +195,27 @@ class Handshakes(Exchange):
 
     Attributes:
         over: the last byte has been taken; how long the chip needs for what it brings about is its own affair.
-        gone: after a withdrawal, how many bytes the host is through with; `low`: it still requests the next one.
+        through: how many bytes the host was through with when its wait ended; `gone`: at a withdrawal.
+        low: after that, it still requests the next one.
     """
 
     state: HandshakenBytes
 
     def __init__(self, host: SendingEnd, chip: TakingEnd) -> None:
-        active = chip.instrobe.active_level
         shown: dict[Driver, Callable[[HandshakenBytes], Wave]] = {
-            host.request: HandshakenBytes.request,
-            host.bus: HandshakenBytes.bus,
-            chip.ready: HandshakenBytes.ready,
-            chip.instrobe: lambda coming: coming.strobe(active),
+            host.request: lambda coming: coming.request(),
+            host.bus: lambda coming: coming.bus(),
+            chip.ready: lambda coming: coming.ready(),
         }
+        if chip.instrobe is not None:
+            active = chip.instrobe.active_level
+            shown[chip.instrobe] = lambda coming: coming.strobe(active)
         super().__init__({}, shown, (chip,), self._left)
         self.host, self.chip, self.kernel = host, chip, host.request.kernel
-        self.over, self.gone, self.low = True, 0, False
+        self.over, self.gone, self.low, self.through = True, 0, False, 0
         self.sender: Task | None = None  # the host's task, which waits for the end
-        self.sent_before = 0
+        self.woken = False  # it has been
+        self.held: tuple[Net, ...] = ()
 
     # ------------------------------------------------------------------------------------------------------ going over
     @property
@@ -209,34 +223,33 @@ class Handshakes(Exchange):
         """Does it go by value, and is READY high?"""
         return self.by_value and self.state.opened is not None
 
-    def begin_to_send(self, data: bytes, at: int) -> int:
-        """Send bytes from a place in them on; return how many go by value; 0: none can."""
-        host, chip, now = self.host, self.chip, self.kernel.now
-        number = chip.takes(data, at)
-        if not number:
-            return 0
-        before = self.state.on_bus if self.by_value else host.bus.level
-        released = at + number == len(data)
-        coming = HandshakenBytes(data[at : at + number], now, before, released, chip.byte_times, chip.clock)
+    def send(self, coming: HandshakenBytes) -> bool:
+        """Send bytes, now; return whether they go by value."""
         if not self.begin(coming):
+            return False
+        self.over = False
+        self.chip.begins(coming)
+        self.kernel.wake_at(coming.last, self.chip.task)
+        return True
+
+    @property
+    def under_way(self) -> int:
+        """How many bytes the host is through with, of those for whose end it waits."""
+        if self.sender is None:
             return 0
-        self.over, self.sent_before = False, host.sent
-        chip.begins(coming)
-        self.kernel.wake_at(coming.last, chip.task)
-        return number
+        return self.state.passed(self.kernel.seen, self.state.times.busy) if self.by_value else self.gone
 
     async def end(self) -> None:
         """Wait until READY is high again, or, where nothing follows, low for the last byte (in the host's task)."""
-        self.sender = self.kernel.current()
+        self.sender, self.woken = self.kernel.current(), False
         try:
             await suspended()
         finally:
-            self.sender = None
+            self.through, self.sender = self.under_way, None
 
     def taken(self) -> None:
         """The last byte is taken, now (called by the chip)."""
         self.over = True
-        self.host.sent = self.sent_before + len(self.state.data)
         self.chip.request.changed_at = self.state.last
         if self.state.released:
             self._wake_sender()
@@ -248,23 +261,15 @@ class Handshakes(Exchange):
             self._wake_sender()
 
     def _wake_sender(self) -> None:
-        sender = self.sender
-        if sender is not None:
+        if (sender := self.sender) is not None:
             sender.token += 1
-            sender.value = None
+            sender.value, self.woken = None, True
             self.kernel.woken.append(sender)
-            self.sender = None
-
-    def count(self, ps: int) -> int:
-        """Return how many bytes have been sent by an instant (ps), which the host counts."""
-        rises = self.state.passed(ps, self.state.times.busy)
-        self.host.sent = self.sent_before + rises
-        return rises
 
     # ---------------------------------------------------------------------------------------------------- edge by edge
     def _enter(self) -> bool:
         chip = self.chip
-        held = chip.select.root, chip.mode.root
+        held = {net.root: None for net in chip.held}
         for root in (*(line.driver.net for line in self.answering), *held):
             for net in root.joined or (root,):
                 if net.exchange is not None:
@@ -272,7 +277,7 @@ class Handshakes(Exchange):
         if any(root.promise is not None or root.pending_drivers for root in held):
             return False
         chip.request.latched = False
-        chip.task.token += 1  # it waits for nothing on the wire
+        chip.task.token += 1  # it waits for nothing on the wires
         if not super()._enter():
             self._watch_request(True)
             return False
@@ -281,36 +286,39 @@ class Handshakes(Exchange):
             for net in root.joined or (root,):
                 net.exchange = self
             root.sort_drivers()
+        self.held = tuple(held)
         return True
 
     def _watch_request(self, awaited: bool) -> None:
         """Let the chip see I/O REQUEST, and wait for it."""
-        request, task = self.chip.request, self.chip.task
-        request.latched = True
-        if awaited:
-            request.waiters.append((task, task.token, request.active_level))
+        chip, task = self.chip, self.chip.task
+        chip.request.latched = True
+        for net, wanted in chip.awaited if awaited else ():
+            net.waiters.append((task, task.token, wanted))
+            if net.promise is not None:
+                net.follow()
 
     def withdraw(self) -> None:
         """Go on edge by edge: something looks at one of the wires, or is about to drive it."""
-        chip, host, coming = self.chip, self.host, self.state
-        for root in (chip.select.root, chip.mode.root):
+        chip, coming, seen = self.chip, self.state, self.kernel.seen
+        for root in self.held:
             for net in root.joined or (root,):
                 net.exchange = None
             root.sort_drivers()
         super().withdraw()
         chip.exchange = None
-        seen = self.kernel.seen
-        self.gone = self.count(seen)
+        self.gone = coming.passed(seen, coming.times.busy)
         self.low = self.gone <= coming.at(seen)
-        chip.accepted = chip.request.changes - (not self.low)
         chip.request.changed_at = coming.edge_before(seen)
-        self._watch_request(chip.awaiting and (self.over or self._resume(coming, seen)))
+        awaited = chip.awaiting and (self.over or self._resume(coming, seen))
+        chip.counted(self.low)
+        self._watch_request(awaited)
         self.over = True
-        if (sender := self.sender) is not None:
-            host.ready.waiters.append((sender, sender.token, 0 if self.low else 1))
-        for net in (chip.request, host.ready):
-            if net.promise is not None:
-                net.follow()
+        if (sender := self.sender) is not None and not self.woken:
+            for net, wanted in self.host.awaits(self.gone, self.low):
+                net.waiters.append((sender, sender.token, wanted))
+                if net.promise is not None:
+                    net.follow()
 
     def _left(self, seen: int) -> None:
         """Let the wires show what has been driven in this instant, and the strobe that has begun."""
@@ -342,19 +350,20 @@ class Handshakes(Exchange):
             return False
         task.token += 1
         if coming.start > seen:
-            chip.reached(0, Stage.AWAITED)
-            return True
-        if now < sample:
-            kernel.wake_at(sample, task)
-            chip.reached(number, Stage.REQUESTED)
+            at = chip.reached(0, Stage.AWAITED)
+        elif now < sample:
+            at = chip.reached(number, Stage.REQUESTED)
         elif now < busy:
-            kernel.wake_at(busy, task)
-            chip.reached(number, Stage.ACCEPTED)
+            at = chip.reached(number, Stage.ACCEPTED)
         elif number < len(coming.data) - 1 and coming.instant(number, times.kept) <= now:
-            chip.reached(number + 1, Stage.AWAITED)
-            return True
+            at = chip.reached(number + 1, Stage.AWAITED)
         else:
-            chip.reached(number, Stage.READ)
+            at = chip.reached(number, Stage.READ)
+        if at is None:
+            return True
+        if at > now:
+            kernel.wake_at(at, task)
+        else:
             task.token += 1
             task.value = None
             kernel.woken.append(task)

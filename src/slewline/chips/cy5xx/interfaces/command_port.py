@@ -60,6 +60,7 @@ class BusPort:
         # What comes as a value (handshake.py): by which exchange, its bytes, how many of them are with the reader.
         self.byte_times = ByteTimes(self.strobe, self.sample, self.sample + self.busy, ticks["letter"])
         self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
+        self.awaited, self.held = (self.request.when_active,), (self.select, self.mode)
         self.reader: Reader
         self.exchange: Handshakes | None = None
         self.coming: HandshakenBytes | None = None
@@ -192,6 +193,11 @@ class BusPort:
         """The firmware's."""
         return self.chip.task  # type: ignore[return-value]  # it is asked for while that waits
 
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+        return self.reader.at_letter
+
     async def _requested(self, asked: tuple[Net, int]) -> Stage:
         """Wait for I/O REQUEST, or for bytes that come as a value; return how far the last one of them is."""
         self.awaiting, self.stage = True, Stage.AWAITED
@@ -201,7 +207,7 @@ class BusPort:
             self.awaiting = False
         if (coming := self.coming) is not None:  # it has not been withdrawn
             self.reached(len(coming.data) - 1, Stage.TAKEN)
-            self.accepted = self.request.changes - 1
+            self.counted(False)
             self.exchange.taken()  # type: ignore[union-attr]
         return self.stage
 
@@ -220,24 +226,29 @@ class BusPort:
         if self.reader.at_letter:
             self.ascii = self.mode.level == 1
 
-    def reached(self, number: int, stage: Stage) -> None:
-        """Be as far as this with a byte, the ones before it kept, and go on from there when the task is resumed."""
+    def reached(self, number: int, stage: Stage) -> int | None:
+        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
         chip, coming, self.stage, self.awaiting = self.chip, self.coming, stage, stage is Stage.AWAITED
         self.coming = None
         if coming is None:
-            return
+            return None
         self._keep(coming, number + (stage is Stage.READ))
         self._says(coming, number, stage not in (Stage.AWAITED, Stage.REQUESTED))
         self.requested = coming.tick + number * self.byte_times.kept
         if stage is Stage.AWAITED:
             chip.idle = self.idle
-            return
+            return None
         if stage is Stage.REQUESTED:
             chip.tick = self.requested + self.sample
-            return
+            return self.clock.ps(chip.tick)
         self.byte = coming.data[number]
         chip.tick = self.busy_from = self.requested + self.byte_times.busy
         self.busy_ps = self.clock.ps(chip.tick)
+        return self.busy_ps
+
+    def counted(self, low: bool) -> None:
+        """I/O REQUEST is low, or high again, for the last byte that was taken."""
+        self.accepted = self.request.changes - (not low)
 
     def catch_up(self) -> None:
         """Take notice of what has come by now: somebody asks."""

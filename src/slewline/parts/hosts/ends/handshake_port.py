@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from ....core.datasheet.channel import BusHandshake
 from ....core.datasheet.command_rows import TextRow
 from ....core.wires.exchange import Leader
-from ....core.wires.handshake import Handshakes, TakingEnd
+from ....core.wires.handshake import HandshakenBytes, Handshakes, TakingEnd
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import first_of, level, next_round, until
 from ....errors import UsageError
@@ -45,7 +45,7 @@ class CommandPort:
         )
         self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
         self.verify_bytes = chip.sheet.through(BusHandshake).verify_bytes
-        self.sent = 0  # by what has happened to the last value; `count` brings it up to date
+        self.sent = 0  # without those under way as a value
 
         def line(role: str) -> Net:
             """Return the net of the pin that has a role; where the part lacks one, a net that leads nowhere."""
@@ -65,10 +65,15 @@ class CommandPort:
 
         self.bytes = SentBytes(self)
 
-    def count(self) -> int:
-        """Return the number of bytes sent by now."""
-        self.bytes.count()
-        return self.sent
+    @property
+    def all_sent(self) -> int:
+        """The number of bytes sent by now."""
+        exchange = self.bytes.exchange
+        return self.sent + (0 if exchange is None else exchange.under_way)
+
+    def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
+        """Return what it waits for at a byte of what it sends (handshake.py)."""
+        return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
         """Let go of the bus and of PROG/LIVE, and ask for nothing."""
@@ -129,13 +134,13 @@ class CommandPort:
                 if self.delay_ps:
                     await until(kernel, kernel.now + self.delay_ps)
             queue.begun = True
-            if exchange is not None and (number := exchange.begin_to_send(data, at)):
-                await exchange.end()
-                if exchange.by_value:
-                    at += number
-                    continue
-                at += exchange.gone
-                if not exchange.low:
+            if exchange is not None and self.bytes.begin(data, at):
+                try:
+                    await exchange.end()
+                finally:
+                    self.sent += exchange.through
+                at += exchange.through
+                if exchange.by_value or not exchange.low:
                     continue
             else:
                 drive_bus((0xFF, data[at]))
@@ -256,11 +261,16 @@ class SentBytes(Leader[Handshakes]):
         """Has the last byte gone over as a value, and does nothing look since?"""
         return self.exchange is not None and self.exchange.by_value
 
-    def count(self) -> None:
-        """Count what has been sent by now of bytes that are on their way."""
-        exchange = self.exchange
-        if exchange is not None and exchange.by_value and not exchange.over:
-            exchange.count(self.port.kernel.seen)
+    def begin(self, data: bytes, at: int) -> bool:
+        """Begin to send bytes as a value, from a place on; return whether that is possible."""
+        port, exchange = self.port, self.exchange
+        if exchange is None or not (number := exchange.chip.takes(data, at)):
+            return False
+        before = exchange.state.on_bus if exchange.by_value else port.bus.level
+        sent, chip = data[at : at + number], exchange.chip
+        last = at + number == len(data)
+        coming = HandshakenBytes(sent, port.kernel.now, before, last, chip.byte_times, chip.clock)
+        return exchange.send(coming)
 
     def made(self, ends: tuple[object, ...]) -> Handshakes | None:
         """Return what is possible with the chips whose I/O REQUEST this is; None: it is that of no chip, or of more."""
