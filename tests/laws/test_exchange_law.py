@@ -13,15 +13,16 @@ import pytest
 
 from tests.ensembles import few
 
-from . import exchange_cy545, exchange_handshakes, exchange_mc
+from . import exchange_cy545, exchange_flow, exchange_handshakes, exchange_mc
 from .exchanges import Dialogue, World, differences, played
 
 FAMILIES: dict[str, tuple[ModuleType, type[World]]] = {
     "cy545": (exchange_cy545, exchange_cy545.Remembering),
+    "flow": (exchange_flow, exchange_flow.Offered),
     "handshakes": (exchange_handshakes, exchange_handshakes.Strobed),
     "mc1451a": (exchange_mc, exchange_mc.Spoken),
 }
-BY_VALUE = {"handshakes": 100}  # instants, in some quiet dialogues: a whole command has one
+BY_VALUE = {"flow": 100, "handshakes": 100}  # instants, in some quiet dialogues: a whole command has one
 VARIANTS = 5  # of one dialogue: its quiet run, which shows where the edges are, is needed once
 WANTED = {"record": 200, "drive": 200, "pulse": 100, "look": 300, "level": 40, "edges": 40, "gate": 50, "function": 20}
 

@@ -151,12 +151,14 @@ class TakingEnd(End, Protocol):
 
     Attributes:
         awaiting: it waits for I/O REQUEST, and for what else is in `awaited`: (net, level).
+        token: that of its task when it began to wait.
         held: nets by whose levels it goes.
         instrobe: the output that says when the bus is read, if it has one.
         exchange: by which bytes come as a value, if they do at present.
     """
 
     awaiting: bool
+    token: int
     awaited: tuple[tuple[Net, int | None], ...]
     held: tuple[Net, ...]
     request: Net
@@ -278,6 +280,7 @@ class Handshakes(Exchange):
             return False
         chip.request.latched = False
         chip.task.token += 1  # it waits for nothing on the wires
+        chip.token = chip.task.token
         if not super()._enter():
             self._watch_request(True)
             return False
@@ -360,6 +363,7 @@ class Handshakes(Exchange):
         else:
             at = chip.reached(number, Stage.READ)
         if at is None:
+            chip.token = task.token
             return True
         if at > now:
             kernel.wake_at(at, task)

@@ -64,7 +64,7 @@ class BusPort:
         self.reader: Reader
         self.exchange: Handshakes | None = None
         self.coming: HandshakenBytes | None = None
-        self.read = self.byte = 0
+        self.read = self.byte = self.token = 0
         self.stage, self.awaiting, self.idle = Stage.AWAITED, False, False
         self.request.ends = (self,)
         self.begin()
@@ -200,7 +200,7 @@ class BusPort:
 
     async def _requested(self, asked: tuple[Net, int]) -> Stage:
         """Wait for I/O REQUEST, or for bytes that come as a value; return how far the last one of them is."""
-        self.awaiting, self.stage = True, Stage.AWAITED
+        self.awaiting, self.stage, self.token = True, Stage.AWAITED, self.task.token
         try:
             await (level(*asked) if self.exchange is None else suspended())
         finally:
@@ -213,7 +213,9 @@ class BusPort:
 
     def takes(self, data: bytes, at: int) -> int:
         """Return how many bytes, from a place on, it would take now, all but the last one only to keep them."""
-        if not self.awaiting or self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
+        if not self.awaiting or self.token != self.task.token:  # it has been woken, and is about to go on
+            return 0
+        if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
             return 0
         if self.motion_complete.net.value != self.motion_complete.inactive_level:
             return 0
