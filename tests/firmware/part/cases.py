@@ -841,6 +841,7 @@ for _name, _content in {
     "a_direction_and_what_nobody_reads": b"g\1\7\7",
     "a_direction_an_input_and_what_nobody_reads": b"x\1\2\7",
     "a_start_of_a_loop_and_what_nobody_reads": b"l\7L\2",
+    "a_start_of_a_loop_that_is_cut_off": b"l",
     "a_speed_of_65546": b"S\x0a\0\1",
     "a_top_speed_of_65546": b"T\x0a\0\1",
     "a_ramp_of_65546": b"R\x0a\0\1",
@@ -948,3 +949,6 @@ def every_command_in_every_spelling(d: Case) -> None:
                     d.ask("Po" if d.is_200s else "P")
                 d.ask(head + rest)
             d.ask("Q")
+    d.ask("Po" if d.is_200s else "P")
+    for code in (*range(1, 10), 11, 12, *range(14, 32)):
+        d.ask(f"L{chr(code)}")
