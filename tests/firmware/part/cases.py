@@ -427,15 +427,17 @@ def a_run_that_an_input_ended_does_not_end_the_next_motion(d: Case) -> None:
             d.runs("S40", "T90", "R3", "+30", line, "A1", during=S)
             d.ask(end)
             d.wait(S)
+            d.runs("S4", "T9", "R3", "+80", "-20", during=300 * MS)
             d.module.drive("ui1", 0)
-            d.runs("S40", "T90", "R3", "+80", "-20")
+            d.wait(2 * S)
             d.says("V1", "F")
     d.module.drive("ui1", 1)
     d.ask("I1")
     d.runs("S90", "T90", "R1", "+5", f"{d.gone('g')}-1", "A1", during=S)  # to the end of the counter of a GS-C200
     d.ask("F")
+    d.runs("S4", "T9", "R3", "+80", during=300 * MS)
     d.module.drive("ui1", 0)
-    d.runs("S40", "T90", "R3", "+80")
+    d.wait(2 * S)
     d.says("K", "V1", "F")
 
 
