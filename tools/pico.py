@@ -1,4 +1,6 @@
-"""Build the firmware of a GS-C200S and of a GS-C200 for a Raspberry Pi Pico: tools/pico.py [FOLDER], into build/firmware.
+"""Build the firmware of a GS-C200S and of a GS-C200 for a Raspberry Pi Pico: tools/pico.py [FOLDER].
+
+It goes into build/firmware, if no folder is named.
 
 The .uf2 is the same byte for byte wherever it is built: sources in the order of their names, no paths or dates in it.
 Compiler and library come with the packages of the system: gcc-arm-none-eabi, picolibc-arm-none-eabi.

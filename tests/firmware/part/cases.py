@@ -427,15 +427,17 @@ def a_run_that_an_input_ended_does_not_end_the_next_motion(d: Case) -> None:
             d.runs("S40", "T90", "R3", "+30", line, "A1", during=S)
             d.ask(end)
             d.wait(S)
+            d.runs("S4", "T9", "R3", "+80", "-20", during=300 * MS)
             d.module.drive("ui1", 0)
-            d.runs("S40", "T90", "R3", "+80", "-20")
+            d.wait(2 * S)
             d.says("V1", "F")
     d.module.drive("ui1", 1)
     d.ask("I1")
     d.runs("S90", "T90", "R1", "+5", f"{d.gone('g')}-1", "A1", during=S)  # to the end of the counter of a GS-C200
     d.ask("F")
+    d.runs("S4", "T9", "R3", "+80", during=300 * MS)
     d.module.drive("ui1", 0)
-    d.runs("S40", "T90", "R3", "+80")
+    d.wait(2 * S)
     d.says("K", "V1", "F")
 
 
@@ -841,6 +843,7 @@ for _name, _content in {
     "a_direction_and_what_nobody_reads": b"g\1\7\7",
     "a_direction_an_input_and_what_nobody_reads": b"x\1\2\7",
     "a_start_of_a_loop_and_what_nobody_reads": b"l\7L\2",
+    "a_start_of_a_loop_that_is_cut_off": b"l",
     "a_speed_of_65546": b"S\x0a\0\1",
     "a_top_speed_of_65546": b"T\x0a\0\1",
     "a_ramp_of_65546": b"R\x0a\0\1",
@@ -948,3 +951,6 @@ def every_command_in_every_spelling(d: Case) -> None:
                     d.ask("Po" if d.is_200s else "P")
                 d.ask(head + rest)
             d.ask("Q")
+    d.ask("Po" if d.is_200s else "P")
+    for code in (*range(1, 10), 11, 12, *range(14, 32)):
+        d.ask(f"L{chr(code)}")

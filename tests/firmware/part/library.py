@@ -55,7 +55,7 @@ class Out(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("step_times", "pin_times", "character_times")),
         *((name, ctypes.c_void_p) for name in ("positions", "pins", "characters", "directions")),
-        *((name, ctypes.c_int64) for name in ("most", "steps", "pin_count", "character_count", "wrong")),
+        *((name, ctypes.c_int64) for name in ("most", "steps", "pin_count", "character_count", "baud", "wrong")),
     )
 
 
@@ -69,6 +69,7 @@ class Outcome:
         edges: by the name of the output: instants (ps) and levels, -1 without supply.
         end: of what is known, ps.
         kept: what the EEPROM holds.
+        baud: at which it listens at the end; 0: it does not.
         wrong: how often a step was foreseen wrongly, or a level reported that an output had already.
     """
 
@@ -79,6 +80,7 @@ class Outcome:
     edges: dict[str, list[tuple[int, int]]]
     end: int = 0
     kept: bytes = b""
+    baud: int = 0
     wrong: int = 0
 
 
@@ -144,7 +146,7 @@ class Library:
         assert max(out.pin_count, out.character_count) <= MOST
         count = {"step": min(out.steps, MOST), "pin": out.pin_count, "character": out.character_count}
         written = {name: array[: count[KIND[name]]] for name, array in self.kept.items()}
-        written["counts"] = np.array([out.steps, out.pin_count, out.character_count, out.wrong])
+        written["counts"] = np.array([out.steps, out.pin_count, out.character_count, out.baud, out.wrong])
         return written | {"content": np.frombuffer(content.raw[:length], np.uint8)}
 
     def play(self, part: str, events: Sequence[Event], since: int = 0, kept: bytes = b"", looks: int = 0) -> Outcome:
@@ -170,7 +172,7 @@ def outcome_of(written: Mapping[str, NDArray[Any]], end: int) -> Outcome:
         {name: settled(each) for name, each in edges.items()},
         end,
         written["content"].tobytes(),
-        int(written["counts"][-1]),
+        *map(int, written["counts"][-2:]),
     )
 
 

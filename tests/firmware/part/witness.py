@@ -234,6 +234,8 @@ def difference(model: Outcome, core: Outcome, baud_at: Mapping[int, int], rests:
     """
     if core.wrong:
         return f"{core.wrong} steps were foreseen wrongly, or levels reported twice"
+    if core.baud and core.baud != baud_at[max(baud_at)]:
+        return f"the line has {core.baud} baud in the core, {baud_at[max(baud_at)]} in the model"
     if model.kept != core.kept:
         return f"the EEPROM holds {model.kept!r} in the model, {core.kept!r} in the core"
     if len(model.times) != len(core.times):
