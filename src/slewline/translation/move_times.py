@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from ..chips import ramps_of, sheet_of
+from ..chips import sheet_of
 from ..core.time.timebase import PS_PER_S as PS
 from ..errors import SlewlineError
 from .meaning import Profile, Program
-from .profiles import Profiles
+from .profiles import profiles_of
 
 
 def measured(program: Program) -> Callable[[Profile, int], float]:
     """Return what finds the time of a move of the source, s: by the law of its part, or else by `source_time`."""
     try:
-        sheet = sheet_of(program.part)
-        law = Profiles(sheet, sheet.crystal_hz, ramps_of(program.part))
+        law = profiles_of(program.part, sheet_of(program.part).crystal_hz)
     except SlewlineError:
+        law = None
+    if law is None:
         return source_time
 
     def time_of(profile: Profile, steps: int) -> float:

@@ -35,9 +35,8 @@ def source(path: Path) -> Played:
 def read_back(path: Path, name: str, **values: object) -> tuple[PlayedTrace, object]:
     """Return what a translation does, with inputs that change as at the part, and the translation."""
     done = translate(path, to=name, **values)  # type: ignore[arg-type]
-    scene = prove.scene_of(done.program)
-    waits, begin = " ".join(map(str, scene.inputs)), " ".join(f"{number}={level}" for number, level in scene.start)
-    options = replace(done.options, values={**done.options.values, "waits": waits, "inputs": begin})
+    around = prove.around(prove.scene_of(done.program), source(path))
+    options = replace(done.options, values={**done.options.values, **around})
     trace = target(name).read_back(done.text, options)
     assert trace is not None
     return trace, done

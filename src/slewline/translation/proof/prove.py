@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..translate import Translation
 
 EXTRA_PS = 2 * 10**12
+LEAST_EVENTS, MORE_EVENTS = 100, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +56,7 @@ def prove(done: Translation) -> Proof:
     source = play(done.source, program.part, program.where, scene, theirs, done.source_hz)
     if report.to in TARGETS:
         other = target(report.to)
-        waits = " ".join(map(str, scene.inputs))  # they change as those of the source do
-        begin = " ".join(f"{number}={level}" for number, level in scene.start)
-        options = replace(done.options, values={**done.options.values, "waits": waits, "inputs": begin})
+        options = replace(done.options, values={**done.options.values, **around(scene, source)})
         trace = other.ran(done.text, options) or other.read_back(done.text, options)
         if trace is None:
             return Proof(source, None, None, None, "not run")
@@ -68,6 +67,17 @@ def prove(done: Translation) -> Proof:
     levels = ({n: source.started[n] for n in source.started if n in wired}, result.started)
     found = compared(source.trace, result.trace, bounds_of(program, report), levels, wired)
     return Proof(source, result, result.trace, found, result.trace.ran, tuple(linted(done.text, report.to)))
+
+
+def around(scene: Scene, source: Played) -> dict[str, str]:
+    """Return what surrounds a program that is read back: its inputs change as those of the source do."""
+    found = {
+        "waits": " ".join(map(str, scene.inputs)),
+        "inputs": " ".join(f"{number}={level}" for number, level in scene.start),
+    }
+    if source.trace.stopped:  # no more of the result is compared, delays and all
+        found["events"] = str(LEAST_EVENTS + MORE_EVENTS * len(source.trace.happened))
+    return found
 
 
 def scene_of(program: Program) -> Scene:
