@@ -96,10 +96,11 @@ class ActionReader:
             yield Assumed(
                 "crystal", f"{self.hz / 1e6:g} MHz, the usual one of the {self.sheet.part}", "state it with --crystal"
             )
-        for n in (1, 2, 3):
-            pin = self.sheet.role(f"output{n}")
-            if pin is not None and pin.reset is not None:
-                yield Assumed(f"output {n} ({pin.name})", f"{'high' if pin.reset else 'low'} after reset")
+        wires = self.wiring()
+        for name, wire in wires.items():
+            pin = next(pin for pin in self.sheet.pins if pin.name == wire)
+            if name.startswith("output") and pin.reset is not None:
+                yield Assumed(f"output {name[-1]} ({wire})", f"{'high' if pin.reset else 'low'} after reset")
 
     def wiring(self) -> dict[str, str]:
         """Return the pins by what they are for."""

@@ -66,6 +66,7 @@ class Happened:
         number: of the axis, of the output or of the input, from 1 on.
         value: steps with their sign, or a level; of a delay its ps.
         time_ps: when it began, ps from the start; None: what was read back does not say.
+        first_ps: of a move, when its first step was; None: not known.
         lasts_ps: of a move, from its first step to its last one, ps; None: not known.
         rate: of a move, the greatest rate, steps/s; None: not known.
     """
@@ -76,6 +77,7 @@ class Happened:
     time_ps: int | None = None
     lasts_ps: int | None = None
     rate: float | None = None
+    first_ps: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

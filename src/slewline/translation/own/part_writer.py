@@ -170,6 +170,8 @@ class OwnWriter:
         self.actions.start(actions)
         moves = [action for action in actions if isinstance(action, MoveBy)]
         for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
+            if name == "sign" and any(isinstance(action, MoveTo) for action in actions):
+                continue  # a move to a position turns the direction, and leaves it so
             if len(values) == 1 and None not in values:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 

@@ -150,8 +150,9 @@ def moves(chip: Chip) -> list[Happened]:
             gaps = times[1:] - times[:-1]
             net = int(steps.directions.sum())
             rate = float(PS_PER_S / gaps.min()) if len(gaps) else None
+            first, lasts = int(times[0]), int(times[-1] - times[0])
             if motion.end.why == "done":
-                found.append(Happened("move", number, net, motion.time_ps, int(times[-1] - times[0]), rate))
+                found.append(Happened("move", number, net, motion.time_ps, lasts, rate, first))
             else:
                 found.append(Happened("run", number, 1 if net > 0 else -1, motion.time_ps, None, rate))
     return found

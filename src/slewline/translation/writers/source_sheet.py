@@ -227,6 +227,8 @@ def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
             sheet.nearly(action.line, "nothing is erased: the result is a program of its own")
         case Stop():
             sheet.nearly(action.line, "nothing is left to stop: each move has ended before what follows it")
+        case Special() if action.needless:
+            sheet.same(action.line, action.needless)
         case Special():
             sheet.impossible(
                 action.line,

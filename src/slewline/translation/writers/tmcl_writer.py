@@ -72,8 +72,12 @@ class TmclWriter(LanguageWriter):
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         super().__init__(target, program, options)
-        self.lines = {output: at for at, (output, _) in enumerate(outputs(program))}
-        self.inputs = {pin: len(self.lines) + at for at, pin in enumerate(inputs(program))}
+        used = [output for output, _ in outputs(program)]
+        own = {output: output - 1 for output in used if output <= LINES}
+        free = [at for at in range(LINES + len(used) + len(inputs(program))) if at not in own.values()]
+        self.lines = own | dict(zip([each for each in used if each not in own], free, strict=False))
+        free = [at for at in free if at not in self.lines.values()]
+        self.inputs = dict(zip(inputs(program), free, strict=False))
         self.variable = FIRST_LOOP
         self.loops: dict[int, int] = {}  # the variable of each
         self.loops_again = False  # a loop may be entered more than once
