@@ -73,6 +73,8 @@ def weld() -> Translation:
         ("A1\nD5", "C1\nD5"),
         ("C1\n+100", "+100\nC1"),
         ("W1\n", "D9\n"),
+        ("D5", "D6"),
+        ("D5", "D4"),
     ],
 )
 def test_a_proof_notices_other_counts_directions_orders_times_and_rates(weld: Translation, old: str, new: str) -> None:

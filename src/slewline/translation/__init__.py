@@ -2,9 +2,11 @@
 
     meaning.py   what a program does, in the field's terms: the form between two dialects
     reading      a text in a dialect -> that form, by the roles of its rows (core/datasheet/roles.py)
-    writers      that form -> a text: a module for our own parts, and one for each other target
+    own          that form -> a text for one of our parts
+    writers      that form -> a text for another target: `language_writer.py` has what all languages share
+    reading_back a text for another target -> what it does, read by parsers that share no code with the writers
     report.py    what became of each line: the same, nearly, not possible, assumed
     proof        source and result are run, and compared within what the report states
 
-A new target is a class with the face of `target_writer.py`, in a module of `writers`, and a row of `TARGETS` there.
+A new target is a `LanguageWriter` in a module of `writers`, a reader, and a row of `TARGETS` in `writers/__init__.py`.
 """

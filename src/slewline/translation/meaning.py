@@ -282,9 +282,13 @@ class Query(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Special(Action):
-    """A command of the part that no other part need have: `says` what it does."""
+    """A command of the part that no other part need have: `says` what it does.
+
+    `needless` says why a target without such a command needs nothing in its place; empty: it does.
+    """
 
     says: str
+    needless: str = ""
 
 
 # ------------------------------------------------------------------------------------------------------------- program

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from ..chips import ramps_of
+from ..chips import ramps_of, sheet_of
 from ..core.datasheet.table import Row, Sheet
 from ..core.time.timebase import PS_PER_S
 from ..errors import UsageError
@@ -205,6 +205,15 @@ class Profiles:
     def _written(self, name: str) -> bool:
         """Whether a parameter is a command of the part."""
         return name in self.values_of and name in self.sheet.commands.by_form
+
+
+@lru_cache(maxsize=32)
+def profiles_of(part: str, hz: int) -> Profiles | None:
+    """Return the profiles of a part at a crystal; None: it has no ramp calculator."""
+    try:
+        return Profiles(sheet_of(part), hz)
+    except UsageError:
+        return None
 
 
 def is_number(value: Value) -> bool:

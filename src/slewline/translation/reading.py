@@ -7,15 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..chips import ramps_of, sheet_of
-from ..errors import UsageError
+from ..chips import sheet_of
 from ..language.assemble import RefusedProgram, link
-from ..language.ramp_answers import Calculator
 from ..language.source import mended, read
 from ..language.statements import Directive, Source
 from .bits import Numbers
 from .meaning import Action, Assumed, HostDirective, Label, Line, Program
-from .profiles import Profiles
+from .profiles import profiles_of
 from .role_reader import RoleReader
 from .source_registers import KnownRegisterValues
 
@@ -51,25 +49,25 @@ def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | 
     errors = sorted(problem for problem in mended(source.problems, text) if problem.severity == "error")
     if errors:
         raise RefusedProgram(errors, text, where)
-    try:
-        calculator: Calculator | None = ramps_of(part)
-    except UsageError:
-        calculator = None
-    return ActionReader(text, source, calculator, where, crystal_hz).program()
+    return ActionReader(text, source, part, where, crystal_hz).program()
 
 
 class ActionReader:
     """Makes actions of the statements of a text."""
 
-    def __init__(
-        self, text: str, source: Source, calculator: Calculator | None, where: str, crystal_hz: int | None
-    ) -> None:
+    def __init__(self, text: str, source: Source, part: str, where: str, crystal_hz: int | None) -> None:
         self.text, self.source, self.sheet, self.where = text, source, source.sheet, where
         self.hz = crystal_hz or self.sheet.crystal_hz
         self.stated = crystal_hz is not None
-        profiles = Profiles(self.sheet, self.hz, calculator) if calculator is not None else None
+        profiles = profiles_of(part, self.hz)
         self.bits = Numbers(self.sheet, source)
-        self.roles = RoleReader(source, self.hz, profiles, KnownRegisterValues(source, calculator, {}), self.bits)
+        self.roles = RoleReader(
+            source,
+            self.hz,
+            profiles,
+            KnownRegisterValues(source, None if profiles is None else profiles.calculator, {}),
+            self.bits,
+        )
 
     def program(self) -> Program:
         """Return the program."""
@@ -98,10 +96,11 @@ class ActionReader:
             yield Assumed(
                 "crystal", f"{self.hz / 1e6:g} MHz, the usual one of the {self.sheet.part}", "state it with --crystal"
             )
-        for n in (1, 2, 3):
-            pin = self.sheet.role(f"output{n}")
-            if pin is not None and pin.reset is not None:
-                yield Assumed(f"output {n} ({pin.name})", f"{'high' if pin.reset else 'low'} after reset")
+        wires = self.wiring()
+        for name, wire in wires.items():
+            pin = next(pin for pin in self.sheet.pins if pin.name == wire)
+            if name.startswith("output") and pin.reset is not None:
+                yield Assumed(f"output {name[-1]} ({wire})", f"{'high' if pin.reset else 'low'} after reset")
 
     def wiring(self) -> dict[str, str]:
         """Return the pins by what they are for."""

@@ -43,6 +43,10 @@ from .profiles import Profiles
 from .source_registers import Key, KnownRegisterValues, start_of, takes_part
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
+NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move says which axis it is of"}
+AT_THE_START = "a program begins where it is laid out"
+Held = Mapping[Key, int]
+Common = dict[str, object]
 UNIT_TIMES = ("millisecond", "delay_unit")
 
 
@@ -88,7 +92,7 @@ class RoleReader:
             return [*found, *self.other(statement, common)]
         return [*found, *method(statement, before, common)]
 
-    def set_profile(self, statement: Statement, common: dict[str, object]) -> Action:
+    def set_profile(self, statement: Statement, common: Common) -> Action:
         """A rate, or a value of the ramp: with the profile that then holds."""
         axis = int(str(common["axis"]))
         profile = self.profile(self.registers.after(statement), axis)
@@ -111,7 +115,7 @@ class RoleReader:
         axis = int(str(common["axis"]))
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
-    def on_move(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_move(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A relative move: of as many steps as it says, or as were set."""
         axis = int(str(common["axis"]))
         its = self.motion(before, common)
@@ -126,68 +130,60 @@ class RoleReader:
         else:
             yield MoveBy(distance=before.get((axis, "distance")), sign=sign, **its)  # type: ignore[arg-type]
 
-    def on_single(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_single(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """One step."""
         yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_update(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_update(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """Motions that were set begin."""
         position = before.get((int(str(common["axis"])), "target"))
         yield MoveTo(position=position, **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_goto(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_goto(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A move to a position."""
         yield MoveTo(position=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
     on_absolute = on_goto
 
-    def on_endless(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_endless(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A run without end."""
         yield RunEndless(sign=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_until_input(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_until_input(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A run that ends when an input is low."""
         sign, number = statement.values
         yield RunEndless(sign=sign, until=Input(number, 0), **self.motion(before, common))  # type: ignore[arg-type]
 
-    def on_home(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_home(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A homing."""
         alone = statement.row.args[0].sign == "alone"
         sign = statement.values[0] if alone else before.get((1, "sign"), 1)
         yield Home(sign=sign, **self.motion(before, common))  # type: ignore[arg-type]
 
     # ---------------------------------------------------------------------------------------------- settings of motions
-    def on_distance(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_distance(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The number of steps of relative moves."""
         yield SetDistance(steps=statement.values[0], **common)  # type: ignore[arg-type]
 
-    def on_target(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_target(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The position to which the next motion goes."""
         yield SetTarget(position=statement.values[0], **common)  # type: ignore[arg-type]
 
-    def on_plus(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_plus(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The direction of relative moves."""
         yield SetDirection(sign=1 if statement.row.role == "plus" else -1, **common)  # type: ignore[arg-type]
 
     on_minus = on_plus
 
-    def on_endless_next(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_endless_next(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The next motion has no end."""
         yield SetEndless(**common)  # type: ignore[arg-type]
 
-    def on_preset(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_preset(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The position counter is set."""
         yield SetPosition(position=statement.values[0] if statement.values else 0, **common)  # type: ignore[arg-type]
 
-    def on_clear(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_clear(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """Position and outputs become zero."""
         if statement.values[0] & 1:
             yield SetPosition(position=0, **common)  # type: ignore[arg-type]
@@ -196,16 +192,14 @@ class RoleReader:
             yield from (SetOutput(number=n, level=0, implied=True, **common) for n in outputs)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
-    def on_output_high(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_output_high(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """An output is set."""
         number = statement.values[0] if statement.values else 1
         yield SetOutput(number=number, level=int(statement.row.role == "output_high"), **common)  # type: ignore[arg-type]
 
     on_output_low = on_output_high
 
-    def on_bits(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """Outputs are set by a number."""
         outputs = self.bits.outputs(statement)
         if outputs is None:
@@ -213,18 +207,14 @@ class RoleReader:
         else:
             yield from (SetOutput(number=number, level=level, **common) for number, level in outputs)  # type: ignore[arg-type]
 
-    def on_wait_high(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_wait_high(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A wait for an input."""
         number = statement.values[0] if statement.values else 1
         yield WaitInput(input=Input(number, int(statement.row.role == "wait_high")), **common)  # type: ignore[arg-type]
 
     on_wait_low = on_wait_high
 
-    def on_wait_bits(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_wait_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A wait for inputs that a number names."""
         one = self.bits.input(statement)
         if one is None:
@@ -232,12 +222,12 @@ class RoleReader:
         else:
             yield WaitInput(input=one, **common)  # type: ignore[arg-type]
 
-    def on_delay(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_delay(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A delay, in the unit of the sheet."""
         yield Delay(time_ps=statement.values[0] * delay_unit_ps(self.sheet, self.hz), **common)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------------------------ flow
-    def on_jump(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_jump(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A jump; of a host, the start of the program at that place."""
         to = self.goal(statement)
         if statement.block < 0:
@@ -245,20 +235,27 @@ class RoleReader:
         else:
             yield Jump(to=to, **common)  # type: ignore[arg-type]
 
-    def on_loop(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_pointer(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
+        """In a program a jump; of a host, where the next program is entered or run."""
+        if statement.block >= 0:
+            yield from self.on_jump(statement, before, common)
+            return
+        bases = {block.base for block in self.source.blocks}
+        needless = AT_THE_START if bases <= {statement.values[0]} else ""  # there is one program, and it begins there
+        yield Special(says=statement.row.says, needless=needless, **common)  # type: ignore[arg-type]
+
+    def on_loop(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The end of a loop."""
         passes = statement.values[0] or statement.row.args[0].modulus
         yield Loop(to=self.goal(statement), passes=passes, **common)  # type: ignore[arg-type]
 
-    def on_mark(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_mark(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The start of a loop: a label, if a loop leads to it."""
         name = self.loops.get((statement.block, statement.end))
         if name is not None:
             yield Label(name=name, **common)  # type: ignore[arg-type]
 
-    def on_branch_low(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_branch_low(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A branch by the level of an input: its own, or the second one."""
         level = int(statement.row.role == "branch_high")
         number = statement.values[0] if statement.values and statement.target is None else 2
@@ -266,16 +263,12 @@ class RoleReader:
 
     on_branch_high = on_branch_low
 
-    def on_branch_inputs(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_branch_inputs(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A branch where all inputs have their levels."""
         levels = tuple(Input(n + 1, statement.values[0] >> n & 1) for n in range(3))
         yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
 
-    def on_branch_bits(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_branch_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """A branch until inputs match: it is taken at the other level."""
         one = self.bits.input(statement)
         if one is None:
@@ -283,17 +276,17 @@ class RoleReader:
         else:
             yield Jump(to=self.goal(statement), inputs=(Input(one.number, 1 - one.level),), **common)  # type: ignore[arg-type]
 
-    def on_stop(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_stop(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The end of a program."""
         yield EndProgram(**common)  # type: ignore[arg-type]
 
     # -------------------------------------------------------------------------------------------------- host, programs
-    def on_enter(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_enter(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """Program entry begins."""
         number = next(n for n, block in enumerate(self.source.blocks) if block.entry is statement)
         yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
 
-    def on_leave(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_leave(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """Program entry ends, or a program that was entered runs."""
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:
@@ -301,30 +294,28 @@ class RoleReader:
         elif statement.row.starts:
             yield RunProgram(**common)  # type: ignore[arg-type]
 
-    def on_run(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_run(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The program runs from its start; in a program it begins again."""
         if statement.block < 0:
             yield RunProgram(**common)  # type: ignore[arg-type]
         else:
             yield Jump(to=self.labels[statement.block, self.source.blocks[statement.block].base], **common)  # type: ignore[arg-type]
 
-    def on_store(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_store(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The program is kept without power."""
         yield SaveProgram(**common)  # type: ignore[arg-type]
 
-    def on_erase(self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]) -> Iterable[Action]:
+    def on_erase(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The program is erased."""
         yield EraseProgram(**common)  # type: ignore[arg-type]
 
-    def on_question(
-        self, statement: Statement, before: Mapping[Key, int], common: dict[str, object]
-    ) -> Iterable[Action]:
+    def on_question(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
         """The part is asked for something."""
         yield Query(**common)  # type: ignore[arg-type]
 
     on_state = on_read = on_list = on_question
 
-    def other(self, statement: Statement, common: dict[str, object]) -> Iterable[Action]:
+    def other(self, statement: Statement, common: Common) -> Iterable[Action]:
         """What has no role that all parts share."""
         row = statement.row
         if row.at_once:
@@ -332,7 +323,7 @@ class RoleReader:
         elif row.form.startswith("GET_"):
             yield Query(**common)  # type: ignore[arg-type]
         else:
-            yield Special(says=row.says, **common)  # type: ignore[arg-type]
+            yield Special(says=row.says, needless=NEEDLESS.get(row.role, ""), **common)  # type: ignore[arg-type]
 
     # ---------------------------------------------------------------------------------------------------------- labels
     def goal(self, statement: Statement) -> str:

@@ -8,10 +8,10 @@ and makes the report.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from importlib import import_module
+from typing import Any, Literal, Protocol
 
 from .meaning import Program
 from .translation_report import LineVerdict, OutLine
@@ -66,6 +66,7 @@ class Happened:
         number: of the axis, of the output or of the input, from 1 on.
         value: steps with their sign, or a level; of a delay its ps.
         time_ps: when it began, ps from the start; None: what was read back does not say.
+        first_ps: of a move, when its first step was; None: not known.
         lasts_ps: of a move, from its first step to its last one, ps; None: not known.
         rate: of a move, the greatest rate, steps/s; None: not known.
     """
@@ -76,6 +77,7 @@ class Happened:
     time_ps: int | None = None
     lasts_ps: int | None = None
     rate: float | None = None
+    first_ps: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,39 +89,64 @@ class PlayedTrace:
     stopped: bool = False
 
 
-class Target(ABC):
+class ProgramWriter(Protocol):
+    """A writer at work on one program."""
+
+    def written(self) -> Written:
+        """Return the result."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
     """Something that a program can be translated to, other than our own parts.
+
+    Writer, reader and interpreter are module:name, in the rooms `writers` and `reading_back`; they are imported when
+    they are asked for.
 
     Attributes:
         name: the name that --to takes, "grbl".
-        title: in words, "G-code for grbl".
-        suffix: the ending of its files, ".nc".
+        mark: what a comment begins with.
         language: what the limits refer to, "grbl 1.1 (documentation)".
+        writer: the class that writes a program.
+        reader: reads a text back, and shares no code with the writer.
+        interpreter: runs a text in the real interpreter of the target; empty: none can be had.
     """
 
     name: str
-    title: str
-    suffix: str
+    mark: str
     language: str
+    writer: str
+    reader: str
+    interpreter: str = ""
 
-    @abstractmethod
     def comment(self, text: str) -> str:
         """Return a comment as a line of its own; empty text gives an empty line."""
-
-    @abstractmethod
-    def write(self, program: Program, options: WriterOptions) -> Written:
-        """Return a program in the language of the target."""
+        return f"{self.mark}{text}" if text else ""
 
     def joined(self, line: OutLine) -> str:
         """Return a line of the result with its comment beside it."""
-        if not line.text:
-            return self.comment(line.comment) if line.comment else ""
-        return f"{line.text}  {self.comment(line.comment)}" if line.comment else line.text
+        return "  ".join(filter(None, (line.text, self.comment(line.comment))))
 
-    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what a text does, read by a parser that shares no code with `write`; None: there is none."""
-        return None
+    def write(self, program: Program, options: WriterOptions) -> Written:
+        """Return a program in the language of the target."""
+        make: Callable[[Target, Program, WriterOptions], ProgramWriter] = found("writers", self.writer)
+        return make(self, program, options).written()
+
+    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace:
+        """Return what a text does."""
+        read: Callable[[str, WriterOptions], PlayedTrace] = found("reading_back", self.reader)
+        return read(text, options)
 
     def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
         """Return what a text does in the real interpreter of the target; None: it cannot be run here."""
-        return None
+        if not self.interpreter:
+            return None
+        run: Callable[[str, WriterOptions], PlayedTrace | None] = found("reading_back", self.interpreter)
+        return run(text, options)
+
+
+def found(room: str, where: str) -> Any:
+    """Return what a module of a room has under a name."""
+    module, _, name = where.partition(":")
+    return getattr(import_module(f".{room}.{module}", __package__), name)

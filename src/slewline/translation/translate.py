@@ -137,13 +137,14 @@ def known(to: str) -> str:
         UnknownName: there is none; the message lists the targets.
     """
     name = CATALOGUE.canonical(to) if isinstance(to, str) else ""
-    if name in CATALOGUE.names() or name in TARGETS:
+    if name in TARGETS:
         return name
-    if ":" in name:
+    try:
         sheet_of(name)
-        return name
-    names = [*CATALOGUE.names(), *TARGETS]
-    raise UnknownName(f"no target {to!r}; there are: {', '.join(names)}{hint(str(to), names)}")
+    except UnknownName:
+        names = [*CATALOGUE.names(), *TARGETS]
+        raise UnknownName(f"no target {to!r}; there are: {', '.join(names)}{hint(str(to), names)}") from None
+    return name
 
 
 def reported(program: Program, to: str, written: Written) -> Report:

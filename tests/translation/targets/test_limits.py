@@ -132,6 +132,31 @@ def test_outputs_beyond_those_of_the_target_are_not_possible(name):
     assert judged[-1].limit and judged[-1].remedy
 
 
+@pytest.mark.parametrize("name", ["grbl", "python", "klipper", "tmcl", "arduino"])
+def test_nothing_is_written_for_an_axis_that_the_target_has_not(name):
+    moves = "SET_{0}\nSET_VEL 9000\nSET_ACC 90\nSET_POS {0}0\nUPDATE\n"
+    found = written(moves.format(1) + moves.format(4), name, "mc1451a")
+    assert {each.kind for each in found.verdicts if each.line in (7, 8, 9)} == {LineKind.IMPOSSIBLE}
+    assert verdict(found, 9, LineKind.IMPOSSIBLE).says == "axis 4"
+    assert not any(
+        "40" in line.text for line in found.lines if "NOT POSSIBLE" not in line.text and "SAP" not in line.text
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "sets"), [("linuxcnc", "F358695"), ("python", "grbl.feed(5978"), ("tmcl", "SAP 4, 0, 5978")]
+)
+def test_a_program_that_is_run_with_two_rates_sets_its_own(name, sets):
+    lines = text_of("R 40\nE\nR 80\nN 5\n+\nG\n0\nQ\nX\nR 80\nX\n", name)
+    assert sum(line.strip().startswith(sets) for line in lines) == 2, lines
+
+
+@pytest.mark.parametrize("name", ["grbl", "python", "linuxcnc"])
+def test_an_axis_by_another_letter_is_refused_with_those_that_there_are(name):
+    with pytest.raises(UsageError, match="axis Q: allowed X, Y, Z"):
+        written("N 5\nG\n", name, axis="Q")
+
+
 def test_the_levels_of_outputs_at_the_start_are_written():
     assert "M8" in text_of("C\nB\n", "grbl")  # high after a reset
     assert "SIO 0, 2, 1" in text_of("C\nB\n", "tmcl")

@@ -84,7 +84,8 @@ def direct(actions: list[Action]) -> tuple[list[int], bool]:
 @pytest.mark.parametrize("name", FLOWING)
 def test_a_program_moves_as_its_jumps_say(name, nested):
     to = target(name)
-    options = WriterOptions(values={"inputs": " ".join(f"{n}={level}" for n, level in LEVELS.items())})
+    levels = " ".join(f"{n}={level}" for n, level in LEVELS.items())
+    options = WriterOptions(values={"inputs": levels, "events": str(MOST + 1)})
     compared = 0
     for seed in range(30):
         actions = drawn(seed, nested)

@@ -10,7 +10,7 @@ import pytest
 
 from slewline.translation.proof import prove
 from slewline.translation.proof.compare_runs import compared
-from slewline.translation.proof.play import Played, play
+from slewline.translation.proof.play import Played
 from slewline.translation.reading import read_program
 from slewline.translation.reading_back.surroundings import RefusedLine
 from slewline.translation.target_writer import PlayedTrace, WriterOptions
@@ -26,18 +26,15 @@ WITHOUT_INPUTS = ("grbl",)  # where the source waits, it differs, and says so
 @cache
 def source(path: Path) -> Played:
     """Return what the part does."""
-    part = path.suffix[1:]
-    program = read_program(path.read_text("utf-8"), part, path.name)
-    scene = prove.scene_of(program)
-    return play(path.read_text("utf-8"), part, path.name, scene, list(program.wiring.items()))
+    text = path.read_text("utf-8")
+    return prove.played(read_program(text, path.suffix[1:], path.name), text)
 
 
 def read_back(path: Path, name: str, **values: object) -> tuple[PlayedTrace, object]:
     """Return what a translation does, with inputs that change as at the part, and the translation."""
     done = translate(path, to=name, **values)  # type: ignore[arg-type]
-    scene = prove.scene_of(done.program)
-    waits, begin = " ".join(map(str, scene.inputs)), " ".join(f"{number}={level}" for number, level in scene.start)
-    options = replace(done.options, values={**done.options.values, "waits": waits, "inputs": begin})
+    around = prove.around(prove.scene_of(done.program), source(path))
+    options = replace(done.options, values={**done.options.values, **around})
     trace = target(name).read_back(done.text, options)
     assert trace is not None
     return trace, done

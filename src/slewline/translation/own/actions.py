@@ -122,8 +122,7 @@ class Actions(MotionWriter):
         self.held = {}
         if self.sheet.enter is None:
             raise Impossible("a stored program", no_command(self.sheet, "enter"))
-        pointer = self.rows.get("pointer")
-        return [*([ResultPiece(pointer, (0,))] if pointer is not None else []), ResultPiece(self.sheet.enter)]
+        return [*self.pointer(), ResultPiece(self.sheet.enter)]
 
     def on_leaveprogram(self, action: LeaveProgram) -> list[ResultPiece]:
         """Program entry ends; with a run, if the target's command does both."""
@@ -146,8 +145,13 @@ class Actions(MotionWriter):
             raise Impossible("runs the program", no_command(self.sheet, "run"))
         if action.at and "jump" in self.rows and action.at not in self.starts.get(self.program, ()):
             return [ResultPiece(self.rows["jump"], (Goto(action.at),))]
-        pointer = self.rows.get("pointer")
-        return [*([ResultPiece(pointer, (0,))] if pointer is not None else []), ResultPiece(row)]
+        return [*self.pointer(), ResultPiece(row)]
+
+    def pointer(self) -> list[ResultPiece]:
+        """Return what sets the memory pointer to the start of the program, unless the line before it does."""
+        row, pointed = self.rows.get("pointer"), self.pointed
+        self.pointed = False
+        return [] if row is None or pointed else [ResultPiece(row, (0,))]
 
     def on_saveprogram(self, action: SaveProgram) -> list[ResultPiece]:
         """The program is kept without power."""
@@ -177,7 +181,10 @@ class Actions(MotionWriter):
         """A command that no other part need have."""
         theirs = self.source.commands.by_form.get(action.command)
         role = theirs.role if theirs is not None else ""
-        if role == "clear_events" or (role == "axis" and int(action.command[-1]) == 1):
+        if role == "pointer" and role in self.rows and action.needless:
+            self.pointed = True
+            return [ResultPiece(self.rows[role], (0,))]
+        if action.needless and (role != "axis" or int(action.command[-1]) == 1):
             return []
         says = ROW_ROLES.get(role, action.says)
         raise Impossible(

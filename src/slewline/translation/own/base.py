@@ -17,6 +17,7 @@ from ..meaning import (
     MoveTo,
     Profile,
     RunEndless,
+    RunProgram,
     SetDirection,
     SetDistance,
     SetPosition,
@@ -51,6 +52,7 @@ class ActionWriter:
         self.starts: dict[int, set[str]] = {}  # labels at the start of a block
         self.last: set[int] = set()  # actions that are the last one of their block
         self.loops: set[tuple[int, str]] = set()  # labels to which loops lead
+        self.pointed = False  # the memory pointer is at the start of the program
         self.fixed: dict[str, int] = {}  # distance and sign, where all relative moves have the same
         self.held: dict[str, int] = {}
         self.program = 0
@@ -143,6 +145,8 @@ class ActionWriter:
     def copied(self, action: Action) -> ResultPiece | None:
         """Return the command of the source, where the target has the same one; None: it has not."""
         if not action.command or isinstance(action, SetProfile | Label | Jump | Loop | EnterProgram | LeaveProgram):
+            return None
+        if isinstance(action, RunProgram) and "pointer" in self.rows:
             return None
         theirs, mine = self.source.commands.by_form.get(action.command), self.sheet.commands.by_form.get(action.command)
         if theirs is None or mine is None or not alike(theirs, mine) or (action.block >= 0) > mine.stored:

@@ -24,6 +24,7 @@ EXACT = 1e-6
 CLOSE = 1e-3  # of the time of a move that is the same
 FAR_MOVE = 1.0  # of the time of a move: one that takes twice as long is not even nearly the same
 JUST_LONGER = (0, 1, 64, 128, 192, 254, 255, 256)  # steps beyond both ramps
+SHORTER = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of both ramps, which a motion then does not reach the end of
 SAMPLES = (2, 10, 50, 250, 1000, 5000)  # steps of moves of which nothing is known
 
 
@@ -218,8 +219,10 @@ class Rates:
         if steps:
             return (steps,)
         assert self.target is not None  # noqa: S101
-        ramps = (2 * int(each.steps) for each in (profile, self.target.fit(profile).profile))
-        return (*SAMPLES, *(length + more for length in ramps for more in JUST_LONGER if length + more > 1))
+        ramps = [2 * int(each.steps) for each in (profile, self.target.fit(profile).profile)]
+        longer = [length + more for length in ramps for more in JUST_LONGER]
+        shorter = [int(length * part) for length in ramps for part in SHORTER]
+        return [*SAMPLES, *(length for length in (*longer, *shorter) if length > 1)]
 
     def _profiles(self) -> list[Profile]:
         """The profiles that the program sets."""

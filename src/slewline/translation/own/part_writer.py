@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ...chips import checks_of, sheet_of
 from ...core.datasheet.table import Sheet
-from ...errors import UsageError
 from ...language.lint import lint
 from ..meaning import (
     EndProgram,
@@ -22,7 +21,7 @@ from ..meaning import (
     SetProfile,
     WaitInput,
 )
-from ..profiles import Profiles
+from ..profiles import profiles_of
 from ..target_writer import WriterOptions, Written
 from ..translation_report import LineKind, LineVerdict, OutLine
 from .actions import Actions
@@ -49,14 +48,6 @@ WIRED = (
 MOST_ROUNDS = 5
 
 
-def profiles_of(sheet: Sheet, hz: int | None) -> Profiles | None:
-    """Return the profiles of a part; None: it has no ramp calculator."""
-    try:
-        return Profiles(sheet, hz or sheet.crystal_hz)
-    except UsageError:
-        return None
-
-
 class OwnWriter:
     """Writes a program in the dialect of one of our parts.
 
@@ -77,7 +68,11 @@ class OwnWriter:
             self.steps = unrolled(steps_of(program), options.unroll)
         else:
             self.steps = steps_of(program)
-        self.rates = Rates(self.steps, profiles_of(self.source, source_hz), profiles_of(self.sheet, self.hz))
+        self.rates = Rates(
+            self.steps,
+            profiles_of(program.part, source_hz or self.source.crystal_hz),
+            profiles_of(part, self.hz),
+        )
         self.actions = Actions(self.source, self.sheet, self.hz, self.rates, self._used())
         self._learn()
 
@@ -175,6 +170,8 @@ class OwnWriter:
         self.actions.start(actions)
         moves = [action for action in actions if isinstance(action, MoveBy)]
         for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
+            if name == "sign" and any(isinstance(action, MoveTo) for action in actions):
+                continue  # a move to a position turns the direction, and leaves it so
             if len(values) == 1 and None not in values:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 

@@ -1,4 +1,10 @@
-"""Two traces: what one did and the other did not, and by how much times and rates differ."""
+"""Two traces: what one did and the other did not, and by how much times and rates differ.
+
+Compared are moves, outputs and inputs in their order; of each move its steps, its time from the first step to the last
+one, and its greatest rate; of what a stored program does, the pauses between: from the last step, or the change of an
+output or of an input, to the next first step or change.  How long an input is waited for is not compared, and neither
+are pauses in which a host sends commands: they are the host's.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +26,21 @@ class StatedBounds:
     Attributes:
         time, rate: by how much times of moves and rates may differ, as fractions.
         top: the greatest rate of the result, steps/s.
+        pause: by how much delays may differ, as a fraction.
+        command_ps: what a pause may differ besides: parts take their time for a command.
+        hosted: so many things at the start are done by commands of a host, whose pauses are its own; None: all.
+        runs: how often a host runs a stored program: the pause before each run but the first is its own.
+        long: moves of more steps reach the rate between the ramps on both sides.
     """
 
     time: float
     rate: float
     top: float
+    pause: float = 0.0
+    command_ps: int = 0
+    hosted: int | None = None
+    runs: int = 1
+    long: float = float("inf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +51,8 @@ class Compared:
         moves, outputs, inputs: how many of each were compared.
         differences: what is different beyond what the report states, in words; empty: it is proven.
         time_off: the greatest difference of the time of a move, as a fraction.
-        rate_off: the greatest difference of a greatest rate, as a fraction.
+        rate_off: the greatest difference of a greatest rate of a long move, as a fraction.
+        pause_off_ps: the greatest difference of a pause, ps; None: no pauses were compared.
         stated: the bounds of the report.
         cut: one of the runs had no end and was cut off: as much was compared as both did.
     """
@@ -48,6 +65,7 @@ class Compared:
     rate_off: float
     stated: StatedBounds
     cut: bool = False
+    pause_off_ps: int | None = None
 
     @property
     def proven(self) -> bool:
@@ -60,10 +78,12 @@ class Compared:
         counts = ((self.moves, "moves"), (self.outputs, "changes of outputs"), (self.inputs, "changes of inputs"))
         what = ", ".join(f"{number} {name}" for number, name in counts if number)
         times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
-        rates = f"greatest rates within {100 * self.rate_off:.2g} % of each other"
+        rates = f"greatest rates within {100 * self.rate_off:.2g} % (stated {100 * self.stated.rate:.2g} %)"
+        off = self.pause_off_ps
+        pauses = "" if off is None else f"; pauses within {readable(round(off, -8))}"
         ended = "; cut off" if self.cut else ""
         if self.proven:
-            return f"the same: {what or 'nothing moved'}, in the same order; {times}; {rates}{ended}"
+            return f"the same: {what or 'nothing moved'}, in the same order; {times}; {rates}{pauses}{ended}"
         return f"different: {self.differences[0]}" + (
             f", and {len(self.differences) - 1} more" if len(self.differences) > 1 else ""
         )
@@ -97,9 +117,13 @@ def compared(
 def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bounds: StatedBounds) -> Compared:
     """Return how two lists of what happened differ; `cut`: one of the runs was cut off."""
     differences: list[str] = []
+    late: list[str] = []
     time_off = rate_off = 0.0
+    pause_off: int | None = None
     counts = {"move": 0, "run": 0, "output": 0, "input": 0}
-    for a, b in zip(theirs, mine, strict=False):
+    before, after = paused(theirs), paused(mine)
+    theirs, mine = [each for each, _ in before], [each for each, _ in after]
+    for at, ((a, one), (b, two)) in enumerate(zip(before, after, strict=False)):
         if (a.kind, a.number, a.value) != (b.kind, b.number, b.value):
             differences.append(f"{in_words(a)}, but the result: {in_words(b)}")
             break
@@ -109,10 +133,22 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
             time_off = max(time_off, off)
             if off > bounds.time + SLACK and abs(b.lasts_ps - a.lasts_ps) > SLACK_PS:
                 differences.append(f"{in_words(a)} takes {readable(a.lasts_ps)}, at the result {readable(b.lasts_ps)}")
+        if one is not None and two is not None and bounds.hosted is not None and at > bounds.hosted:
+            if abs(two - one) > (bounds.pause + SLACK) * one + bounds.command_ps:
+                late.append(f"{readable(one)} before {in_words(a)}, at the result {readable(two)}")
+            else:
+                pause_off = max(pause_off or 0, abs(two - one))
         if a.rate and b.rate:
-            rate_off = max(rate_off, abs(b.rate - a.rate) / a.rate)
+            if abs(a.value) > bounds.long:
+                off = abs(b.rate - a.rate) / a.rate
+                rate_off = max(rate_off, off)
+                if off > bounds.rate + RATE_SLACK:
+                    says = f"{a.rate:.0f} steps/s, at the result {b.rate:.0f}"
+                    differences.append(f"{in_words(a)}: {says}")
             if b.rate > bounds.top * (1 + RATE_SLACK):
                 differences.append(f"{in_words(b)}: {b.rate:.0f} steps/s, stated {bounds.top:.0f} at most")
+    if len(late) >= bounds.runs:
+        differences += late
     extra = theirs[len(mine) :] or mine[len(theirs) :]
     if extra and not cut and not differences:
         which = "the source" if len(theirs) > len(mine) else "the result"
@@ -126,7 +162,24 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
         rate_off,
         bounds,
         cut,
+        pause_off,
     )
+
+
+def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
+    """Return what happened, but for delays, each with the pause before it, ps; None: it is not known, or a wait."""
+    found: list[tuple[Happened, int | None]] = []
+    delays, over = 0, None
+    for each in happened:
+        if each.kind == "delay":
+            delays += each.value
+            continue
+        begins = each.time_ps if each.first_ps is None else each.first_ps
+        pause = delays if begins is None else None if over is None else begins - over
+        found.append((each, None if each.kind == "input" or not found else pause))
+        delays = 0
+        over = None if begins is None or each.kind == "run" else begins + (each.lasts_ps or 0)
+    return found
 
 
 def subsets(numbers: Sequence[int]) -> list[set[int]]:
@@ -140,7 +193,7 @@ def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
     for each in happened:
         if each.kind == "output" and each.number in left:
             left.discard(each.number)
-        elif each.kind != "delay":
+        else:
             found.append(each)
     return found
 

@@ -103,17 +103,17 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
     """Let time pass until all is done, or enough; return the changes of inputs, and whether the run was cut off."""
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
-    active = bench.now_ps
+    active, after = bench.now_ps, made(chip)
     while bench.now_ps < MOST_PS:
-        before = made(chip)
+        before = after
         try:
             bench.run_until_idle(f"{SLICE_PS} ps")
             return changes, False
         except Timeout:
-            pass
-        if made(chip) != before or chip.axis(1).motor.moving:
+            after = made(chip)
+        if after != before or chip.axis(1).motor.moving:
             active = bench.now_ps
-        if made(chip)[0] > MOST_STEPS or len(chip.motions()) > scene.moves:
+        if after[0] > MOST_STEPS or len(chip.motions()) > scene.moves:
             return changes, True
         if bench.now_ps - active <= scene.quiet_ps:
             continue
@@ -124,7 +124,7 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
         changes.append(Happened("input", number, levels[number] or 0, bench.now_ps))
         if number in inputs:
             chip.pin(inputs[number]).drive(levels[number] or 0)
-        active = bench.now_ps
+        active, after = bench.now_ps, made(chip)
     return changes, True
 
 
@@ -150,8 +150,9 @@ def moves(chip: Chip) -> list[Happened]:
             gaps = times[1:] - times[:-1]
             net = int(steps.directions.sum())
             rate = float(PS_PER_S / gaps.min()) if len(gaps) else None
+            first, lasts = int(times[0]), int(times[-1] - times[0])
             if motion.end.why == "done":
-                found.append(Happened("move", number, net, motion.time_ps, int(times[-1] - times[0]), rate))
+                found.append(Happened("move", number, net, motion.time_ps, lasts, rate, first))
             else:
                 found.append(Happened("run", number, 1 if net > 0 else -1, motion.time_ps, None, rate))
     return found

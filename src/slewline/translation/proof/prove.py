@@ -5,7 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from ..meaning import Delay, HostDirective, Jump, Motion, Program, SetProfile, WaitInput
+from ...chips import sheet_of
+from ..meaning import (
+    Action,
+    Delay,
+    HostDirective,
+    Jump,
+    LeaveProgram,
+    Motion,
+    Program,
+    RunProgram,
+    SetOutput,
+    SetProfile,
+    WaitInput,
+)
 from ..own.part_writer import linted
 from ..target_writer import PlayedTrace
 from ..translation_report import Report
@@ -17,6 +30,10 @@ if TYPE_CHECKING:
     from ..translate import Translation
 
 EXTRA_PS = 2 * 10**12
+COMMAND_PS = 25 * 10**9  # what parts take for commands between two motions, and one step at a low rate
+EXCHANGE_PS = 10**12 // 4  # the same, where a host sends each command
+LONG, LONG_BESIDES = 4, 3000  # ramps, and steps, of a move that reaches its rate on both sides
+LEAST_EVENTS, MORE_EVENTS = 100, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,21 +60,21 @@ class Proof:
         return self.compared is not None and self.compared.proven and not self.lint
 
 
-def prove(done: Translation) -> Proof:
+def prove(done: Translation, source: Played | None = None) -> Proof:
     """Run source and result of a translation, and compare them.
+
+    Args:
+        source: the run of the source, if it has been made.
 
     Raises:
         ProgramError: a line that no host can send.
     """
     program, report = done.program, done.report
     scene = scene_of(program)
-    theirs = [(role, name) for role, name in program.wiring.items()]
-    source = play(done.source, program.part, program.where, scene, theirs, done.source_hz)
+    source = source or played(program, done.source, done.source_hz)
     if report.to in TARGETS:
         other = target(report.to)
-        waits = " ".join(map(str, scene.inputs))  # they change as those of the source do
-        begin = " ".join(f"{number}={level}" for number, level in scene.start)
-        options = replace(done.options, values={**done.options.values, "waits": waits, "inputs": begin})
+        options = replace(done.options, values={**done.options.values, **around(scene, source)})
         trace = other.ran(done.text, options) or other.read_back(done.text, options)
         if trace is None:
             return Proof(source, None, None, None, "not run")
@@ -68,6 +85,26 @@ def prove(done: Translation) -> Proof:
     levels = ({n: source.started[n] for n in source.started if n in wired}, result.started)
     found = compared(source.trace, result.trace, bounds_of(program, report), levels, wired)
     return Proof(source, result, result.trace, found, result.trace.ran, tuple(linted(done.text, report.to)))
+
+
+def played(program: Program, text: str, crystal_hz: int | None = None) -> Played:
+    """Return the run of the source of a translation.
+
+    Raises:
+        ProgramError: a line that no host can send.
+    """
+    return play(text, program.part, program.where, scene_of(program), list(program.wiring.items()), crystal_hz)
+
+
+def around(scene: Scene, source: Played) -> dict[str, str]:
+    """Return what surrounds a program that is read back: its inputs change as those of the source do."""
+    found = {
+        "waits": " ".join(map(str, scene.inputs)),
+        "inputs": " ".join(f"{number}={level}" for number, level in scene.start),
+    }
+    if source.trace.stopped:  # no more of the result is compared, delays and all
+        found["events"] = str(LEAST_EVENTS + MORE_EVENTS * len(source.trace.happened))
+    return found
 
 
 def scene_of(program: Program) -> Scene:
@@ -88,15 +125,42 @@ def scene_of(program: Program) -> Scene:
 
 
 def bounds_of(program: Program, report: Report) -> StatedBounds:
-    """Return what a report states: the greatest difference of the time of a motion, and of a rate."""
+    """Return what a report states: the greatest difference of the time of a motion, of a rate, and of a delay."""
     moving = {action.line for action in program.actions if isinstance(action, Motion)}
     rates = {action.line for action in program.actions if isinstance(action, SetProfile) and action.sets != "ramp"}
+    delays = {action.line for action in program.actions if isinstance(action, Delay)}
     offs = [(line.number, verdict.off) for line in report.lines for verdict in line.verdicts]
-    time = max((off for number, off in offs if number in moving), default=0.0)
-    rate = max((off for number, off in offs if number in rates), default=0.0)
-    tops = [
-        each.profile.top
-        for each in program.actions
-        if isinstance(each, SetProfile | Motion) and each.profile is not None
+    time, rate, pause = (
+        max((off for line, off in offs if line in those), default=0.0) for those in (moving, rates, delays)
+    )
+    profiles = [
+        each.profile for each in program.actions if isinstance(each, SetProfile | Motion) and each.profile is not None
     ]
-    return StatedBounds(time, rate, max(tops, default=float("inf")) * (1 + rate))
+    return StatedBounds(
+        time,
+        rate,
+        max((each.top for each in profiles), default=float("inf")) * (1 + rate),
+        pause,
+        COMMAND_PS if report.to in TARGETS or sheet_of(report.to).enter is not None else EXCHANGE_PS,
+        hosted(program),
+        max(sum(runs_it(action) for action in program.actions if action.block < 0), 1),
+        max((LONG * each.steps for each in profiles), default=0.0) + LONG_BESIDES,
+    )
+
+
+def hosted(program: Program) -> int | None:
+    """Return how many of the first things that happen are done by commands of a host; None: perhaps all."""
+    found, ran = 0, False
+    for action in program.actions:
+        if runs_it(action):
+            ran = True
+        elif action.block < 0 and isinstance(action, Motion | SetOutput | WaitInput):
+            if ran:
+                return None
+            found += 1
+    return found if ran else None
+
+
+def runs_it(action: Action) -> bool:
+    """Return whether a command runs a stored program."""
+    return isinstance(action, RunProgram) or (isinstance(action, LeaveProgram) and action.runs)

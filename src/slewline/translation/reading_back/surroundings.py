@@ -27,6 +27,7 @@ class Surroundings:
     `options.values["inputs"]` has the levels at the start: "1=0 3=1"; the others are high, as open inputs are.
     `options.values["waits"]` has the inputs that change, one after the other, whenever the program does nothing but
     wait: "1 2"; without any a wait ends immediately.
+    `options.values["events"]` is after how many things that happened a program without end is cut off.
     """
 
     def __init__(self, options: WriterOptions) -> None:
@@ -39,6 +40,7 @@ class Surroundings:
         self.position: dict[int, int] = {}  # in steps since the start, whatever they are called
         self.outputs: dict[int, int] = {}
         self.happened: list[Happened] = []
+        self._most = int(options.values.get("events", MOST_EVENTS))
         self._statements = self._changes = 0
         self._active = (0, 0)  # statements and happenings when something happened last
 
@@ -49,7 +51,7 @@ class Surroundings:
             Enough: there have been so many that the program has no end.
         """
         self._statements += 1
-        if self._statements > MOST_STATEMENTS or len(self.happened) >= MOST_EVENTS:
+        if self._statements > MOST_STATEMENTS or len(self.happened) >= self._most:
             raise Enough
         if self._active[1] != len(self.happened):
             self._active = (self._statements, len(self.happened))

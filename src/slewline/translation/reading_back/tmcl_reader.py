@@ -152,7 +152,6 @@ class _Processor:
         self.accumulator = self.difference = 0
         self.stack: list[int] = []
         self.at = 0
-        self.outputs = sorted({int(each.operands[0]) for each in program if each.name == "SIO"})
         self.reads = sorted({int(each.operands[0]) for each in program if each.name == "GIO"})
         waits = self.around.waits or list(range(1, len(self.reads) + 1))
         self.inputs = dict(zip(self.reads, waits, strict=False))
@@ -249,7 +248,7 @@ class _Processor:
     def on_SIO(self, command: _Command, port: int, bank: int, level: int) -> None:
         if bank != 2 or not 0 <= port <= 2 or port in self.reads:
             raise self.refused(command, "no output")
-        self.around.output(self.outputs.index(port) + 1, level)
+        self.around.output(port + 1, level)
 
     def on_GIO(self, command: _Command, port: int, bank: int) -> None:
         if bank != 0 or not 0 <= port <= 2:

@@ -13,91 +13,49 @@ from ..meaning import (
     Action,
     Delay,
     EndProgram,
-    EnterProgram,
     Home,
     Input,
-    LeaveProgram,
     MoveBy,
     MoveTo,
     Profile,
     Program,
     RunEndless,
-    RunProgram,
-    SetDirection,
-    SetDistance,
     SetOutput,
     SetPosition,
     SetProfile,
     WaitInput,
 )
-from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
-from .flow import AsLongAs, Node
+from .flow import AsLongAs
 from .libraries import ACCEL, FAST, chosen
 from .sketch_pins import ABORT, HOME, INPUTS, SketchPins, level_name
-from .source_sheet import (
-    PS,
-    compare_times,
-    heading,
-    number,
-    outputs,
-    runs,
-    stored,
-    unspoken,
-    variables,
-)
+from .source_sheet import PS, compare_times, number
 from .structured import Structured
 
-_Set = dict[int, tuple[float | None, float | None]]
 
-
-class Arduino(Target):
-    """A sketch for an Arduino."""
-
-    name = "arduino"
-    title = "Sketch for an Arduino Uno"
-    suffix = ".ino"
-    language = "Arduino Uno with AccelStepper 1.64 or FastAccelStepper"
-
-    def comment(self, text: str) -> str:
-        """Return a comment as a line of its own."""
-        return f"// {text}" if text else ""
-
-    def write(self, program: Program, options: WriterOptions) -> Written:
-        """Return the sketch."""
-        return _SketchWriter(self, program, options).written()
-
-    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what the sketch does, by a small interpreter of its C++."""
-        from ..reading_back.sketch import read
-
-        return read(text, options)
-
-
-class _SketchWriter(Structured):
+class SketchWriter(Structured):
     """A writer at work on one program."""
+
+    entry = "a function begins at its first line (C++)"
+    keeps = "a sketch is kept without power"
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         super().__init__(target, program, options)
         self.library = chosen(program, options)
-        self.ran_with: dict[int, _Set] = {}  # speeds where the host runs a stored program
-        self.variable_distance, self.variable_sign = variables(program.actions)
-        self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
-        self.runs = runs(program)
-        self.outputs = {output for output, _ in outputs(program)}
-        self.set: _Set = {}  # of an axis: speed and acceleration, if known
+        self.most_axes = len(self.library.step_pins)
+        self.more_axes = (f"pins for {self.most_axes} motors ({self.library.title})", "a board with more pins")
         self.declared: set[str] = set()
         self.helpers: dict[str, None] = {}  # in the order of their use
         self.pins = SketchPins(program, self.library)
         self.axes = self.pins.axes
 
     def written(self) -> Written:
-        """Return the result."""
         setup = self._function("setup", list(self.program.block(-1)), -1)
         functions: list[OutLine] = []
         for block, name in self.names.items():
-            functions += [*self._function(name, self._block(block), block), OutLine("")]
-        top = [*heading(self.program), *(OutLine(each) for each in self.library.includes), OutLine("")]
+            functions += [*self._function(name, self.inner(block), block), OutLine("")]
+        top = [*(OutLine(each) for each in self.library.includes), OutLine("")]
         top += [*self.pins.declarations(), OutLine(""), *self.pins.steppers(), OutLine("")]
         if self.variable_distance:
             top.append(OutLine("long distance = 0;", "of relative moves"))
@@ -115,15 +73,16 @@ class _SketchWriter(Structured):
             OutLine("void loop() {"),
             OutLine("}"),
         ]
-        return Written(tuple(out), tuple(self.sheet.verdicts), self.pins.wiring(), (("library", self.library.title),))
+        return self.finished(out, (("library", self.library.title),))
 
-    def _block(self, block: int) -> list[Action]:
-        return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
+    def wires(self) -> list[tuple[str, str]]:
+        """Return where the wires go."""
+        return self.pins.wires()
 
     def _function(self, name: str, actions: list[Action], block: int) -> list[OutLine]:
         """Return a function with what the part or its host does."""
         self.sheet.lines = []
-        self.set, self.declared = dict(self.ran_with.get(block, {})), set()
+        self.known, self.declared = dict(self.ran_with.get(block, {})), set()
         self.sheet.depth = 1
         if block >= 0:
             self.program_tree(actions)
@@ -133,75 +92,38 @@ class _SketchWriter(Structured):
         return [OutLine(f"void {name}() {{"), *self.commented(block), OutLine("}")]
 
     # -------------------------------------------------------------------------------------------------------- actions
-    def action(self, action: Action) -> None:
-        sheet, line = self.sheet, action.line
-        match action:
-            case SetProfile():
-                self._profile(action)
-            case SetDistance():
-                if self.variable_distance:
-                    sheet.add(f"distance = {action.steps};", line)
-                sheet.same(line)
-            case SetDirection():
-                if self.variable_sign:
-                    sheet.add(f"direction = {action.sign};", line)
-                sheet.same(line)
-            case SetPosition():
-                sheet.add(
-                    f"{self.library.of(self.pins.stepper(action.axis))}setCurrentPosition({action.position});", line
-                )
-                sheet.same(line)
-            case MoveBy() | MoveTo():
-                self._move(action)
-            case RunEndless() | Home():
-                self._search(action)
-            case SetOutput():
-                self._output(action)
-            case WaitInput():
-                if name := self._input(action.input.number, line):
-                    self.helpers["waitFor"] = None
-                    sheet.add(f"waitFor({name}, {level_name(action.input.level)});", line)
-                    sheet.same(line)
-            case Delay():
-                self._delay(action)
-            case EndProgram():
-                if action is not self.final:
-                    sheet.add("return;", line)
-                sheet.same(line)
-            case LeaveProgram() | RunProgram():
-                self._run(action)
-            case _:
-                unspoken(sheet, action, "a sketch is kept without power")
+    def register(self, name: str, value: int, line: int) -> None:
+        """Write that a variable of the sketch becomes a number."""
+        self.sheet.add(f"{name} = {value};", line)
 
-    def _run(self, action: LeaveProgram | RunProgram) -> None:
-        if isinstance(action, LeaveProgram) and not action.runs:
-            return
-        if isinstance(action, RunProgram) and action.at:
-            limit = "a function begins at its first line (C++)"
-            self.sheet.impossible(
-                action.line, f"the program runs from {action.at} on", limit, "split the program there"
-            )
-            return
-        block = self.runs[action.line]
-        self.sheet.add(f"{self.names.get(block, 'program')}();", action.line)
-        self.sheet.same(action.line)
-        self.ran_with[block] = dict(self.set) if self.ran_with.get(block, self.set) == self.set else {}
-        self.set = {}
+    def preset(self, action: SetPosition) -> None:
+        """Write that the position is set."""
+        stepper = self.library.of(self.pins.stepper(action.axis))
+        self.sheet.add(f"{stepper}setCurrentPosition({action.position});", action.line)
 
-    def forget(self, tree: Sequence[Node]) -> None:
-        """Forget speeds as well, where more than one path may lead."""
-        before = self.registers.profile
-        super().forget(tree)
-        if before is not None and self.registers.profile is None:
-            self.set = {}
+    def wait(self, action: WaitInput) -> None:
+        if name := self._input(action.input.number, action.line):
+            self.helpers["waitFor"] = None
+            self.sheet.add(f"waitFor({name}, {level_name(action.input.level)});", action.line)
+            self.sheet.same(action.line)
 
-    def _profile(self, action: SetProfile) -> None:
+    def leave(self, action: EndProgram) -> None:
+        if action is not self.final:
+            self.sheet.add("return;", action.line)
+        super().leave(action)
+
+    def calls(self, name: str) -> str:
+        """Return the call of a function."""
+        return f"{name}();"
+
+    def profile(self, action: SetProfile) -> None:
+        """Write speed and acceleration."""
         sheet, profile, line = self.sheet, action.profile, action.line
         if profile is not None:
             self._prepare(action.axis, profile, line)
         elif action.sets == "top rate" and action.value is not None:
             sheet.add(self.library.speed(self.pins.stepper(action.axis), action.value), line)
-            self.set.pop(action.axis, None)
+            self.known.pop((action.axis, "speed"), None)
         if action.sets == "start rate" and profile is not None and profile.ramped:
             sheet.nearly(line, f"no start rate: {self.library.rest}")
         elif action.sets == "ramp" and profile is not None and profile.ramped:
@@ -217,22 +139,19 @@ class _SketchWriter(Structured):
 
     def _prepare(self, axis: int, profile: Profile, line: int) -> None:
         """Write the speed and the acceleration of a profile, unless they were written last."""
-        speed, acceleration = self.set.get(axis, (None, None))
         stepper = self.pins.stepper(axis)
-        if profile.top != speed:
+        if profile.top != self.known.get((axis, "speed")):
             self.sheet.add(self.library.speed(stepper, profile.top), line)
+            self.known[axis, "speed"] = profile.top
         wanted = profile.acceleration if profile.ramped else self.library.without_ramp(profile)
-        if wanted and wanted != acceleration:
+        if wanted and wanted != self.known.get((axis, "acceleration")):
             self.sheet.add(self.library.acceleration(stepper, wanted), line)
-        self.set[axis] = (profile.top, wanted or acceleration)
+            self.known[axis, "acceleration"] = wanted
 
-    def _move(self, action: MoveBy | MoveTo) -> None:
+    def move(self, action: MoveBy | MoveTo) -> None:
+        """Write a move."""
         sheet, line, profile = self.sheet, action.line, action.profile
         absolute = isinstance(action, MoveTo)
-        if isinstance(action, MoveTo) and action.position is None:
-            remedy = "write the command with a number"
-            sheet.impossible(line, "the position is not known from the text", "a call needs a number", remedy)
-            return
         if profile is not None:
             self._prepare(action.axis, profile, line)
         value = str(action.position) if isinstance(action, MoveTo) else self._steps(action)
@@ -265,12 +184,9 @@ class _SketchWriter(Structured):
             return f"direction * {distance}"
         return distance if action.sign > 0 else f"-{distance}"
 
-    def _search(self, action: RunEndless | Home) -> None:
-        sign, line = action.sign, action.line
-        if sign is None:
-            remedy = "set the direction in the text"
-            self.sheet.impossible(line, "the direction is not known from the text", "a call needs it", remedy)
-            return
+    def search(self, action: RunEndless | Home, sign: int) -> None:
+        """Write a run that an input ends."""
+        line = action.line
         if action.profile is not None:
             self._prepare(action.axis, action.profile, line)
         if isinstance(action, Home):
@@ -288,9 +204,7 @@ class _SketchWriter(Structured):
             self.sheet.add(f"{self.library.of(self.pins.stepper(action.axis))}setCurrentPosition(0);", line)
         self.sheet.nearly(line, says)
 
-    def _output(self, action: SetOutput) -> None:
-        if action.implied and action.number not in self.outputs:
-            return
+    def output(self, action: SetOutput) -> None:
         if action.number > len(self.library.outputs):
             limit = f"{len(self.library.outputs)} pins are free for outputs"
             self.sheet.impossible(action.line, f"output {action.number}", limit, "a board with more pins: add a pin")
@@ -306,7 +220,7 @@ class _SketchWriter(Structured):
             return f"INPUT{len(INPUTS)}_PIN"
         return self.pins.pin(f"INPUT{pin}_PIN", INPUTS[pin - 1])
 
-    def _delay(self, action: Delay) -> None:
+    def delay(self, action: Delay) -> None:
         ms, us = divmod(round(action.time_ps / 1e6), 1000)
         if ms:
             self.sheet.add(f"delay({ms});", action.line)
@@ -338,10 +252,6 @@ class _SketchWriter(Structured):
         name = f"pass{next(self.numbers)}"
         self.sheet.add(f"for (long {name} = 0; {name} < {passes}; {name}++) {{", source)
         return "}"
-
-    def forever(self, source: int) -> str:
-        """Write a loop without end."""
-        return self.while_true("true", source)
 
     def while_true(self, condition: str, source: int) -> str:
         """Write a while loop."""

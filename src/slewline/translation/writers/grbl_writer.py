@@ -10,93 +10,51 @@ import math
 from collections.abc import Sequence
 
 from ..meaning import (
-    Action,
     Delay,
     EndProgram,
-    EnterProgram,
     Home,
     Label,
-    LeaveProgram,
     MoveBy,
     MoveTo,
     Profile,
     Program,
     RunEndless,
-    RunProgram,
-    SetDirection,
-    SetDistance,
     SetOutput,
     SetPosition,
     SetProfile,
     WaitInput,
 )
-from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..program_facts import outputs, stored, top_rate
+from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
 from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, structured
-from .source_sheet import (
-    FAR,
-    PS,
-    Draft,
-    Held,
-    compare_times,
-    digits_for,
-    grouped,
-    heading,
-    lines_of,
-    number,
-    one_acceleration,
-    outputs,
-    runs,
-    seconds,
-    stored,
-    top_rate,
-    unspoken,
-    wired,
-    with_comments,
-)
+from .language_writer import LanguageWriter
+from .source_sheet import FAR, PS, compare_times, digits_for, grouped, number, seconds
 
 LETTERS = "XYZ"
 FASTEST = 30_000  # steps/s: README of grbl
 DWELL_PS = 50 * 10**9  # a dwell is whole steps of 50 ms: DWELL_TIME_STEP, source of grbl
 FROM_REST = "grbl starts from standstill, with $120"
 HOST = "take --to python: a host script that sends grbl what comes next"
+PROBED = f"ends after {grouped(FAR)} steps at the latest; the switch goes to the probe, pin A5"
 OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spindle, pin D11")}
 
 
-class Grbl(Target):
-    """G-code for grbl."""
-
-    name = "grbl"
-    title = "G-code for grbl"
-    suffix = ".nc"
-    language = "grbl 1.1h (wiki and documentation)"
-
-    def comment(self, text: str) -> str:
-        """Return a comment as a line of its own."""
-        return f"; {text}" if text else ""
-
-    def write(self, program: Program, options: WriterOptions) -> Written:
-        """Return the program, written out."""
-        return _GrblWriter(self, program, options).written()
-
-    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what grbl does with the text."""
-        from ..reading_back.grbl_reader import read
-
-        return read(text, options)
-
-
 class GrblWords:
-    """The words of G-code: distances in millimetres, feeds in mm/min."""
+    """The words of G-code: distances in millimetres, feeds in mm/min.
 
-    def __init__(self, options: WriterOptions) -> None:
-        self.steps_per_mm = options.steps_per_mm
-        self.first = LETTERS.index(options.axis.upper()) if options.axis.upper() in LETTERS else 0
+    Args:
+        options: what a user says of the target.
+        first: the place of the first axis among X, Y and Z.
+    """
+
+    def __init__(self, options: WriterOptions, first: int) -> None:
+        self.steps_per_mm, self.first = options.steps_per_mm, first
         self.digits = digits_for(options.steps_per_mm)
 
     def letter(self, axis: int) -> str:
-        """Return the letter of an axis; empty: grbl has no such axis."""
-        return LETTERS[self.first + axis - 1 : self.first + axis]
+        """Return the letter of an axis."""
+        return LETTERS[self.first + axis - 1]
 
     def distance(self, axis: int, steps: int) -> str:
         """Return a distance, or a position."""
@@ -107,35 +65,87 @@ class GrblWords:
         return f"F{number(rate * 60 / self.steps_per_mm, 3)}"
 
 
-class _GrblWriter:
+def grbl_pins(first: int) -> list[tuple[str, str]]:
+    """Return the pins of a board with grbl, by what they are for."""
+    letter = LETTERS[first]
+    return [
+        ("step", f"pin D{2 + first}, step {letter}"),
+        ("direction", f"pin D{5 + first}, direction {letter}"),
+        ("enable", "pin D8"),
+        ("abort", "pin A5, probe"),
+        ("home", "pin A5, probe"),
+    ]
+
+
+def rate_of(action: SetProfile) -> float | None:
+    """Return the rate between the ramps that holds after a setting; None: it is not known."""
+    if action.profile is not None:
+        return action.profile.top
+    return action.value if action.sets == "top rate" else None
+
+
+def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> None:
+    """Note what became of a rate or of a ramp, at a board with grbl."""
+    sheet, line = writer.sheet, action.line
+    if action.sets == "top rate" and rate is not None and rate > FASTEST:
+        limit = f"{FASTEST:,} steps/s (README of grbl)"
+        sheet.impossible(line, f"{number(rate, 0)} steps/s", limit, "coarser steps, or LinuxCNC")
+    elif action.sets == "top rate":
+        sheet.same(line)
+    elif action.sets == "start rate":
+        sheet.nearly(line, f"no start rate: {FROM_REST}")
+    else:
+        mm = number(writer.acceleration / writer.options.steps_per_mm, 1)
+        sheet.nearly(line, f"the ramp is that of the settings: $120={mm} mm/s^2")
+
+
+def probing(action: RunEndless | Home) -> str:
+    """Return the G word that moves until an input has a level; a probe is active low."""
+    until = action.until if isinstance(action, RunEndless) else None
+    return "G38.5" if until and until.level else "G38.3"
+
+
+def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
+    """Return whether grbl has an output; note it, if not."""
+    if action.number in OUTPUTS:
+        return True
+    limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"
+    remedy = "LinuxCNC, or a sketch for an Arduino"
+    writer.sheet.impossible(action.line, f"output {action.number}", limit, remedy)
+    return False
+
+
+class GrblWriter(LanguageWriter):
     """A writer at work on one program."""
 
+    needs = "a word needs a number"
+    entry = "no jumps (grbl runs line by line)"
+    entry_remedy = HOST
+    called = "what runs is written here"
+    moves = "it is in the moves"
+    more_axes = ("3 axes: X, Y, Z", "LinuxCNC")
+
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
-        self.target, self.program, self.options = target, program, options
-        self.sheet = Draft(target.comment, program)
-        self.words = GrblWords(options)
-        self.registers = Held()
-        self.runs = runs(program)
-        self.outputs = {output for output, _ in outputs(program)}
-        self.acceleration = one_acceleration(program.actions)
-        self.feed = 0.0
+        super().__init__(target, program, options)
+        self.first = self.first_axis(LETTERS)
+        self.most_axes = len(LETTERS) - self.first
+        self.words = GrblWords(options, self.first)
+        self.variable_distance = self.variable_sign = False  # loops are written out: both are known
         self.moved = False  # the line before this one is a move
         self.ended = False  # the stored program
         self.repeats = max(1, int(options.values.get("repeats", "1")))
 
     def written(self) -> Written:
-        """Return the result."""
         self.tree(self.program.block(-1))
-        host = with_comments(lines_of(self.program, -1), self.sheet.lines, self.target.comment)
-        out = [*heading(self.program), *self._settings()]
-        out.append(OutLine("G21 G90 G94", "mm, absolute, mm/min"))
+        host = self.commented(-1)
+        out = [*self._settings(), OutLine("G21 G90 G94", "mm, absolute, mm/min")]
         for output, level in outputs(self.program):
             if output in OUTPUTS:
                 out.append(OutLine(OUTPUTS[output][1 - level], f"output {output} as after a reset"))
         out += [*host, OutLine("M2"), *self._not_run()]
         spm, mm = number(self.options.steps_per_mm), number(self.acceleration / self.options.steps_per_mm)
         assumed = (("$100, steps/mm", spm), ("$120, mm/s^2", mm), ("$1, step idle delay", "255: motors stay on"))
-        return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), assumed)
+        return self.finished(out, assumed)
 
     def _not_run(self) -> list[OutLine]:
         """Return the programs that the text enters and does not run: after M2, where grbl does not go."""
@@ -144,15 +154,14 @@ class _GrblWriter:
             if block in self.runs.values():
                 continue
             self.sheet.lines, self.moved, self.registers.profile = [], False, None
-            self._inside(block)
+            self.inside(block)
             out += [OutLine("", "Entered, but not run by the text: to run it, remove the M2 above."), *self.sheet.lines]
         return out
 
     def _settings(self) -> list[OutLine]:
         """Return the settings that the program takes for granted: to be sent once, while grbl is idle."""
         top = top_rate(self.program.actions)
-        at = LETTERS.index(self.words.letter(1) or "X")
-        spm = self.options.steps_per_mm
+        at, spm = self.first, self.options.steps_per_mm
         rows = (
             (f"$1{at:02}={number(spm)}", "steps/mm"),
             (f"$1{10 + at}={number(math.ceil(top * 60 / spm))}", "greatest rate, mm/min"),
@@ -161,13 +170,10 @@ class _GrblWriter:
         says = "Settings to send once, while grbl is idle: "
         return [OutLine("", says + ", ".join(f"{text} ({what})" for text, what in rows))]
 
-    def _wiring(self) -> tuple[tuple[str, str, str], ...]:
-        letter = self.words.letter(1)
-        at = LETTERS.index(letter)
-        names = [("step", f"pin D{2 + at}, step {letter}"), ("direction", f"pin D{5 + at}, direction {letter}")]
-        names += [("enable", "pin D8"), ("abort", "pin A5, probe"), ("home", "pin A5, probe")]
-        names += [(f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items()]
-        return wired(self.program, names)
+    def wires(self) -> list[tuple[str, str]]:
+        """Return where the wires go."""
+        names = grbl_pins(self.first)
+        return [*names, *((f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items())]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def tree(self, tree: Sequence[Node]) -> None:
@@ -213,38 +219,20 @@ class _GrblWriter:
         self.sheet.impossible(node.line, f"{says}: written {times}", "no loops, no inputs", HOST)
 
     # -------------------------------------------------------------------------------------------------------- actions
-    def action(self, action: Action) -> None:
-        """Write an action."""
-        sheet, line = self.sheet, action.line
-        match action:
-            case SetProfile():
-                self._profile(action)
-            case SetDistance() | SetDirection():
-                sheet.same(line, "it is in the moves")
-            case SetPosition():
-                self._add(f"G92 {self.words.distance(action.axis, action.position)}", line)
-                sheet.same(line)
-            case MoveBy() | MoveTo():
-                self._move(action)
-            case RunEndless() | Home():
-                self._search(action)
-            case SetOutput():
-                self._output(action)
-            case WaitInput():
-                self._add("M0", line)
-                says = f"a wait for input {action.input.number}: M0 waits for a person"
-                sheet.impossible(line, says, "no inputs in a program", HOST)
-            case Delay():
-                self._delay(action)
-            case EndProgram():
-                sheet.same(line)
-                self.ended = True
-            case LeaveProgram() | RunProgram():
-                self._run(action)
-            case EnterProgram():
-                pass
-            case _:
-                unspoken(sheet, action, "the result is a file, which is kept")
+    def preset(self, action: SetPosition) -> None:
+        """Write G92."""
+        self._add(f"G92 {self.words.distance(action.axis, action.position)}", action.line)
+
+    def leave(self, action: EndProgram) -> None:
+        """Note that the stored program ends: what follows is not written."""
+        super().leave(action)
+        self.ended = True
+
+    def wait(self, action: WaitInput) -> None:
+        """Write M0: grbl waits for a person."""
+        self._add("M0", action.line)
+        says = f"a wait for input {action.input.number}: M0 waits for a person"
+        self.sheet.impossible(action.line, says, "no inputs in a program", HOST)
 
     def _add(self, text: str, source: int, moves: bool = False) -> None:
         if moves and self.moved:
@@ -252,97 +240,67 @@ class _GrblWriter:
         self.sheet.add(text, source)
         self.moved = moves
 
-    def _run(self, action: LeaveProgram | RunProgram) -> None:
-        if isinstance(action, LeaveProgram) and not action.runs:
-            return
-        if isinstance(action, RunProgram) and action.at:
-            limit = "no jumps (grbl runs line by line)"
-            self.sheet.impossible(action.line, f"the program runs from {action.at} on", limit, HOST)
-            return
-        self._inside(self.runs[action.line])
-        self.sheet.same(action.line, "what runs is written here")
+    def call(self, block: int, at: str, line: int) -> None:
+        """Write a stored program where it runs."""
+        self.inside(block)
 
-    def _inside(self, block: int) -> None:
+    def inside(self, block: int) -> None:
         """Write a stored program."""
-        inside = [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
-        before = len(self.sheet.lines)
-        self.tree(structured(inside))
+        before = self.sheet.lines
+        self.sheet.lines = []
+        self.tree(structured(self.inner(block)))
         self.ended = False
-        written = self.sheet.lines[before:]
-        self.sheet.lines[before:] = with_comments(lines_of(self.program, block), written, self.target.comment)
+        self.sheet.lines = [*before, *self.commented(block)]
 
-    def _profile(self, action: SetProfile) -> None:
-        profile = action.profile
-        rate = profile.top if profile else action.value if action.sets == "top rate" else None
-        if rate is not None and rate != self.feed and action.sets != "ramp":
+    def profile(self, action: SetProfile) -> None:
+        """Write the feed."""
+        rate = rate_of(action)
+        if rate is not None and rate != self.known.get("feed") and action.sets != "ramp":
             self.sheet.add(self.words.feed(rate), action.line)
-            self.feed = rate
-        if action.sets == "top rate" and rate is not None and rate > FASTEST:
-            limit = f"{FASTEST:,} steps/s (README of grbl)"
-            self.sheet.impossible(action.line, f"{number(rate, 0)} steps/s", limit, "coarser steps, or LinuxCNC")
-        elif action.sets == "top rate":
-            self.sheet.same(action.line)
-        elif action.sets == "start rate":
-            self.sheet.nearly(action.line, f"no start rate: {FROM_REST}")
-        else:
-            mm = number(self.acceleration / self.options.steps_per_mm, 1)
-            self.sheet.nearly(action.line, f"the ramp is that of the settings: $120={mm} mm/s^2")
+            self.known["feed"] = rate
+        judged(self, action, rate)
 
     def _feed(self, profile: Profile | None) -> str:
-        if profile is None or profile.top == self.feed:
+        if profile is None or profile.top == self.known.get("feed"):
             return ""
-        self.feed = profile.top
+        self.known["feed"] = profile.top
         return f" {self.words.feed(profile.top)}"
 
-    def _move(self, action: MoveBy | MoveTo) -> None:
+    def move(self, action: MoveBy | MoveTo) -> None:
+        """Write a move."""
         line, axis = action.line, action.axis
-        if not self.words.letter(axis):
-            self.sheet.impossible(line, f"axis {axis}", "3 axes: X, Y, Z", "LinuxCNC")
-            return
         feed = self._feed(action.profile or self.registers.profile)
         if isinstance(action, MoveTo):
-            if action.position is None:
-                self._unknown(line, "the position")
-                return
-            self._add(f"G90 G1 {self.words.distance(axis, action.position)}{feed}", line, moves=True)
+            self._add(f"G90 G1 {self.words.distance(axis, action.position or 0)}{feed}", line, moves=True)
         else:
             steps = self.registers.steps(action)
             if steps is None:
-                self._unknown(line, "the number of steps")
+                self.unknown(line, "the number of steps")
                 return
             self._add(f"G91 G1 {self.words.distance(axis, steps)}{feed}", line, moves=True)
         compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
-    def _unknown(self, line: int, what: str) -> None:
-        remedy = "write the command with a number"
-        self.sheet.impossible(line, f"{what} is not known from the text", "a word needs a number", remedy)
+    def sign_of(self, action: RunEndless | Home) -> int | None:
+        """Return the direction of a run."""
+        return self.registers.sign if action.sign is None else action.sign
 
-    def _search(self, action: RunEndless | Home) -> None:
-        sign, line = action.sign, action.line
-        if sign is None:
-            sign = self.registers.sign
-        if sign is None:
-            self._unknown(line, "the direction")
-            return
-        until = action.until if isinstance(action, RunEndless) else None
-        code = "G38.5" if until and until.level else "G38.3"  # a probe is active low
+    def search(self, action: RunEndless | Home, sign: int) -> None:
+        """Write a probing."""
+        line = action.line
         steps = self.words.distance(action.axis, sign * FAR)
-        self._add(f"G91 {code} {steps}{self._feed(action.profile)}", line, moves=True)
+        self._add(f"G91 {probing(action)} {steps}{self._feed(action.profile)}", line, moves=True)
         if isinstance(action, Home):
             self._add(f"G92 {self.words.letter(action.axis)}0", line)
-        self.sheet.nearly(line, f"ends after {grouped(FAR)} steps at the latest; the switch goes to the probe, pin A5")
+        self.sheet.nearly(line, PROBED)
 
-    def _output(self, action: SetOutput) -> None:
-        if action.implied and action.number not in self.outputs:
-            return
-        if action.number not in OUTPUTS:
-            limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"
-            self.sheet.impossible(action.line, f"output {action.number}", limit, "LinuxCNC, or a sketch for an Arduino")
-            return
-        self._add(OUTPUTS[action.number][1 - action.level], action.line)
-        self.sheet.same(action.line)
+    def output(self, action: SetOutput) -> None:
+        """Write coolant or spindle."""
+        if has_output(self, action):
+            self._add(OUTPUTS[action.number][1 - action.level], action.line)
+            self.sheet.same(action.line)
 
-    def _delay(self, action: Delay) -> None:
+    def delay(self, action: Delay) -> None:
+        """Write a dwell."""
         self._add(f"G4 P{number(action.time_ps / PS)}", action.line)
         lasts = -(-action.time_ps // DWELL_PS) * DWELL_PS
         if lasts == action.time_ps:

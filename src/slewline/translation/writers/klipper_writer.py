@@ -13,7 +13,6 @@ from ..meaning import (
     Action,
     Delay,
     EndProgram,
-    EnterProgram,
     Home,
     Input,
     Jump,
@@ -25,36 +24,17 @@ from ..meaning import (
     Program,
     RunEndless,
     RunProgram,
-    SetDirection,
-    SetDistance,
     SetOutput,
     SetPosition,
     SetProfile,
 )
-from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..program_facts import inputs, outputs, stored, top_rate
+from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
 from .flow import Node, Repeat, structured
+from .language_writer import LanguageWriter
 from .pieces import Decision, Pieces, Portion
-from .source_sheet import (
-    FAR,
-    PS,
-    Draft,
-    Held,
-    compare_times,
-    grouped,
-    heading,
-    inputs,
-    lines_of,
-    number,
-    outputs,
-    runs,
-    stored,
-    top_rate,
-    unspoken,
-    variables,
-    wired,
-    with_comments,
-)
+from .source_sheet import FAR, PS, compare_times, grouped, lines_of, number, with_comments
 
 MAIN = "PROGRAM"
 LATER = "decided when all motion has ended: some 20 ms later"
@@ -62,40 +42,17 @@ FROM_REST = "Klipper starts from standstill"
 PINS = ("PA4", "PA5", "PA6", "PA7", "PB0", "PB1", "PB2", "PB3")
 
 
-class Klipper(Target):
-    """Macros for Klipper."""
-
-    name = "klipper"
-    title = "Configuration with macros for Klipper"
-    suffix = ".cfg"
-    language = "Klipper, G-Codes and Config reference"
-
-    def comment(self, text: str) -> str:
-        """Return a comment as a line of its own."""
-        return f"# {text}" if text else ""
-
-    def write(self, program: Program, options: WriterOptions) -> Written:
-        """Return the configuration."""
-        return _KlipperWriter(self, program, options).written()
-
-    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what the macros do."""
-        from ..reading_back.klipper_reader import read
-
-        return read(text, options)
-
-
-class _KlipperWriter:
+class KlipperWriter(LanguageWriter):
     """A writer at work on one program."""
 
+    needs = "MOVE needs a number"
+    entry = "a macro begins at its first line"
+    moves = "it is in the moves"
+    more_axes = ("one manual_stepper is written", "add another one by hand")
+
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
-        self.target, self.program, self.options = target, program, options
-        self.sheet = Draft(target.comment, program)
-        self.runs = runs(program)
-        self.outputs = {output for output, _ in outputs(program)}
+        super().__init__(target, program, options)
         self.inputs = inputs(program)
-        self.registers = Held()
-        self.variable_distance, self.variable_sign = variables(program.actions)
         self.variable_rates = any(isinstance(each, Motion) and each.profile is None for each in program.actions)
         self.kept = {"at": "0"} | ({"distance": "0"} if self.variable_distance else {})
         self.kept |= {"direction": "1"} if self.variable_sign else {}
@@ -107,29 +64,23 @@ class _KlipperWriter:
     def _cut(self, tree: Sequence[Node]) -> None:
         """Cut a program into pieces."""
         self.pieces = Pieces(tree, self._inside, "" if self.main == MAIN else f"{self.main.lower()}_")
-        self.names = {name: f"{self.main}_{at}" if at else self.main for at, name in enumerate(self.pieces.pieces)}
+        self.macros = {name: f"{self.main}_{at}" if at else self.main for at, name in enumerate(self.pieces.pieces)}
 
     def _inside(self, action: RunProgram | LeaveProgram) -> Sequence[Node]:
         """Return the tree of the stored program that a command runs."""
         if isinstance(action, RunProgram) and action.at:
-            limit = "a macro begins at its first line"
             says = f"the program runs from {action.at} on"
-            self.sheet.impossible(action.line, says, limit, "split the program there")
+            self.sheet.impossible(action.line, says, self.entry, self.entry_remedy)
             return ()
         self.sheet.same(action.line, "what runs is written here")
-        block = self.program.block(self.runs[action.line])
-        return structured([each for each in block if not isinstance(each, EnterProgram | LeaveProgram)])
+        return structured(self.inner(self.runs[action.line]))
 
     def written(self) -> Written:
-        """Return the result."""
         out = self._written()
         for block in stored(self.program):
             if block not in self.runs.values():  # entered, but not run by the text
                 self.main = f"STORED{block + 1}"
-                inside = (
-                    each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)
-                )
-                self._cut(structured(list(inside)))
+                self._cut(structured(self.inner(block)))
                 out += self._written()
         for action in self.program.actions:
             if isinstance(action, EndProgram):
@@ -140,12 +91,12 @@ class _KlipperWriter:
         for action in self.program.block(-1):
             if action.line not in judged:
                 self.sheet.same(action.line, "never reached: the program before it has no end")
-        out = [*heading(self.program), *self._configuration(), *out]
+        out = [*self._configuration(), *out]
         for block in (-1, *stored(self.program)):
             out = with_comments(lines_of(self.program, block), out, self.target.comment)
         spm = number(self.options.steps_per_mm)
         assumed = (("steps per millimetre", spm), ("pins", "PA0 ...: put in those of your board"))
-        return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), assumed)
+        return self.finished(out, assumed)
 
     def _written(self) -> list[OutLine]:
         """Return the pieces and decisions of a program."""
@@ -174,7 +125,7 @@ class _KlipperWriter:
 
     def _macro(self, piece: Portion) -> list[OutLine]:
         """Return a piece as a macro."""
-        name = self.names[piece.name]
+        name = self.macros[piece.name]
         self.sheet.lines, self.sheet.depth = [], 1
         state = ", ".join(f'{each}=printer["gcode_macro {self.main}"].{each}' for each in self.kept)
         self.sheet.add(f"{{% set ns = namespace({state}) %}}")
@@ -186,7 +137,7 @@ class _KlipperWriter:
             self.sheet.add(f"SET_GCODE_VARIABLE MACRO={self.main} VARIABLE={each} VALUE={{ns.{each}}}")
         after = piece.then
         if after in self.pieces.pieces and not self.pieces.returns(piece.name):
-            self.sheet.add(self.names[after])
+            self.sheet.add(self.macros[after])
         elif after:
             self.sheet.add("M400")
             self.sheet.add(f"UPDATE_DELAYED_GCODE ID={self._delayed(after)} DURATION=0.01")
@@ -197,17 +148,17 @@ class _KlipperWriter:
         found = [*head, OutLine("gcode:"), *self.sheet.lines]
         if after in self.pieces.pieces and self.pieces.returns(piece.name):
             again = [OutLine(""), OutLine(f"[delayed_gcode {self._delayed(after)}]"), OutLine("gcode:")]
-            found += [*again, OutLine(f"  {self.names[after]}")]
+            found += [*again, OutLine(f"  {self.macros[after]}")]
         return found
 
     def _delayed(self, name: str) -> str:
-        return name if name in self.pieces.decisions else f"again_{self.names[name].lower()}"
+        return name if name in self.pieces.decisions else f"again_{self.macros[name].lower()}"
 
     def _to(self, name: str) -> str:
         """Return the command that goes on with a piece or a decision."""
         if name in self.pieces.decisions:
             return f"UPDATE_DELAYED_GCODE ID={name} DURATION=0.01"
-        return self.names[name] if name else "M400"
+        return self.macros[name] if name else "M400"
 
     def _decided(self, decision: Decision) -> list[OutLine]:
         """Return a decision as a delayed_gcode."""
@@ -229,12 +180,12 @@ class _KlipperWriter:
         rows = [f'printer["gcode_button input{each.number}"].state == "{names[each.level]}"' for each in wanted]
         return " and ".join(rows)
 
-    def _wiring(self) -> tuple[tuple[str, str, str], ...]:
+    def wires(self) -> list[tuple[str, str]]:
+        """Return where the wires go."""
         names = [("step", "step_pin"), ("direction", "dir_pin"), ("enable", "enable_pin")]
         names += [("abort", "endstop_pin"), ("home", "endstop_pin")]
         names += [(f"output{n}", f"[output_pin output{n}]") for n in self.outputs]
-        names += [(f"input{n}", f"[gcode_button input{n}]") for n in self.inputs]
-        return wired(self.program, names)
+        return names + [(f"input{n}", f"[gcode_button input{n}]") for n in self.inputs]
 
     # -------------------------------------------------------------------------------------------------------- actions
     def _write(self, node: Node) -> None:
@@ -250,41 +201,27 @@ class _KlipperWriter:
             self.sheet.same(node.line)
             return
         assert isinstance(node, Action)  # noqa: S101
-        self._action(node)
+        self.action(node)
         self.registers.note(node)
 
-    def _action(self, action: Action) -> None:
-        sheet, line = self.sheet, action.line
-        match action:
-            case SetProfile():
-                self._profile(action)
-            case SetDistance():
-                if self.variable_distance:
-                    sheet.add(f"{{% set ns.distance = {action.steps} %}}", line)
-                sheet.same(line, "it is in the moves")
-            case SetDirection():
-                if self.variable_sign:
-                    sheet.add(f"{{% set ns.direction = {action.sign} %}}", line)
-                sheet.same(line, "it is in the moves")
-            case SetPosition():
-                sheet.add(f"{{% set ns.at = {action.position} %}}", line)
-                sheet.add(f"MANUAL_STEPPER STEPPER=axis SET_POSITION={{ns.at{self._per_mm()}}}", line)
-                sheet.same(line)
-            case MoveBy() | MoveTo():
-                self._move(action)
-            case RunEndless() | Home():
-                self._search(action)
-            case SetOutput():
-                if not (action.implied and action.number not in self.outputs):
-                    sheet.add(f"SET_PIN PIN=output{action.number} VALUE={action.level}", line)
-                    sheet.same(line)
-            case Delay():
-                sheet.add(f"G4 P{number(action.time_ps * 1000 / PS, 3)}", line)
-                sheet.same(line)
-            case EnterProgram() | LeaveProgram():
-                pass
-            case _:
-                unspoken(sheet, action, "the result is a file, which is kept")
+    def register(self, name: str, value: int, line: int) -> None:
+        """Write that a variable becomes a number."""
+        self.sheet.add(f"{{% set ns.{name} = {value} %}}", line)
+
+    def preset(self, action: SetPosition) -> None:
+        """Write that the position is set."""
+        self.register("at", action.position, action.line)
+        self.sheet.add(f"MANUAL_STEPPER STEPPER=axis SET_POSITION={{ns.at{self._per_mm()}}}", action.line)
+
+    def output(self, action: SetOutput) -> None:
+        """Write SET_PIN."""
+        self.sheet.add(f"SET_PIN PIN=output{action.number} VALUE={action.level}", action.line)
+        self.sheet.same(action.line)
+
+    def delay(self, action: Delay) -> None:
+        """Write a dwell."""
+        self.sheet.add(f"G4 P{number(action.time_ps * 1000 / PS, 3)}", action.line)
+        self.sheet.same(action.line)
 
     def _per_mm(self) -> str:
         return "" if self.options.steps_per_mm == 1 else f" / {number(self.options.steps_per_mm)}"
@@ -292,7 +229,8 @@ class _KlipperWriter:
     def _mm(self, value: float) -> str:
         return number(value / self.options.steps_per_mm, 4)
 
-    def _profile(self, action: SetProfile) -> None:
+    def profile(self, action: SetProfile) -> None:
+        """Write rate and acceleration, if a move has them from here."""
         if self.variable_rates and action.profile is not None:
             ramp = action.profile.acceleration if action.profile.ramped else 0.0
             self.sheet.add(f"{{% set ns.speed = {self._mm(action.profile.top)} %}}", action.line)
@@ -312,19 +250,10 @@ class _KlipperWriter:
         acceleration = profile.acceleration if profile.ramped else 0.0
         return f" SPEED={self._mm(profile.top)} ACCEL={self._mm(acceleration)}"
 
-    def _move(self, action: MoveBy | MoveTo) -> None:
-        line = action.line
-        if action.axis != 1:
-            self.sheet.impossible(
-                line, f"axis {action.axis}", "one manual_stepper is written", "add another one by hand"
-            )
-            return
-        profile = action.profile
+    def move(self, action: MoveBy | MoveTo) -> None:
+        """Write a move."""
+        line, profile = action.line, action.profile
         if isinstance(action, MoveTo):
-            if action.position is None:
-                remedy = "write the command with a number"
-                self.sheet.impossible(line, "the position is not known from the text", "MOVE needs a number", remedy)
-                return
             if self.variable_sign:
                 self.sheet.add(f"{{% set ns.direction = -1 if {action.position} < ns.at else 1 %}}", line)
             self.sheet.add(f"{{% set ns.at = {action.position} %}}", line)
@@ -339,14 +268,13 @@ class _KlipperWriter:
         acceleration = 0.0 if profile is None or not profile.ramped else profile.acceleration
         compare_times(self.sheet, action, acceleration, FROM_REST)
 
-    def _search(self, action: RunEndless | Home) -> None:
-        line, sign = action.line, action.sign
-        if sign is None:
-            sign = self.registers.sign
-        if sign is None:
-            remedy = "set the direction in the text"
-            self.sheet.impossible(line, "the direction is not known from the text", "MOVE needs a number", remedy)
-            return
+    def sign_of(self, action: RunEndless | Home) -> int | None:
+        """Return the direction of a run."""
+        return self.registers.sign if action.sign is None else action.sign
+
+    def search(self, action: RunEndless | Home, sign: int) -> None:
+        """Write a move that an endstop ends."""
+        line = action.line
         until = action.until if isinstance(action, RunEndless) else None
         kind = "try_inverted_probe" if until and until.level else "try_probe"
         words = f"MOVE={self._mm(sign * FAR)} STOP_ON_ENDSTOP={kind}{self._rates(action.profile)}"

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 from ...errors import UsageError
 from ..meaning import Profile, Program
+from ..program_facts import top_rate
 from ..target_writer import WriterOptions
-from .source_sheet import number, top_rate
+from .source_sheet import number
 
 
 class Library(NamedTuple):

@@ -10,107 +10,58 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..meaning import (
-    Action,
     Delay,
     EndProgram,
     EnterProgram,
     Home,
     Input,
-    LeaveProgram,
     MoveBy,
     MoveTo,
     Profile,
     Program,
     RunEndless,
-    RunProgram,
-    SetDirection,
-    SetDistance,
     SetOutput,
     SetPosition,
     SetProfile,
     WaitInput,
 )
-from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..program_facts import outputs, top_rate
+from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
 from .flow import AsLongAs
-from .source_sheet import (
-    FAR,
-    PS,
-    compare_times,
-    digits_for,
-    grouped,
-    heading,
-    number,
-    one_acceleration,
-    outputs,
-    runs,
-    stored,
-    top_rate,
-    unspoken,
-    variables,
-    wired,
-)
+from .grbl_writer import rate_of
+from .source_sheet import FAR, PS, compare_times, digits_for, grouped, number
 from .structured import Structured
 
 LETTERS = "XYZABCUVW"
 INPUTS = OUTPUTS = 4  # of each kind, unless motmod is loaded with another num_dio
+HOMED = f"searches {grouped(FAR)} steps at most, for the switch on motion.probe-input"
+PROBED = f"ends after {grouped(FAR)} steps at the latest; the input that ends it goes to motion.probe-input"
 FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
 
 
-class LinuxCNC(Target):
-    """G-code for LinuxCNC."""
-
-    name = "linuxcnc"
-    title = "G-code for LinuxCNC"
-    suffix = ".ngc"
-    language = "LinuxCNC 2.9 (G-code, M-code and O-code reference)"
-
-    def comment(self, text: str) -> str:
-        """Return a comment as a line of its own."""
-        return f"; {text}" if text else ""
-
-    def write(self, program: Program, options: WriterOptions) -> Written:
-        """Return the program with O-words."""
-        return _LinuxCncWriter(self, program, options).written()
-
-    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what the text does, by a small interpreter of O-words."""
-        from ..reading_back.linuxcnc_reader import read
-
-        return read(text, options)
-
-    def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what `rs274` of LinuxCNC does with the text; None: it is not installed."""
-        from ..reading_back.rs274 import run
-
-        return run(text, options)
-
-
-class _LinuxCncWriter(Structured):
+class LinuxCncWriter(Structured):
     """A writer at work on one program."""
+
+    needs = "a word needs a number"
+    entry = "a subroutine begins at its first line (O-codes, sub)"
+    more_axes = ("9 axes: X to W", "a machine of its own for the others")
+    true = "1"
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         super().__init__(target, program, options)
-        self.ran_with: dict[int, float | None] = {}  # F where the host runs a stored program
+        self.first = self.first_axis(LETTERS)
+        self.most_axes = len(LETTERS) - self.first
         self.digits = digits_for(options.steps_per_mm)
-        self.feed: float | None = None  # as far as F is known here
-        self.variable_distance, self.variable_sign = variables(program.actions)
-        self.acceleration = one_acceleration(program.actions)
-        self.names = {each: "program" if each == 0 else f"program{each + 1}" for each in stored(program)}
-        self.runs = runs(program)
-        self.outputs = {output for output, _ in outputs(program)}
 
     def written(self) -> Written:
-        """Return the result."""
-        out: list[OutLine] = []
         host = self._host()
         begins = "G21 G90 G94 G61.1"
-        out += heading(self.program)
         spm = number(self.options.steps_per_mm)
         speed = number(top_rate(self.program.actions) / self.options.steps_per_mm, 3)
         acceleration = number(self.acceleration / self.options.steps_per_mm, 3)
         ini = f"SCALE = {spm}, MAX_VELOCITY = {speed} or more, MAX_ACCELERATION = {acceleration}"
-        out.append(OutLine("", f"INI file, of the joint: {ini}"))
+        out = [OutLine("", f"INI file, of the joint: {ini}")]
         out.append(OutLine(begins, "mm, absolute, mm/min, exact stop: each move ends before the next begins"))
         for output, level in outputs(self.program):
             if output <= OUTPUTS:
@@ -129,14 +80,14 @@ class _LinuxCncWriter(Structured):
             ("MAX_ACCELERATION, mm/s^2", acceleration),
             ("MAX_VELOCITY, mm/s", f"{speed} or more"),
         )
-        return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), assumed)
+        return self.finished(out, assumed)
 
     def _block(self, block: int) -> list[OutLine]:
         """Return a stored program as a subroutine."""
         self.sheet.lines = []
-        self.feed = self.ran_with.get(block)
+        self.known = dict(self.ran_with.get(block, {}))
         name = self.names[block]
-        actions = [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
+        actions = self.inner(block)
         first = next(
             (each.line for each in self.program.actions if isinstance(each, EnterProgram) and each.number == block), 0
         )
@@ -148,82 +99,43 @@ class _LinuxCncWriter(Structured):
         return self.commented(block)
 
     def _host(self) -> list[OutLine]:
-        self.sheet.lines = []
-        self.feed = None
+        self.sheet.lines, self.known = [], {}
         self.tree(self.program.block(-1))
         return self.commented(-1)
 
-    def _wiring(self) -> tuple[tuple[str, str, str], ...]:
+    def wires(self) -> list[tuple[str, str]]:
+        """Return where the wires go."""
         names = [("step", "joint 0, step"), ("direction", "joint 0, direction"), ("abort", "motion.probe-input")]
         names += [(f"output{at + 1}", f"motion.digital-out-{at:02}") for at in range(OUTPUTS)]
-        names += [(f"input{at + 1}", f"motion.digital-in-{at:02}") for at in range(INPUTS)]
-        return wired(self.program, names)
+        return names + [(f"input{at + 1}", f"motion.digital-in-{at:02}") for at in range(INPUTS)]
 
     # -------------------------------------------------------------------------------------------------------- actions
-    def action(self, action: Action) -> None:
-        sheet, line = self.sheet, action.line
-        match action:
-            case SetProfile():
-                self._profile(action)
-            case SetDistance():
-                if self.variable_distance:
-                    sheet.add(f"#<_steps> = {action.steps}", line)
-                sheet.same(line)
-            case SetDirection():
-                if self.variable_sign:
-                    sheet.add(f"#<_direction> = {action.sign}", line)
-                sheet.same(line)
-            case SetPosition():
-                sheet.add(f"G92 {self._word(action.axis, action.position)}", line)
-                sheet.same(line)
-            case MoveBy() | MoveTo():
-                self._move(action)
-            case RunEndless():
-                self._endless(action)
-            case Home():
-                letter = self._letter(action.axis)
-                sheet.add(f"G91 G38.3 {self._word(action.axis, action.sign * FAR)}", line)
-                sheet.add(f"G92 {letter}0", line)
-                sheet.nearly(line, f"searches {grouped(FAR)} steps at most, for the switch on motion.probe-input")
-            case SetOutput():
-                self._output(action)
-            case WaitInput():
-                self._wait(action)
-            case Delay():
-                sheet.add(f"G4 P{number(action.time_ps / PS)}", line)
-                sheet.same(line)
-            case EndProgram():
-                self.leave(action)
-            case LeaveProgram() | RunProgram():
-                self._run(action)
-            case _:
-                unspoken(sheet, action, "the result is a file, which is kept")
+    def register(self, name: str, value: int, line: int) -> None:
+        """Write that a parameter becomes a number."""
+        self.assign({"distance": "steps"}.get(name, name), value, line)
 
-    def _run(self, action: LeaveProgram | RunProgram) -> None:
-        if isinstance(action, LeaveProgram) and not action.runs:
-            return
-        if isinstance(action, RunProgram) and action.at:
-            limit = "a subroutine begins at its first line (O-codes, sub)"
-            self.sheet.impossible(
-                action.line, f"the program runs from {action.at} on", limit, "split the program there"
-            )
-            return
-        block = self.runs[action.line]
-        name = self.names.get(block, "program")
-        self.sheet.add(f"o<{name}> call", action.line)
+    def preset(self, action: SetPosition) -> None:
+        """Write G92."""
+        self.sheet.add(f"G92 {self._word(action.axis, action.position)}", action.line)
+
+    def delay(self, action: Delay) -> None:
+        """Write a dwell."""
+        self.sheet.add(f"G4 P{number(action.time_ps / PS)}", action.line)
         self.sheet.same(action.line)
-        self.ran_with[block] = self.feed if self.ran_with.get(block, self.feed) == self.feed else None
-        self.feed = None
+
+    def calls(self, name: str) -> str:
+        """Return the call of a subroutine."""
+        return f"o<{name}> call"
 
     def leave(self, action: EndProgram) -> None:
         """Write the end of a program: of a subroutine, its return."""
         name = self.names.get(action.block)
         if name and action is not self.final:
             self.sheet.add(f"o<{name}> return", action.line)
-        self.sheet.same(action.line)
+        super().leave(action)
 
     def _letter(self, axis: int) -> str:
-        return LETTERS[LETTERS.index(self.options.axis.upper()) + axis - 1]
+        return LETTERS[self.first + axis - 1]
 
     def _word(self, axis: int, steps: int) -> str:
         return f"{self._letter(axis)}{number(steps / self.options.steps_per_mm, self.digits)}"
@@ -231,12 +143,12 @@ class _LinuxCncWriter(Structured):
     def _f(self, rate: float) -> str:
         return f"F{number(rate * 60 / self.options.steps_per_mm, 3)}"
 
-    def _profile(self, action: SetProfile) -> None:
-        profile = action.profile
-        rate = profile.top if profile else action.value if action.sets == "top rate" else None
-        if rate is not None and rate != self.feed and action.sets != "ramp":
+    def profile(self, action: SetProfile) -> None:
+        """Write F."""
+        rate = rate_of(action)
+        if rate is not None and rate != self.known.get("feed") and action.sets != "ramp":
             self.sheet.add(self._f(rate), action.line)
-            self.feed = rate
+            self.known["feed"] = rate
         if action.sets == "top rate":
             self.sheet.same(action.line)
         elif action.sets == "start rate":
@@ -245,30 +157,22 @@ class _LinuxCncWriter(Structured):
             mm = number(self.acceleration / self.options.steps_per_mm, 1)
             self.sheet.nearly(action.line, f"the ramp is that of the machine: MAX_ACCELERATION = {mm} mm/s^2")
 
-    def forget(self, tree: Sequence[object]) -> None:
-        """Forget F as well, where more than one path may lead."""
-        before = self.registers.profile
-        super().forget(tree)  # type: ignore[arg-type]
-        if before is not None and self.registers.profile is None:
-            self.feed = None
-
     def _feed(self, profile: Profile | None) -> str:
         """Return the F word of a move, with a space, unless F has that value."""
-        if profile is None or profile.top == self.feed:
+        if profile is None or profile.top == self.known.get("feed"):
             return ""
-        self.feed = profile.top
+        self.known["feed"] = profile.top
         return f" {self._f(profile.top)}"
 
-    def _move(self, action: MoveBy | MoveTo) -> None:
+    def move(self, action: MoveBy | MoveTo) -> None:
+        """Write a move."""
         feed = self._feed(action.profile)
         if isinstance(action, MoveTo):
-            if action.position is None:
-                self._unknown(action, "the position")
-                return
+            position = action.position or 0
             if self.variable_sign:  # a comparison is 1 or 0
-                ahead = f"[#5420 GT {number(action.position / self.options.steps_per_mm, self.digits)}]"
+                ahead = f"[#5420 GT {number(position / self.options.steps_per_mm, self.digits)}]"
                 self.sheet.add(f"#<_direction> = [1 - 2 * {ahead}]", action.line)
-            self.sheet.add(f"G90 G1 {self._word(action.axis, action.position)}{feed}", action.line)
+            self.sheet.add(f"G90 G1 {self._word(action.axis, position)}{feed}", action.line)
         elif action.steps is not None:
             self.sheet.add(f"G91 G1 {self._word(action.axis, action.steps)}{feed}", action.line)
         else:
@@ -283,23 +187,20 @@ class _LinuxCncWriter(Structured):
         spm = self.options.steps_per_mm
         return " * ".join(factors) + (f" / {number(spm)}" if spm != 1 else "")
 
-    def _unknown(self, action: Action, what: str) -> None:
-        remedy = "write the command with a number"
-        self.sheet.impossible(action.line, f"{what} is not known from the text", "a word needs a number", remedy)
-
-    def _endless(self, action: RunEndless) -> None:
-        if action.sign is None:
-            self._unknown(action, "the direction")
-            return
-        code = "G38.5" if action.until and action.until.level == 0 else "G38.3"
-        steps = self._word(action.axis, action.sign * FAR)
+    def search(self, action: RunEndless | Home, sign: int) -> None:
+        """Write a probing."""
+        until = action.until if isinstance(action, RunEndless) else None
+        code = "G38.5" if until and until.level == 0 else "G38.3"
+        steps = self._word(action.axis, sign * FAR)
         self.sheet.add(f"G91 {code} {steps}{self._feed(action.profile)}", action.line)
-        says = f"ends after {grouped(FAR)} steps at the latest; the input that ends it goes to motion.probe-input"
-        self.sheet.nearly(action.line, says)
+        if isinstance(action, Home):
+            self.sheet.add(f"G92 {self._letter(action.axis)}0", action.line)
+            self.sheet.nearly(action.line, HOMED)
+        else:
+            self.sheet.nearly(action.line, PROBED)
 
-    def _output(self, action: SetOutput) -> None:
-        if action.implied and action.number not in self.outputs:
-            return
+    def output(self, action: SetOutput) -> None:
+        """Write M64 or M65."""
         if action.number > OUTPUTS:
             limit = f"{OUTPUTS} digital outputs (M62 to M65)"
             self.sheet.impossible(action.line, f"output {action.number}", limit, "load motmod with a greater num_dio")
@@ -307,7 +208,8 @@ class _LinuxCncWriter(Structured):
         self.sheet.add(f"M{64 if action.level else 65} P{action.number - 1}", action.line)
         self.sheet.same(action.line)
 
-    def _wait(self, action: WaitInput) -> None:
+    def wait(self, action: WaitInput) -> None:
+        """Write M66, again and again."""
         pin, level = action.input.number, action.input.level
         if not self._is_input(pin, action.line):
             return
@@ -364,10 +266,6 @@ class _LinuxCncWriter(Structured):
         loop = self._o()
         self.sheet.add(f"o{loop} repeat [{passes}]", source)
         return f"o{loop} endrepeat"
-
-    def forever(self, source: int) -> str:
-        """Write a loop without end."""
-        return self.while_true("1", source)
 
     def while_true(self, condition: str, source: int) -> str:
         """Write o while."""

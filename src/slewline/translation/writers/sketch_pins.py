@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ..meaning import Program
+from ..program_facts import axes, outputs
 from ..translation_report import OutLine
 from .libraries import Library
-from .source_sheet import axes, outputs, wired
 
 ENABLE = 8  # as on the shield for CNC machines
 INPUTS = ("A0", "A1", "A2", "A3")
@@ -17,7 +17,7 @@ class SketchPins:
 
     def __init__(self, program: Program, library: Library) -> None:
         self.program, self.library = program, library
-        self.axes = axes(program)
+        self.axes = [axis for axis in axes(program) if axis <= len(library.step_pins)]
         self.used: dict[str, str] = {}
 
     def pin(self, name: str, pin: str) -> str:
@@ -81,13 +81,12 @@ class SketchPins:
         found.append(OutLine("  digitalWrite(ENABLE_PIN, LOW);"))
         return found
 
-    def wiring(self) -> tuple[tuple[str, str, str], ...]:
-        """Return which wire of the source becomes which pin."""
+    def wires(self) -> list[tuple[str, str]]:
+        """Return pairs of what a wire is for, and the pin."""
         names = [("step", f"pin {self._step_pin(1)}, STEP"), ("direction", f"pin {self.library.dir_pins[0]}, DIR")]
         names += [("enable", f"pin {ENABLE}, ENABLE"), ("abort", f"pin {ABORT}"), ("home", f"pin {HOME}")]
         names += [(f"output{n}", f"pin {pin}") for n, pin in enumerate(self.library.outputs, 1)]
-        names += [(f"input{n}", f"pin {pin}") for n, pin in enumerate(INPUTS, 1)]
-        return wired(self.program, names)
+        return names + [(f"input{n}", f"pin {pin}") for n, pin in enumerate(INPUTS, 1)]
 
 
 def level_name(level: int) -> str:

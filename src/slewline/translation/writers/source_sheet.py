@@ -3,40 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from ...chips import ramps_of, sheet_of
-from ...errors import SlewlineError
 from ..meaning import (
     Action,
-    EnterProgram,
     EraseProgram,
     HostDirective,
-    Jump,
-    LeaveProgram,
     Line,
-    Motion,
     MoveBy,
     MoveTo,
     Profile,
     Program,
     Query,
-    RunEndless,
-    RunProgram,
     SaveProgram,
     SetDirection,
     SetDistance,
     SetEndless,
-    SetOutput,
     SetPosition,
     SetProfile,
     SetTarget,
     Special,
     Stop,
-    WaitInput,
 )
-from ..profiles import Profiles
+from ..move_times import measured, standing_time
 from ..translation_report import LineKind, LineVerdict, OutLine
 
 PS = 10**12
@@ -156,82 +146,6 @@ def digits_for(steps_per_mm: float) -> int:
 
 
 # --------------------------------------------------------------------------------------------------------------- times
-def measured(program: Program) -> Callable[[Profile, int], float]:
-    """Return what finds the time of a move of the source, s: by the law of its part, or else by `source_time`."""
-    try:
-        sheet = sheet_of(program.part)
-        law = Profiles(sheet, sheet.crystal_hz, ramps_of(program.part))
-    except SlewlineError:
-        return source_time
-
-    def time_of(profile: Profile, steps: int) -> float:
-        usual = law.read(profile.values)  # with the usual crystal of the part
-        ps = law.move_ps(usual, steps) if usual is not None else None
-        if usual is None or ps is None or not profile.top:
-            return source_time(profile, steps)
-        return ps / PS * usual.top / profile.top
-
-    return time_of
-
-
-def source_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move of the source from its first step to its last one, s."""
-    gaps = max(abs(steps) - 1, 0)
-    if not profile.ramped or profile.steps <= 0:
-        return gaps / profile.top if profile.top else 0.0
-    ramps = 2 * profile.steps
-    if gaps >= ramps:
-        return 2 * profile.time_ps / PS + (gaps - ramps) / profile.top
-    acceleration = (profile.top**2 - profile.start**2) / ramps
-    reached = math.sqrt(profile.start**2 + acceleration * gaps)
-    return 2 * (reached - profile.start) / acceleration
-
-
-def standing_time(top: float, acceleration: float, steps: int) -> float:
-    """Return the time of a move from standstill to standstill with a constant acceleration, s."""
-    steps = abs(steps)
-    if acceleration <= 0:
-        return max(steps - 1, 0) / top if top else 0.0
-    if steps >= top * top / acceleration:
-        return steps / top + top / acceleration
-    return 2 * math.sqrt(steps / acceleration)
-
-
-def started_time(profile: Profile, steps: int) -> float:
-    """Return the time of a move with one acceleration between start rate and top rate, from its first step on, s."""
-    gaps = max(abs(steps) - 1, 0)
-    acceleration = profile.acceleration
-    if not acceleration:
-        return gaps / profile.top if profile.top else 0.0
-    ramps = (profile.top**2 - profile.start**2) / acceleration  # both
-    if gaps >= ramps:
-        return 2 * (profile.top - profile.start) / acceleration + (gaps - ramps) / profile.top
-    reached = math.sqrt(profile.start**2 + acceleration * gaps)
-    return 2 * (reached - profile.start) / acceleration
-
-
-def profiles(actions: Iterable[Action]) -> list[Profile]:
-    """Return the profiles of the motions, or, if none of them is known, those that are set."""
-    known = list(actions)
-    found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
-    return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
-
-
-def top_rate(actions: Iterable[Action]) -> float:
-    """Return the greatest rate, steps/s; 0 if none is known."""
-    return max((each.top for each in profiles(actions)), default=0.0)
-
-
-def one_acceleration(actions: Iterable[Action]) -> float:
-    """Return the acceleration for a target that has one for all moves, steps/s^2: the least of the ramps.
-
-    Without any ramp it is so great that the top rate is reached within half a step.
-    """
-    known = list(actions)
-    ramps = [round(each.acceleration, 3) for each in profiles(known) if each.ramped]
-    return min(ramps, default=round((top_rate(known) or 1000.0) ** 2))
-
-
 def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
     """Note by how much the time of a move differs that starts from standstill."""
     profile, steps = action.profile, action.steps
@@ -297,52 +211,6 @@ class Held:
         return None if distance is None or sign is None else distance * sign
 
 
-def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
-    """Return whether the distance, and whether the direction, are variables: the path through the program decides."""
-    moves = [each for each in actions if isinstance(each, MoveBy)]
-    return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
-
-
-def stored(program: Program) -> list[int]:
-    """Return the numbers of the stored programs, in their order."""
-    return sorted({each.block for each in program.actions if each.block >= 0})
-
-
-def runs(program: Program) -> dict[int, int]:
-    """Return which stored program each command of the host runs that runs one: by the number of its line."""
-    found: dict[int, int] = {}
-    entered = -1
-    for action in program.actions:
-        entered = max(entered, action.block, action.number if isinstance(action, EnterProgram) else -1)
-        if (isinstance(action, RunProgram) and action.block < 0) or (isinstance(action, LeaveProgram) and action.runs):
-            found[action.line] = entered
-    return found
-
-
-def axes(program: Program) -> list[int]:
-    """Return the axes that the program moves, from 1 on."""
-    return sorted({each.axis for each in program.actions}) or [1]
-
-
-def outputs(program: Program) -> list[tuple[int, int]]:
-    """Return the outputs that the program sets, each with its level after a reset of the source; low if not known."""
-    used = sorted({each.number for each in program.actions if isinstance(each, SetOutput) and not each.implied})
-    return [(each, _reset_level(program, each)) for each in used]
-
-
-def _reset_level(program: Program, output: int) -> int:
-    about = f"output {output} ("
-    return int(any(each.about.startswith(about) and each.value.startswith("high") for each in program.assumed))
-
-
-def inputs(program: Program) -> list[int]:
-    """Return the inputs that the program waits for, or decides by."""
-    found = {each.input.number for each in program.actions if isinstance(each, WaitInput)}
-    found |= {each.number for action in program.actions if isinstance(action, Jump) for each in action.inputs}
-    found |= {each.until.number for each in program.actions if isinstance(each, RunEndless) and each.until}
-    return sorted(found)
-
-
 def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
     """Handle what no target has to do: the host's own directives, queries, saving; return whether it was one.
 
@@ -359,6 +227,8 @@ def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
             sheet.nearly(action.line, "nothing is erased: the result is a program of its own")
         case Stop():
             sheet.nearly(action.line, "nothing is left to stop: each move has ended before what follows it")
+        case Special() if action.needless:
+            sheet.same(action.line, action.needless)
         case Special():
             sheet.impossible(
                 action.line,
@@ -373,7 +243,7 @@ def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
     return True
 
 
-def wired(program: Program, names: Collection[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
+def wired(program: Program, names: Iterable[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
     """Return which wire of the source becomes which of the target; empty: the target has none."""
     known = dict(names)
     return tuple((role, name, known.get(role, "")) for role, name in program.wiring.items())

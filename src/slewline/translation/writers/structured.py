@@ -6,33 +6,25 @@ inputs; what a single action becomes is a method of the writer as well.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
 
 from ..meaning import Action, Input, Label, Program, SetProfile
 from ..target_writer import Target, WriterOptions
-from ..translation_report import OutLine
 from .flow import AsLongAs, Forever, Fork, Node, Repeat, Stages, counters, nodes, structured
-from .source_sheet import Draft, Held, lines_of, with_comments
+from .language_writer import LanguageWriter
 
 
-class Structured(ABC):
+class Structured(LanguageWriter):
     """A writer at work on one program; `nothing` is what a language needs where nothing is done."""
 
     nothing = ""
+    true = "true"
 
     def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
-        self.target = target
-        self.program = program
-        self.options = options
-        self.sheet = Draft(target.comment, program, indent)
-        self.registers = Held()
+        super().__init__(target, program, options, indent)
         self.numbers = counters()
         self.final: Action | None = None  # with which a stored program ends anyway
-
-    def commented(self, block: int) -> list[OutLine]:
-        """Return the lines written for a block, with the comments of the source."""
-        return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
 
     def program_tree(self, actions: Sequence[Action]) -> None:
         """Write a stored program."""
@@ -40,10 +32,6 @@ class Structured(ABC):
         self.tree(structured(actions))
 
     # ------------------------------------------------------------------------------------------------ the language
-    @abstractmethod
-    def action(self, action: Action) -> None:
-        """Write an action."""
-
     @abstractmethod
     def assign(self, name: str, value: int, source: int) -> None:
         """Write that a variable becomes a number."""
@@ -64,9 +52,9 @@ class Structured(ABC):
     def repeat(self, passes: int, source: int) -> str:
         """Write the head of a loop; return what closes it."""
 
-    @abstractmethod
     def forever(self, source: int) -> str:
         """Write the head of an endless loop; return what closes it."""
+        return self.while_true(self.true, source)
 
     @abstractmethod
     def while_true(self, condition: str, source: int) -> str:
@@ -101,7 +89,7 @@ class Structured(ABC):
     def forget(self, tree: Sequence[Node]) -> None:
         """Forget what the registers hold, where more than one path may lead: what the tree sets is not known there."""
         if any(isinstance(each, SetProfile) for each in nodes(tree)):
-            self.registers.profile = None
+            self.registers.profile, self.known = None, {}
         self.registers.position = None
 
     def tree(self, tree: Sequence[Node]) -> None:

@@ -7,16 +7,16 @@ parameters, their ranges and the commands are those of the TMCM-1290 TMCL firmwa
 
 from __future__ import annotations
 
+import re
+
 from ..meaning import (
     Action,
     Delay,
     EndProgram,
-    EnterProgram,
     Home,
     Input,
     Jump,
     Label,
-    LeaveProgram,
     Loop,
     MoveBy,
     MoveTo,
@@ -24,93 +24,75 @@ from ..meaning import (
     Program,
     RunEndless,
     RunProgram,
-    SetDirection,
-    SetDistance,
     SetOutput,
     SetPosition,
     SetProfile,
     WaitInput,
 )
-from ..target_writer import PlayedTrace, Target, WriterOptions, Written
+from ..move_times import started_time
+from ..program_facts import inputs, outputs
+from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
-from .source_sheet import (
-    PS,
-    Draft,
-    heading,
-    inputs,
-    lines_of,
-    number,
-    outputs,
-    runs,
-    seconds,
-    started_time,
-    stored,
-    unspoken,
-    variables,
-    wired,
-    with_comments,
-)
-from .tmcl_module import ACCELERATION, DECELERATION, LEAST_ACCELERATION, MANUAL, MOST, NAMES, label, parameters
+from .language_writer import LanguageWriter
+from .source_sheet import PS, number, seconds
 
+MANUAL = "TMCM-1290 TMCL firmware manual V1.01"
+TOP, ACCELERATION, DECELERATION, START, STOP = 4, 5, 17, 19, 20  # axis parameters
+SLOWEST_STOP = 10
+MOST = {TOP: 7_999_774, ACCELERATION: 7_629_278, DECELERATION: 7_629_278, START: 249_999, STOP: 249_999}
+LEAST_ACCELERATION = 117
+NAMES = {TOP: "top rate", ACCELERATION: "acceleration", DECELERATION: "", START: "start rate", STOP: ""}
 TICK_PS = 10 * 10**9  # of WAIT TICKS
 LINES = 3  # GPIO0 to GPIO2, each an input or an output
 DISTANCE, DIRECTION, FIRST_LOOP = 0, 1, 2  # user variables
 
 
-class Tmcl(Target):
-    """A program in TMCL."""
-
-    name = "tmcl"
-    title = "TMCL for a module of Trinamic"
-    suffix = ".tmc"
-    language = MANUAL
-
-    def comment(self, text: str) -> str:
-        """Return a comment as a line of its own."""
-        return f"// {text}" if text else ""
-
-    def write(self, program: Program, options: WriterOptions) -> Written:
-        """Return the program with labels and jumps."""
-        return _TmclWriter(self, program).written()
-
-    def read_back(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what the program does, assembled and run."""
-        from ..reading_back.tmcl_reader import read
-
-        return read(text, options)
+def parameters(profile: Profile) -> dict[int, float]:
+    """Return the axis parameters of a profile, with their values."""
+    start = profile.start if profile.ramped else profile.top
+    wanted = {TOP: profile.top, START: start, STOP: max(start, SLOWEST_STOP)}
+    if profile.ramped:
+        wanted |= {ACCELERATION: profile.acceleration, DECELERATION: profile.acceleration}
+    return wanted
 
 
-class _TmclWriter:
+def label(name: str) -> str:
+    """Return a label as TMCL has it: a letter, then letters and digits."""
+    plain = re.sub(r"\W", "", name)
+    return plain[0].upper() + plain[1:] if plain.startswith(("line", "start", "end")) else f"Label{plain}"
+
+
+class TmclWriter(LanguageWriter):
     """A writer at work on one program."""
 
-    def __init__(self, target: Target, program: Program) -> None:
-        self.target, self.program = target, program
-        self.sheet = Draft(target.comment, program)
-        self.variable_distance, self.variable_sign = variables(program.actions)
-        self.names = {each: "Program" if each == 0 else f"Program{each + 1}" for each in stored(program)}
-        self.runs = runs(program)
-        self.outputs = {output: at for at, (output, _) in enumerate(outputs(program))}
-        self.inputs = {pin: len(self.outputs) + at for at, pin in enumerate(inputs(program))}
-        self.set: dict[int, int] = {}  # axis parameters that are known here
-        self.ran_with: dict[int, dict[int, int]] = {}
+    needs = "MVP and ROR need a number"
+    keeps = "the module keeps its program in EEPROM"
+    more_axes = ("one motor (TMCM-1290)", "a module for several motors")
+    stem = "Program"
+
+    def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
+        super().__init__(target, program, options)
+        used = [output for output, _ in outputs(program)]
+        own = {output: output - 1 for output in used if output <= LINES}
+        free = [at for at in range(LINES + len(used) + len(inputs(program))) if at not in own.values()]
+        self.lines = own | dict(zip([each for each in used if each not in own], free, strict=False))
+        free = [at for at in free if at not in self.lines.values()]
+        self.inputs = dict(zip(inputs(program), free, strict=False))
         self.variable = FIRST_LOOP
         self.loops: dict[int, int] = {}  # the variable of each
         self.loops_again = False  # a loop may be entered more than once
         self.fresh = 0
         self.block = -1
-        self._prefix = ""
 
     def written(self) -> Written:
-        """Return the result."""
         host = self._host()
-        out = [*heading(self.program)]
         half = self.program.half_steps
-        out.append(OutLine(f"SAP 140, 0, {int(half)}", "half steps" if half else "full steps"))
+        out = [OutLine(f"SAP 140, 0, {int(half)}", "half steps" if half else "full steps")]
         out.append(OutLine("SAP 16, 0, 0", "one ramp from the start rate to the top rate"))
         out.append(OutLine("SAP 35, 0, 0"))
         for output, level in outputs(self.program):
-            if self.outputs[output] < LINES:
-                out.append(OutLine(f"SIO {self.outputs[output]}, 2, {level}", f"output {output} as after a reset"))
+            if self.lines[output] < LINES:
+                out.append(OutLine(f"SIO {self.lines[output]}, 2, {level}", f"output {output} as after a reset"))
         out += [*host, OutLine("STOP")]
         for block, name in self.names.items():
             out += [OutLine(""), *self._block(block, name)]
@@ -118,24 +100,22 @@ class _TmclWriter:
             ("module", "TMCM-1290, or another with TMC5xxx"),
             ("current", "parameters 6 and 7, as your motor needs"),
         )
-        return Written(tuple(out), tuple(self.sheet.verdicts), self._wiring(), assumed)
+        return self.finished(out, assumed)
 
     def _host(self) -> list[OutLine]:
-        self.sheet.lines, self.set = [], {}
+        self.sheet.lines, self.known = [], {}
         for action in self.program.block(-1):
             self.action(action)
-        return with_comments(lines_of(self.program, -1), self.sheet.lines, self.target.comment)
+        return self.commented(-1)
 
     def _block(self, block: int, name: str) -> list[OutLine]:
         """Return a stored program as a subroutine."""
-        self.sheet.lines, self.set = [], dict(self.ran_with.get(block, {}))
-        actions = [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
+        self.sheet.lines, self.known = [], dict(self.ran_with.get(block, {}))
+        actions = self.inner(block)
         self.block = block
         self.loops = {}
-        prefix = "" if block == 0 else f"P{block + 1}"
         jumps = [each for each in actions if isinstance(each, Loop | Jump)]
         self.loops_again = len(jumps) > 1
-        self._prefix = prefix
         entry = actions[0].line if actions else 0
         self.sheet.add(f"{name}:", entry)
         for loop in jumps:
@@ -147,17 +127,16 @@ class _TmclWriter:
             self._flow(each, actions[place + 1 :])
         if not actions or not isinstance(actions[-1], EndProgram):
             self.sheet.add("RSUB", actions[-1].line if actions else 0)
-        found = with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
         return [
             OutLine(each.text if each.text.endswith(":") else f"  {each.text}", each.comment, each.source)
-            for each in found
+            for each in self.commented(block)
         ]
 
-    def _wiring(self) -> tuple[tuple[str, str, str], ...]:
+    def wires(self) -> list[tuple[str, str]]:
+        """Return where the wires go."""
         names = [("step", "the motor itself"), ("direction", "the motor itself"), ("home", "home switch")]
-        names += [(f"output{n}", f"GPIO{at}") for n, at in self.outputs.items() if at < LINES]
-        names += [(f"input{n}", f"GPIO{at}") for n, at in self.inputs.items() if at < LINES]
-        return wired(self.program, names)
+        names += [(f"output{n}", f"GPIO{at}") for n, at in self.lines.items() if at < LINES]
+        return names + [(f"input{n}", f"GPIO{at}") for n, at in self.inputs.items() if at < LINES]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def _flow(self, action: Action, after: list[Action]) -> None:
@@ -178,9 +157,6 @@ class _TmclWriter:
             case RunProgram():
                 sheet.add(f"JA {self.names[action.block]}", line)
                 sheet.same(line)
-            case EndProgram():
-                sheet.add("RSUB", line)
-                sheet.same(line)
             case _:
                 self.action(action)
 
@@ -193,10 +169,10 @@ class _TmclWriter:
             self.sheet.add(f"{self._at(name)}:", line)
         forward = any(each not in after for each in jumps) or entered
         if forward or any(isinstance(each, SetProfile) for each in after):
-            self.set = {}  # more than one path leads here, with different parameters
+            self.known = {}  # more than one path leads here, with different parameters
 
     def _at(self, name: str) -> str:
-        return f"{self._prefix}{label(name)}"
+        return f"{'' if self.block < 1 else f'P{self.block + 1}'}{label(name)}"
 
     def _new(self, what: str) -> str:
         self.fresh += 1
@@ -232,59 +208,40 @@ class _TmclWriter:
         self.sheet.impossible(line, what, limit, "a module with more lines; change the numbers of GIO and SIO")
 
     # -------------------------------------------------------------------------------------------------------- actions
-    def action(self, action: Action) -> None:
-        """Write an action."""
-        sheet, line = self.sheet, action.line
-        match action:
-            case SetProfile():
-                if action.profile is not None:
-                    self._prepare(action.profile, line)
-                sheet.same(line)
-            case SetDistance():
-                if self.variable_distance:
-                    sheet.add(f"SGP {DISTANCE}, 2, {action.steps}", line)
-                sheet.same(line)
-            case SetDirection():
-                if self.variable_sign:
-                    sheet.add(f"SGP {DIRECTION}, 2, {action.sign}", line)
-                sheet.same(line)
-            case SetPosition():
-                self._all(line, "MST 0", f"SAP 1, 0, {action.position}", f"SAP 0, 0, {action.position}")
-                sheet.same(line)
-            case MoveBy() | MoveTo():
-                self._move(action)
-            case RunEndless():
-                self._endless(action)
-            case Home():
-                mode = 7 if action.sign > 0 else 8
-                self._all(line, f"SAP 193, 0, {mode}", "RFS START, 0", "WAIT RFS, 0, 0")
-                sheet.nearly(line, "the module's own search for the home switch (parameters 193 to 195)")
-            case SetOutput():
-                self._output(action)
-            case WaitInput():
-                wait = self._new("Wait")
-                sheet.add(f"{wait}:", line)
-                self._compare(action.input, line)
-                sheet.add(f"JC NE, {wait}", line)
-                sheet.same(line)
-            case Delay():
-                self._delay(action)
-            case LeaveProgram() | RunProgram():
-                self._run(action)
-            case _:
-                unspoken(sheet, action, "the module keeps its program in EEPROM")
+    def register(self, name: str, value: int, line: int) -> None:
+        """Write that a user variable becomes a number."""
+        self.sheet.add(f"SGP {DISTANCE if name == 'distance' else DIRECTION}, 2, {value}", line)
 
-    def _run(self, action: LeaveProgram | RunProgram) -> None:
-        if isinstance(action, LeaveProgram) and not action.runs:
-            return
-        block = self.runs[action.line]
-        name = self.names.get(block, "Program")
-        if isinstance(action, RunProgram) and action.at:
-            name = label(action.at) if block == 0 else f"P{block + 1}{label(action.at)}"
-        self.sheet.add(f"CSUB {name}", action.line)
+    def profile(self, action: SetProfile) -> None:
+        """Write the axis parameters of a profile."""
+        if action.profile is not None:
+            self._prepare(action.profile, action.line)
         self.sheet.same(action.line)
-        self.ran_with[block] = dict(self.set) if self.ran_with.get(block, self.set) == self.set else {}
-        self.set = {}
+
+    def preset(self, action: SetPosition) -> None:
+        """Write actual and target position."""
+        self._all(action.line, "MST 0", f"SAP 1, 0, {action.position}", f"SAP 0, 0, {action.position}")
+
+    def wait(self, action: WaitInput) -> None:
+        """Write a loop around a comparison."""
+        wait, line = self._new("Wait"), action.line
+        self.sheet.add(f"{wait}:", line)
+        self._compare(action.input, line)
+        self.sheet.add(f"JC NE, {wait}", line)
+        self.sheet.same(line)
+
+    def leave(self, action: EndProgram) -> None:
+        """Write the end of a subroutine."""
+        self.sheet.add("RSUB", action.line)
+        super().leave(action)
+
+    def call(self, block: int, at: str, line: int) -> None:
+        """Write the call of a subroutine, or of a label of it."""
+        name = self.names.get(block, self.stem)
+        if at:
+            name = label(at) if block == 0 else f"P{block + 1}{label(at)}"
+        self.sheet.add(f"CSUB {name}", line)
+        self.handed_over(block)
 
     def _prepare(self, profile: Profile, line: int) -> None:
         """Write the axis parameters of a profile, unless they are set."""
@@ -296,25 +253,20 @@ class _TmclWriter:
                 limit = f"parameter {parameter}: {MOST[parameter]:,} at most ({MANUAL}, chapter 4)"
                 self.sheet.impossible(line, f"{number(value, 0)}", limit, "coarser steps")
                 continue
-            if self.set.get(parameter) != rounded:
+            if self.known.get(parameter) != rounded:
                 self.sheet.add(f"SAP {parameter}, 0, {rounded}", line, NAMES[parameter])
-                self.set[parameter] = rounded
+                self.known[parameter] = rounded
 
-    def _move(self, action: MoveBy | MoveTo) -> None:
+    def move(self, action: MoveBy | MoveTo) -> None:
+        """Write a move, and a wait for its end."""
         sheet, line = self.sheet, action.line
-        if action.axis != 1:
-            sheet.impossible(line, f"axis {action.axis}", "one motor (TMCM-1290)", "a module for several motors")
-            return
         if action.profile is not None:
             self._prepare(action.profile, line)
         if isinstance(action, MoveTo):
-            if action.position is None:
-                remedy = "write the command with a number"
-                sheet.impossible(line, "the position is not known from the text", "MVP needs a number", remedy)
-                return
+            position = action.position or 0
             if self.variable_sign:
-                self._turn(action.position, line)
-            sheet.add(f"MVP ABS, 0, {action.position}", line)
+                self._turn(position, line)
+            sheet.add(f"MVP ABS, 0, {position}", line)
         elif action.steps is not None:
             sheet.add(f"MVP REL, 0, {action.steps}", line)
         else:
@@ -351,19 +303,21 @@ class _TmclWriter:
             self.sheet.add("CALC MUL, -1", line)
         self.sheet.add("MVPA REL, 0", line)
 
-    def _endless(self, action: RunEndless) -> None:
-        sheet, line, until = self.sheet, action.line, action.until
-        if action.sign is None:
-            remedy = "set the direction in the text"
-            sheet.impossible(line, "the direction is not known from the text", "ROR or ROL", remedy)
+    def search(self, action: RunEndless | Home, sign: int) -> None:
+        """Write a run that an input ends, or the search for the home switch."""
+        if isinstance(action, Home):
+            mode = 7 if sign > 0 else 8
+            self._all(action.line, f"SAP 193, 0, {mode}", "RFS START, 0", "WAIT RFS, 0, 0")
+            self.sheet.nearly(action.line, "the module's own search for the home switch (parameters 193 to 195)")
             return
+        sheet, line, until = self.sheet, action.line, action.until
         if action.profile is not None:
             self._prepare(action.profile, line)
         rate = round(action.profile.top) if action.profile else 0
         if not rate:
-            sheet.impossible(line, "the rate is not known from the text", "ROR needs a number", "set it before")
+            self.unknown(line, "the rate", "set it before")
             return
-        sheet.add(f"{'ROR' if action.sign > 0 else 'ROL'} 0, {rate}", line)
+        sheet.add(f"{'ROR' if sign > 0 else 'ROL'} 0, {rate}", line)
         turning = self._new("Turning")
         sheet.add(f"{turning}:", line)
         if until is None:  # what the source calls abort is wired to the home switch
@@ -377,17 +331,16 @@ class _TmclWriter:
         self._all(line, f"{slowing}:", "GAP 3, 0", "COMP 0", f"JC NE, {slowing}")
         sheet.nearly(line, "MST decelerates" if until else "what ends it goes to the home switch; MST decelerates")
 
-    def _output(self, action: SetOutput) -> None:
-        if action.implied and action.number not in self.outputs:
-            return
-        at = self.outputs[action.number]
+    def output(self, action: SetOutput) -> None:
+        at = self.lines[action.number]
         if at >= LINES:
             self._no_line(f"output {action.number}", action.line)
             return
         self.sheet.add(f"SIO {at}, 2, {action.level}", action.line)
         self.sheet.same(action.line)
 
-    def _delay(self, action: Delay) -> None:
+    def delay(self, action: Delay) -> None:
+        """Write a wait."""
         ticks = max(1, (action.time_ps + TICK_PS // 2) // TICK_PS)
         self.sheet.add(f"WAIT TICKS, 0, {ticks}", action.line)
         off = abs(ticks * TICK_PS - action.time_ps)

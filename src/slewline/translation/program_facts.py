@@ -1,0 +1,89 @@
+"""What a program shows as a whole: its outputs and inputs, its stored programs, its greatest rate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from .meaning import (
+    Action,
+    EnterProgram,
+    Jump,
+    LeaveProgram,
+    Motion,
+    MoveBy,
+    Profile,
+    Program,
+    RunEndless,
+    RunProgram,
+    SetOutput,
+    SetProfile,
+    WaitInput,
+)
+
+
+def profiles(actions: Iterable[Action]) -> list[Profile]:
+    """Return the profiles of the motions, or, if none of them is known, those that are set."""
+    known = list(actions)
+    found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
+    return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
+
+
+def top_rate(actions: Iterable[Action]) -> float:
+    """Return the greatest rate, steps/s; 0 if none is known."""
+    return max((each.top for each in profiles(actions)), default=0.0)
+
+
+def one_acceleration(actions: Iterable[Action]) -> float:
+    """Return the acceleration for a target that has one for all moves, steps/s^2: the least of the ramps.
+
+    Without any ramp it is so great that the top rate is reached within half a step.
+    """
+    known = list(actions)
+    ramps = [round(each.acceleration, 3) for each in profiles(known) if each.ramped]
+    return min(ramps, default=round((top_rate(known) or 1000.0) ** 2))
+
+
+def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
+    """Return whether the distance, and whether the direction, are variables: the path through the program decides."""
+    moves = [each for each in actions if isinstance(each, MoveBy)]
+    return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
+
+
+def stored(program: Program) -> list[int]:
+    """Return the numbers of the stored programs, in their order."""
+    return sorted({each.block for each in program.actions if each.block >= 0})
+
+
+def runs(program: Program) -> dict[int, int]:
+    """Return which stored program each command of the host runs that runs one: by the number of its line."""
+    found: dict[int, int] = {}
+    entered = -1
+    for action in program.actions:
+        entered = max(entered, action.block, action.number if isinstance(action, EnterProgram) else -1)
+        if (isinstance(action, RunProgram) and action.block < 0) or (isinstance(action, LeaveProgram) and action.runs):
+            found[action.line] = entered
+    return found
+
+
+def axes(program: Program) -> list[int]:
+    """Return the axes that the program moves, from 1 on."""
+    return sorted({each.axis for each in program.actions}) or [1]
+
+
+def outputs(program: Program) -> list[tuple[int, int]]:
+    """Return the outputs that the program sets, each with its level after a reset of the source; low if not known."""
+    used = sorted({each.number for each in program.actions if isinstance(each, SetOutput) and not each.implied})
+    return [(each, _reset_level(program, each)) for each in used]
+
+
+def _reset_level(program: Program, output: int) -> int:
+    about = f"output {output} ("
+    return int(any(each.about.startswith(about) and each.value.startswith("high") for each in program.assumed))
+
+
+def inputs(program: Program) -> list[int]:
+    """Return the inputs that the program waits for, or decides by."""
+    found = {each.input.number for each in program.actions if isinstance(each, WaitInput)}
+    found |= {each.number for action in program.actions if isinstance(action, Jump) for each in action.inputs}
+    found |= {each.until.number for each in program.actions if isinstance(each, RunEndless) and each.until}
+    return sorted(found)

@@ -1,0 +1,223 @@
+"""What the writers of all languages share: what they know of a program, and the way from an action to its method."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from ...errors import UsageError
+from ..meaning import (
+    Action,
+    Delay,
+    EndProgram,
+    EnterProgram,
+    Home,
+    LeaveProgram,
+    Motion,
+    MoveBy,
+    MoveTo,
+    Program,
+    RunEndless,
+    RunProgram,
+    SetDirection,
+    SetDistance,
+    SetEndless,
+    SetOutput,
+    SetPosition,
+    SetProfile,
+    SetTarget,
+    WaitInput,
+)
+from ..program_facts import one_acceleration, outputs, runs, stored, variables
+from ..target_writer import Target, WriterOptions, Written
+from ..translation_report import OutLine
+from .source_sheet import Draft, Held, heading, lines_of, unspoken, wired, with_comments
+
+OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, SetEndless, Motion)
+
+
+class LanguageWriter(ABC):
+    """A writer at work on one program.
+
+    A language has a method for each kind of action, and says what it needs and lacks:
+
+        needs: why a value has to be known: "a call needs a number".
+        entry: why a program does not run from a label on; empty: it does.
+        called: what the report has on a line that runs a program.
+        moves: what it has on a setting that is written in the moves alone.
+        keeps: where a result is kept without power.
+        most_axes, more_axes: how many axes there are; the limit, and what a person can do.
+        stem: how the first stored program is called.
+    """
+
+    needs = "a call needs a number"
+    entry = ""
+    entry_remedy = "split the program there"
+    called = ""
+    moves = ""
+    keeps = "the result is a file, which is kept"
+    most_axes = 1
+    more_axes = ("", "")
+    stem = "program"
+
+    def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
+        self.target, self.program, self.options = target, program, options
+        self.sheet = Draft(target.comment, program, indent)
+        self.registers = Held()
+        self.known: dict[Any, float] = {}  # rates and ramps that were written last, those that are known
+        self.ran_with: dict[int, dict[Any, float]] = {}  # the same, where the host runs a stored program
+        self.runs = runs(program)
+        self.names = {each: self.stem if each == 0 else f"{self.stem}{each + 1}" for each in stored(program)}
+        self.outputs = {output for output, _ in outputs(program)}
+        self.variable_distance, self.variable_sign = variables(program.actions)
+        self.acceleration = one_acceleration(program.actions)
+
+    @abstractmethod
+    def written(self) -> Written:
+        """Return the result."""
+
+    @abstractmethod
+    def wires(self) -> Iterable[tuple[str, str]]:
+        """Return pairs of what a wire is for, and where it is at the target."""
+
+    def finished(self, lines: Iterable[OutLine], assumed: Iterable[tuple[str, str]]) -> Written:
+        """Return what was written, after the comments with which the program begins."""
+        out = (*heading(self.program), *lines)
+        return Written(out, tuple(self.sheet.verdicts), wired(self.program, self.wires()), tuple(assumed))
+
+    def commented(self, block: int) -> list[OutLine]:
+        """Return the lines written for a block, with the comments of the source."""
+        return with_comments(lines_of(self.program, block), self.sheet.lines, self.target.comment)
+
+    def inner(self, block: int) -> list[Action]:
+        """Return the actions of a stored program."""
+        return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
+
+    def first_axis(self, letters: str) -> int:
+        """Return the place of the axis of the options among the letters of the language.
+
+        Raises:
+            UsageError: it is not one of them.
+        """
+        axis = self.options.axis.upper()
+        if len(axis) != 1 or axis not in letters:
+            raise UsageError(f"axis {self.options.axis}: allowed {', '.join(letters)} ({self.target.language})")
+        return letters.index(axis)
+
+    # -------------------------------------------------------------------------------------------------------- actions
+    def action(self, action: Action) -> None:
+        """Write an action."""
+        sheet, line = self.sheet, action.line
+        if action.axis > self.most_axes and isinstance(action, OF_AN_AXIS):
+            sheet.impossible(line, f"axis {action.axis}", *self.more_axes)
+            return
+        match action:
+            case SetProfile():
+                self.profile(action)
+            case SetDistance():
+                if self.variable_distance:
+                    self.register("distance", action.steps, line)
+                sheet.same(line, self.moves)
+            case SetDirection():
+                if self.variable_sign:
+                    self.register("direction", action.sign, line)
+                sheet.same(line, self.moves)
+            case SetPosition():
+                self.preset(action)
+                sheet.same(line)
+            case MoveTo() if action.position is None:
+                self.unknown(line, "the position")
+            case MoveBy() | MoveTo():
+                self.move(action)
+            case RunEndless() | Home():
+                sign = self.sign_of(action)
+                if sign is None:
+                    self.unknown(line, "the direction", "set the direction in the text")
+                else:
+                    self.search(replace(action, sign=sign), sign)
+            case SetOutput():
+                if action.number in self.outputs or not action.implied:
+                    self.output(action)
+            case WaitInput():
+                self.wait(action)
+            case Delay():
+                self.delay(action)
+            case LeaveProgram() | RunProgram():
+                self._run(action)
+            case EndProgram():
+                self.leave(action)
+            case EnterProgram():
+                pass
+            case _:
+                unspoken(sheet, action, self.keeps)
+
+    def unknown(self, line: int, what: str, remedy: str = "write the command with a number") -> None:
+        """Note that the text does not show a value."""
+        self.sheet.impossible(line, f"{what} is not known from the text", self.needs, remedy)
+
+    def sign_of(self, action: RunEndless | Home) -> int | None:
+        """Return the direction of a run; None: it is not known."""
+        return action.sign
+
+    def _run(self, action: LeaveProgram | RunProgram) -> None:
+        if isinstance(action, LeaveProgram) and not action.runs:
+            return
+        at = action.at if isinstance(action, RunProgram) else ""
+        if at and self.entry:
+            says = f"the program runs from {at} on"
+            self.sheet.impossible(action.line, says, self.entry, self.entry_remedy)
+            return
+        self.call(self.runs[action.line], at, action.line)
+        self.sheet.same(action.line, self.called)
+
+    def call(self, block: int, at: str, line: int) -> None:
+        """Write that a stored program runs, from its start or from a label."""
+        self.sheet.add(self.calls(self.names.get(block, self.stem)), line)
+        self.handed_over(block)
+
+    def handed_over(self, block: int) -> None:
+        """Keep what a stored program begins with; what it leaves is not known."""
+        self.ran_with[block] = dict(self.known) if self.ran_with.get(block, self.known) == self.known else {}
+        self.known = {}
+
+    def calls(self, name: str) -> str:
+        """Return the command that runs a stored program."""
+        raise NotImplementedError
+
+    def leave(self, action: EndProgram) -> None:
+        """Write the end of a program."""
+        self.sheet.same(action.line)
+
+    def register(self, name: str, value: int, line: int) -> None:
+        """Write that the distance, or the direction, of relative moves becomes a number."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def profile(self, action: SetProfile) -> None:
+        """Write a rate, or what sets the ramp."""
+
+    @abstractmethod
+    def preset(self, action: SetPosition) -> None:
+        """Write that the position counter is set."""
+
+    @abstractmethod
+    def move(self, action: MoveBy | MoveTo) -> None:
+        """Write a move; the position of one to a position is known."""
+
+    @abstractmethod
+    def search(self, action: RunEndless | Home, sign: int) -> None:
+        """Write a motion that something ends."""
+
+    @abstractmethod
+    def output(self, action: SetOutput) -> None:
+        """Write an output."""
+
+    def wait(self, action: WaitInput) -> None:
+        """Write a wait for an input."""
+        raise NotImplementedError
+
+    @abstractmethod
+    def delay(self, action: Delay) -> None:
+        """Write a delay."""

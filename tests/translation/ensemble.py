@@ -1,0 +1,113 @@
+"""Random programs from every part to every target: what became of each, and whether the proof holds.
+
+    python -m tests.translation.ensemble RESULTS.csv [--pairs SOURCE-TO ...] [--seeds FIRST-LAST]
+
+A row for each program is appended to RESULTS.csv; those that it has are not run again, so that a pass can be stopped
+and resumed.  What is printed at the end is a table of outcomes by pair.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from slewline.chips import PARTS
+from slewline.translation.proof.play import Played
+from slewline.translation.proof.prove import played, prove
+from slewline.translation.reading import read_program
+from slewline.translation.translate import translate_text
+from slewline.translation.translation_report import LineKind
+from slewline.translation.writers import TARGETS
+from tests.translation.programs import random_program
+
+NAMED = [("cy512", "cy525"), ("cy525", "gs-c200s"), ("gs-c200", "gs-c200s")]
+NAMED += [(part, to) for to in ("linuxcnc", "grbl", "arduino") for part in PARTS]
+OTHERS = [(part, to) for part in PARTS for to in (*PARTS, *TARGETS) if part != to and (part, to) not in NAMED]
+PROVEN, FAILED = "proven", "FAILED"
+PROVEN_BUT = "proven, but for lines that are not possible"
+PARTLY = "not possible, and different by that"
+
+
+@lru_cache(maxsize=32)
+def run_of(source: str, seed: int) -> Played:
+    """Return the run of a program by its own part."""
+    text = random_program(source, seed)
+    return played(read_program(text, source), text)
+
+
+def outcome(source: str, to: str, seed: int) -> tuple[str, str]:
+    """Return what became of a program: proven, not possible in part, or failed; and what that is about."""
+    done = translate_text(random_program(source, seed), source, to)
+    impossible = [line for line in done.report if line.kind is LineKind.IMPOSSIBLE]
+    uncited = [each.text for line in impossible for each in line.verdicts if each.kind is line.kind and not each.limit]
+    if uncited:
+        return FAILED, f"no limit: {uncited[0]}"
+    proof = prove(done, run_of(source, seed))
+    if proof.lint or proof.compared is None:
+        return FAILED, "; ".join(proof.lint) or "not run"
+    if not impossible:
+        return (PROVEN if proof.proven else FAILED), proof.compared.text
+    about = f"{len(impossible)} of {len(done.report.lines)} lines not possible; {impossible[0].verdicts[0].limit}"
+    return (PROVEN_BUT if proof.proven else PARTLY), about
+
+
+def run(pairs: Iterable[tuple[str, str]], seeds: range, results: Path) -> None:
+    """Run what a file of results has not yet, and append it."""
+    known = {(row[0], row[1], int(row[2])) for row in rows(results)}
+    with results.open("a", encoding="utf-8", newline="") as file:
+        out = csv.writer(file)
+        wanted = sorted(dict.fromkeys(pairs), key=lambda pair: list(PARTS).index(pair[0]))
+        for seed, (source, to) in ((seed, pair) for seed in seeds for pair in wanted):
+            if (source, to, seed) not in known:
+                try:
+                    found = outcome(source, to, seed)
+                except Exception as error:  # it is a result, and the others are wanted as well
+                    found = (FAILED, repr(error))
+                out.writerow((source, to, seed, *found))
+                file.flush()
+
+
+def rows(results: Path) -> Iterator[list[str]]:
+    """Yield the rows of a file of results."""
+    if results.exists():
+        with results.open(encoding="utf-8", newline="") as file:
+            yield from csv.reader(file)
+
+
+def table(results: Path) -> Iterator[str]:
+    """Yield a line for each pair: how many of its programs came to what; then those that failed."""
+    counts: dict[tuple[str, str], Counter[str]] = {}
+    failed = []
+    for source, to, seed, what, about in rows(results):
+        counts.setdefault((source, to), Counter())[what] += 1
+        if what == FAILED:
+            failed.append(f"FAILED {source}-{to} {seed}: {about}")
+    for (source, to), found in counts.items():
+        yield f"{source + ' to ' + to:24}" + ", ".join(f"{number} {what}" for what, number in found.items())
+    yield from failed
+
+
+def main(words: list[str]) -> None:
+    """Run the ensemble from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("--pairs", nargs="*", default=[], metavar="SOURCE:TO", help="named, others, or pairs")
+    parser.add_argument("--seeds", default="0-19", metavar="FIRST-LAST")
+    given = parser.parse_args(words)
+    named = {"named": NAMED, "others": OTHERS}
+    pairs: list[tuple[str, str]] = []
+    for word in given.pairs or ["named", "others"]:
+        source, _, to = word.partition(":")
+        pairs += named.get(word) or [(source, to)]
+    first, last = map(int, given.seeds.split("-"))
+    run(pairs, range(first, last + 1), given.results)
+    print("\n".join(table(given.results)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
