@@ -1,4 +1,4 @@
-"""Random programs from every part to every target: the report cites limits, and where nothing is lost both run alike."""
+"""Random programs from every part to every target: limits are cited, and where nothing is lost both run alike."""
 
 from __future__ import annotations
 
