@@ -227,6 +227,22 @@ def an_eeprom_that_takes_longer(d: Case) -> None:
     d.says("X", "M", "X", "Q")
 
 
+@case(looks=3)
+def a_supply_that_fails_as_a_write_ends_after_one_that_failed(d: Case) -> None:
+    for after in (-10 * MS, -1, 0, 1, 5 * MS, 10 * MS, 30 * MS):
+        d.says("Po" if d.is_200s else "P", "A1", "A2", "Px" if d.is_200s else "E")
+        d.module.fail(True)
+        d.ask("M")
+        d.module.fail(False)
+        d.ask("M", wait=False)
+        d.kernel.run_while(lambda: not d.module.x._eeprom.writing, d.kernel.now + S)
+        d.wait(50 * MS + after)
+        d.module.power(False)
+        d.wait(MS)
+        d.start()
+        d.says("X", "Q")
+
+
 @case(checks=True)
 def an_eeprom_that_fails_and_checksums(d: Case) -> None:
     d.says("Po" if d.is_200s else "P", "A1", "M", "F", "X", "Q", "Px", "M", "F")

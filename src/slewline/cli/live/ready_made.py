@@ -97,7 +97,7 @@ def write_firmware(name: str | None, board: str | None, output: str | None, sour
     found = next((place / about.file for place in searched if (place / about.file).is_file()), None)
     if found is None:
         raise UsageError(
-            f"{about.file} is not here.  It lies beside the wheel of a release, and in a checkout make boards builds "
+            f"{about.file} is not here.  A release has it beside the wheel, and in a checkout make boards builds "
             "it; name the folder where you have it with --from"
         )
     data, target = found.read_bytes(), Path(output or about.file)

@@ -10,14 +10,15 @@ from typing import Any
 
 import click
 
-from ...chips import chip_class, sheet_of
+from ...chips import PARTS, chip_class, sheet_of
+from ...core.datasheet.command_rows import LineRow
 from ...errors import UsageError
 from ...modules.comparing.exchanges import RecordedExchange
 from ...modules.comparing.replay import PS_PER_US
 from ...modules.dialogue import DialogueFile, DialogueHeader, RecordedDialogue
 from ...modules.spoken import Speech
 from .. import FOUND
-from ..live.ready_made import firmware_of, write_firmware
+from ..live.ready_made import FIRMWARE, firmware_of, write_firmware
 from ..live.serve import remark
 from .compare_dialogue import ComparisonProgress
 from .module_options import SettingOptions
@@ -28,21 +29,27 @@ LASTS_US = {"E": 2_500_000, "I1": 50_000}  # what takes longer
 ASKED = ("F", "V1", "V2", "A3", "S50", "L0", "K", "Z", "F")
 ENTERED = ("S50", "T200", "R20", "L0", "A1", "+30", "D2", "-30", "C1", "A2", "L2", "Q")
 FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901")  # a module may know one and move
-ENTRY = {"gs-c200s": ("Po", "Px"), "gs-c200": ("P", "")}  # what begins it, and what ends it, unless E does
+
+
+def entry(part: str) -> tuple[str, list[str]]:
+    """Return what begins program entry of a part, and what ends it without running the program, if it has that."""
+    rows = sheet_of(part).rows(LineRow)
+    begin = next(row.head for row in rows if row.role == "enter")
+    return begin, [row.head for row in rows if row.role == "leave" and not row.may_step]
 
 
 def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
     """Return the lines of the dialogue.
 
     Args:
-        part: "gs-c200" or "gs-c200s".
+        part: the module that the board replaces.
         replace: with a program, which takes the place of the one in RAM; nothing is written to the EEPROM.
         move: and steps, 60 in each direction.
     """
-    begin, end = ENTRY[part]
+    begin, end = entry(part)
     lines = [*ASKED]
     if replace:
-        lines += [begin, *ENTERED, *FAULTY * move, *filter(None, [end]), "Q", "F"]
+        lines += [begin, *ENTERED, *FAULTY * move, *end, "Q", "F"]
     if replace and move:
         lines += ["I1", "E", "F", "V1", "V2", "I2", "V2", *FAULTY]
     return lines
@@ -76,15 +83,16 @@ def firmware(
             raise UsageError(f"{', '.join(f'--{option}' for option in given)}: of use with --check PORT only")
         return write_firmware(name, board, output, source)
     if name is None:
-        raise UsageError("--check: name the firmware that the board has, such as gs-c200s")
+        raise UsageError(f"--check: name the firmware that the board has: {', '.join(FIRMWARE)}")
     firmware_of(name, board)
-    if name not in ENTRY:
-        raise UsageError(f"--check: {name} is no module; boards that can be checked: {', '.join(ENTRY)}")
+    if name not in PARTS:
+        modules = ", ".join(each for each in FIRMWARE if each in PARTS)
+        raise UsageError(f"--check: {name} is no module; boards that can be checked: {modules}")
     if output or source:
         raise UsageError("--check: writes no firmware; leave out --output and --from")
     if check["move"] and not check["replace"]:
         raise UsageError("--move: the steps are those of a program, which is entered with --replace")
-    if check["replace"] and not check["move"] and not ENTRY[name][1]:
+    if check["replace"] and not check["move"] and not entry(name)[1]:
         raise UsageError(f"--replace: a {name.upper()} ends program entry by E alone, which runs it; allow --move, too")
     return CheckBoard(**check, crystal=None, part=name, port=port).perform()
 
@@ -120,7 +128,7 @@ class CheckBoard(SettingOptions):
             play(exchanges_with(speech, lines), module, self.replace)
 
     def _compare(self, path: Path) -> int:
-        """Compare what the board has said with what the model says."""
+        """Compare the answers of the board with those of the model."""
         from ...modules.comparing.model_differences import DialogueComparison, usual_tolerance
         from ...modules.speech import speech_of
 

@@ -119,7 +119,7 @@ def epics_command(**options: Any) -> int:
 @setting_options
 @click.option("--replace", is_flag=True, help="With --check: enter a program, too; what M has stored remains.")
 @click.option("--move", is_flag=True, help="With --check and --replace: make 120 steps, too; and send faulty lines.")
-@path("--dialogue", help="With --check: write what is said into this new file.")
+@path("--dialogue", help="With --check: write the dialogue into this new file.")
 @click.option("--tolerance", type=TimeWithUnit(), help="With --check: as of slewline compare.")
 def firmware_command(**options: Any) -> int:
     """Write the firmware of a board to a file, and say how it gets onto the board; without NAME, list what there is.
