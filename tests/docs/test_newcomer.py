@@ -133,7 +133,7 @@ def typed(shell: Shell, kind: str, code: str) -> None:
 @pytest.mark.parametrize(
     ("page", "blocks", "servers"),
     [
-        ("README.md", 7, 1),
+        ("README.md", 5, 1),
         ("docs/tutorial/first_motor.md", 4, 0),
         ("docs/howto/serve.md", 2, 6),
         ("docs/howto/pytest_plugin.md", 10, 0),
