@@ -51,7 +51,7 @@ class Compared:
         moves, outputs, inputs: how many of each were compared.
         differences: what is different beyond what the report states, in words; empty: it is proven.
         time_off: the greatest difference of the time of a move, as a fraction.
-        rate_off: the greatest difference of a greatest rate of a long move, as a fraction; None: there was no long move.
+        rate_off: the same of the greatest rates of long moves; None: there was no long move.
         pause_off_ps: the greatest difference of a pause, ps; None: no pauses were compared.
         stated: the bounds of the report.
         cut: one of the runs had no end and was cut off: as much was compared as both did.
