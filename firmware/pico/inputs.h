@@ -14,7 +14,7 @@ bool inputs_are_waiting(void);
 struct edge inputs_first(void); /* of those that wait */
 void inputs_take(void);         /* it waits no longer */
 
-void inputs_set_fatal(uint32_t pins); /* those of which a low level ends the homing at once */
+void inputs_set_fatal(uint32_t pins); /* those of which a low level ends the homing immediately */
 uint32_t inputs_fatal(void);
 
 void inputs_interrupt(void);
