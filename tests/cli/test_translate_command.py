@@ -91,7 +91,8 @@ def test_files_that_are_no_programs_are_refused(call: Any, tmp_path: Path) -> No
     binary.write_bytes(bytes(range(256)))
     assert "is not UTF-8 text" in call("translate", str(binary), "--to", "gs-c200s").err
     assert "slewline dis" in call("translate", str(HEX), "--chip", "cy525", "--to", "gs-c200s").err
-    assert "each of its chips" in call("translate", str(BENCH), "--to", "gs-c200s").err
+    assert "--output FOLDER" in call("translate", str(BENCH), "--to", "gs-c200s").err
+    assert "of each chip" in call("translate", str(BENCH), "--to", "gs-c200s", "--chip", "gs-c200").err
     assert "uses that file already" in call("translate", str(WELD), "--to", "cy512", "-o", str(WELD)).err
 
 
@@ -100,3 +101,92 @@ def test_a_crystal_that_is_given_counts_and_one_that_is_missing_is_assumed(call:
     found = call("translate", str(WELD), "--to", "gs-c200s", "--crystal", crystal)
     assert "assumed  crystal" not in found.err
     assert ("T598" in found.out) == (crystal == "11 MHz")
+
+
+# -------------------------------------------------------------------------------------------------------- whole benches
+def test_a_bench_becomes_a_folder_with_a_bench_that_runs_and_each_chip_is_proven(call: Any, tmp_path: Path) -> None:
+    found = call("translate", str(BENCH), "--to", "gs-c200s", "-o", str(tmp_path / "new"), "--prove")
+    assert found.status == 0
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {
+        "bench.toml",
+        "bar_unit.gs-c200s",
+        "drill_unit.gs-c200s",
+    }
+    proofs = [line for line in found.out.splitlines() if line.startswith("proof")]
+    assert [line.split()[1] for line in proofs] == ["bar_unit:", "drill_unit:"]
+    assert all("the same: " in line for line in proofs)
+    assert call("run", str(tmp_path / "new" / "bench.toml"), "-q").status == 0
+
+
+def test_what_a_bench_has_and_the_target_has_not_is_a_comment_and_is_listed(call: Any, tmp_path: Path) -> None:
+    found = call("translate", str(BENCH), "--to", "cy525", "-o", str(tmp_path / "new"), "--prove")
+    assert found.status == 1
+    text = (tmp_path / "new" / "bench.toml").read_text()
+    assert "# NOT POSSIBLE: the CY525 has no pin that bar_unit.uo2 would be\n# [[wire]]" in text
+    assert 'from = "drill_unit.programmable_output"\nto = "bar_unit.dowhile"' in text
+    assert "# The drilling machine of the GS-C data sheet" in text
+    assert "bench    [[wire]] bar_unit.uo2, drill_unit.ui2 => nothing; the CY525" in found.out
+    assert "does not load" in found.out and "drill_unit (cy525) has none" in found.out
+
+
+def test_chips_of_a_bench_become_a_controller_each_and_the_wires_are_listed(call: Any, tmp_path: Path) -> None:
+    found = call("translate", str(BENCH), "--to", "linuxcnc", "-o", str(tmp_path / "new"), "--prove")
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {"bar_unit.ngc", "drill_unit.ngc"}
+    assert "bar_unit: motion.digital-out-01 -> drill_unit: motion.digital-in-01" in found.out
+    assert "a controller with linuxcnc for each chip" in found.out
+    data = json.loads(call("translate", str(BENCH), "--to", "grbl", "-o", str(tmp_path / "grbl"), "--json").out)
+    assert set(data["programs"]) == {"bar_unit", "drill_unit"} and data["refused"] == ""
+    assert any(line["becomes"] == "" and "ui2" in line["what"] for line in data["bench"])
+
+
+PAIR = """
+[[chip]]
+part = "cy525"
+name = "one"
+crystal = "11 MHz"
+
+[[chip]]
+part = "cy525"
+name = "two"
+
+[[wire]]
+from = "one.programmable_output"
+to = "two.wait"
+
+[[host]]  # begins first
+chips = ["two"]
+script = ["A 0", "F 10", "R 80", "S 240", "Z 1", "N 500", "E", "U", "G", "0", "QX"]
+
+[[host]]
+chips = ["one"]
+delay = "20 ms"
+script = ["A 0", "F 10", "R 80", "S 240", "Z 1", "N 500", "E", "C", "G", "0", "QX"]
+
+[[record]]
+pins = ["one.pulse", "two.pulse"]
+"""
+
+
+def test_scripts_in_a_bench_become_files_and_pins_get_the_names_of_the_target(call: Any, tmp_path: Path) -> None:
+    (tmp_path / "pair.toml").write_text(PAIR)
+    found = call("translate", str(tmp_path / "pair.toml"), "--to", "cy512", "-o", str(tmp_path / "new"), "--prove")
+    text = (tmp_path / "new" / "bench.toml").read_text()
+    assert text.count('part = "cy512"') == 2 and '# was: crystal = "11 MHz"' in text
+    assert '[[host]]\nchips = ["one"]\nfile = "one.cy512"\ndelay = "20 ms"' in text
+    assert [line for line in found.out.splitlines() if "different" in line] == []
+
+
+@rows(
+    ("text", "says"),
+    [
+        (PAIR.replace('chips = ["two"]', 'chips = ["one", "two"]'), "speaks to several chips"),
+        (PAIR.replace('chips = ["two"]', 'chips = ["one"]'), "is the second one of one"),
+        (PAIR[: PAIR.index("[[host]]")], "there is nothing to translate"),
+        (PAIR.replace("two.wait", "two.nowhere"), "nowhere"),
+        (PAIR.replace('"U"', '"K"'), "K is not a command"),
+    ],
+)
+def test_a_mistake_in_a_bench_is_answered_with_its_place(call: Any, tmp_path: Path, text: str, says: str) -> None:
+    (tmp_path / "pair.toml").write_text(text)
+    found = call("translate", str(tmp_path / "pair.toml"), "--to", "cy512", "-o", str(tmp_path / "new"))
+    assert found.status in (1, 2) and says in found.err, found.err

@@ -106,3 +106,34 @@ def test_a_value_that_depends_on_the_path_is_not_known() -> None:
     program = read_program("R 80\nE\nC$N 5\n+\nG\nT C\nR 60\nJ C\nQ\nX\n", "cy525")
     (move,) = [action for action in program.actions if isinstance(action, MoveBy)]
     assert move.steps == 5 and move.profile is None
+
+
+# ------------------------------------------------------------------------------------------ faults of random programs
+def test_a_direction_is_set_again_after_a_move_to_a_position_in_a_loop() -> None:
+    found = result(GSC.format("L0\n+9\nG500\nG90\nL3"), "gs-c200s", "cy545")
+    body = found[found.index("E") + 1 :]
+    assert body.index("+") < body.index("G")  # the loop comes back with the direction of the last move to a position
+
+
+def test_the_memory_pointer_is_set_where_the_source_sets_it_and_once() -> None:
+    text = "Y 0\nE\nN 5\n+\nG\n0\nQ\nY 0\nX\n"
+    assert [line for line in result(text, "cy545", "cy545b") if line[0] in "YEX"] == ["Y 0", "E", "Y 0", "X"]
+    (line,) = [line for line in translate_text(text, "cy545", "cy525").report if line.code == "Y 0"][:1]
+    assert line.kind is LineKind.SAME and line.written == ()
+
+
+def test_a_jump_by_the_memory_pointer_is_a_jump() -> None:
+    program = read_program("Y 0\nE\nB 0\nY 0\nQ\n", "cy545")
+    assert [action.to for action in program.actions if isinstance(action, Jump)] == ["line3"]
+
+
+def test_bits_of_a_port_are_high_after_a_reset() -> None:
+    assumed = read_program("B 16\nB 0\n", "cy545").assumed
+    assert [each.value for each in assumed if each.about == "output 1 (usrb0)"] == ["high after reset"]
+
+
+def test_a_move_of_unknown_length_has_a_bound_below_the_length_of_its_ramps() -> None:
+    text = "F 17\nR 56\nS 184\n+\nN 84\nE\nG\nP 8340\nL 3,0\n0\nQ\nX\n"
+    report = translate_text(text, "cy545b", "gs-c200s").report
+    (line,) = [line for line in report if line.code == "P 8340"]
+    assert line.verdicts[0].off > 0.115

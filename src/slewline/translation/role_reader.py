@@ -44,7 +44,7 @@ from .source_registers import Key, KnownRegisterValues, start_of, takes_part
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
 NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move says which axis it is of"}
-AT_THE_START = "a program begins where it is laid out"
+AT_THE_START = "a program begins at its first line"
 Held = Mapping[Key, int]
 Common = dict[str, object]
 UNIT_TIMES = ("millisecond", "delay_unit")

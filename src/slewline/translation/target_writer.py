@@ -107,6 +107,7 @@ class Target:
     Attributes:
         name: the name that --to takes, "grbl".
         mark: what a comment begins with.
+        ending: of its files, ".nc".
         language: what the limits refer to, "grbl 1.1 (documentation)".
         writer: the class that writes a program.
         reader: reads a text back, and shares no code with the writer.
@@ -115,6 +116,7 @@ class Target:
 
     name: str
     mark: str
+    ending: str
     language: str
     writer: str
     reader: str

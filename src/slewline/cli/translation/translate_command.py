@@ -12,10 +12,11 @@ from ...chips import chip_class
 from ...core.messages.whole import counted
 from ...errors import ProgramError, UsageError
 from ...record.pictures.picture_files import SUFFIXES
-from ..files import STDIN, Outputs, chip_of, is_bench, read_program
+from ..files import STDIN, Outputs, chip_of, read_program
 
 if TYPE_CHECKING:
     from ...translation.proof.prove import Proof
+    from ...translation.target_writer import WriterOptions
     from ...translation.translate import Translation
     from ...translation.translation_report import LineVerdict, Report
 
@@ -40,15 +41,10 @@ def translate(
     as_json: bool,
 ) -> int:
     """Translate a program, print the result and the report; return the exit status."""
-    from ...translation.target_writer import WriterOptions
     from ...translation.translate import known, refusal, translate_text
 
     known(to)
-    if is_bench(file):
-        remedy = "translate the program of each of its chips; the report lists which wire becomes which"
-        raise UsageError(f"{file}: is a bench file, by its name, and has no commands of its own: {remedy}")
-    if steps_per_mm is not None and not 0 < steps_per_mm < MOST_STEPS_PER_MM:
-        raise UsageError(f"--steps-per-mm {steps_per_mm:g}; allowed more than 0, below {MOST_STEPS_PER_MM:g}")
+    options = writer_options(steps_per_mm, axis, unroll)
     text = read_program(file, source=True)
     part = chip_of(file, chip)
     if plot is not None and not prove:
@@ -56,7 +52,6 @@ def translate(
     outputs = Outputs([file])
     outputs.claim(output)
     outputs.claim(plot, SUFFIXES)
-    options = WriterOptions(steps_per_mm=steps_per_mm or 1.0, axis=axis, unroll=unroll)
     try:
         done = translate_text(
             text, part, to, where=file, options=options, crystal=crystal, target_crystal=target_crystal
@@ -79,6 +74,19 @@ def translate(
     for path in outputs.written:
         click.echo(f"wrote {path}", err=aside)
     return status(done, proof)
+
+
+def writer_options(steps_per_mm: float | None, axis: str, unroll: int) -> WriterOptions:
+    """Return what a user says about the target.
+
+    Raises:
+        UsageError: a value is out of range.
+    """
+    from ...translation.target_writer import WriterOptions
+
+    if steps_per_mm is not None and not 0 < steps_per_mm < MOST_STEPS_PER_MM:
+        raise UsageError(f"--steps-per-mm {steps_per_mm:g}; allowed more than 0, below {MOST_STEPS_PER_MM:g}")
+    return WriterOptions(steps_per_mm=steps_per_mm or 1.0, axis=axis, unroll=unroll)
 
 
 def meant(text: str, file: str, part: str) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from ..files import is_bench
 from ..options.command_kinds import HintingCommand
 from ..options.shared import CHIP, CRYSTAL, EXIT, JSON, path
 from ..options.values import FILE, FREQUENCY, WholeNumber
@@ -17,7 +18,9 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
 @CHIP
 @CRYSTAL
 @click.option("--target-crystal", type=FREQUENCY, help="The crystal of the target; its usual one by default.")
-@path("--output", "-o", help="Write the result to a file, and the report to the standard output.")
+@path(
+    "--output", "-o", help="Write the result to a file (of a bench: a folder), and the report to the standard output."
+)
 @click.option("--steps-per-mm", type=float, metavar="N", help="For targets that count millimetres; 1 by default.")
 @click.option("--axis", default="X", show_default=True, help="The axis, for targets that have several.")
 @click.option("--unroll", type=WholeNumber(1000, least=1), default=1000, metavar="N", show_default=True,
@@ -29,12 +32,19 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
 def translate_command(**options: Any) -> int:
     """Translate a program for another part or controller, and report what became of each line.
 
+    FILE is a program, or a bench file (.toml): of a bench each program becomes a file of the folder --output, and for
+    a part the bench around them as well.
+
     A line is the same, nearly the same (by how much), or not possible (the limit of the target, and what a person can
     do).  Without --output the result goes to the standard output and the report to the standard error.  Exit status 1
     if a line is not possible, or if the runs differ by more than the report states.
 
     Run a result first without load.  Try it with --prove, which runs both sides.
     """
+    if is_bench(options["file"]):
+        from .translate_bench_command import translate_bench_file
+
+        return translate_bench_file(**options)
     from .translate_command import translate
 
     return translate(**options)

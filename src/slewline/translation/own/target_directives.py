@@ -6,7 +6,7 @@ import re
 
 from ...core.datasheet.table import Pin, Sheet
 
-PIN = re.compile(r"@(drive|release|until|pulse)\s+(\w+)(?:\s*=\s*([01]))?\s*(.*)")
+PIN = re.compile(r"@(drive|release|until|pulse)\s+(\w+\.)?(\w+)(?:\s*=\s*([01]))?\s*(.*)")
 NEUTRAL = ("wait", "note", "to", "tell", "power", "reset")
 IDLE = ("running", "moving", "motion_complete")
 ALIKE = {"motion_complete": "moving", "moving": "motion_complete"}
@@ -48,11 +48,12 @@ class Directives:
             return f"@{verb} is for the host of a {self.source.part.upper()}"
         return self._pin(*match.groups())
 
-    def _pin(self, verb: str, name: str, level: str | None, rest: str) -> list[str] | str:
-        """A directive about a pin of the source."""
+    def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
+        """A directive about a pin of the source, or of a chip of the same bench, which is then named before it."""
+        chip = chip or ""
         theirs = next((pin for pin in self.source.pins if pin.name == name), None)
         if theirs is None:
-            return [f"@{verb} {name}{f'={level}' if level else ''} {rest}".strip()]
+            return [f"@{verb} {chip}{name}{f'={level}' if level else ''} {rest}".strip()]
         if verb == "until" and theirs.role in IDLE and level is not None and int(level) == over(theirs):
             return [self.idle()]
         mine = self.sheet.role(theirs.role) if theirs.role else None
@@ -63,7 +64,7 @@ class Directives:
         if mine is None:
             return f"the {self.sheet.part.upper()} has no pin that {theirs.role or name} is for ({self.sheet.manual})"
         shown = "" if level is None else f"={self._level(theirs, mine, int(level))}"
-        return [f"@{verb} {mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
+        return [f"@{verb} {chip}{mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
 
     def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
         """An abort by a pin, for a part that is stopped by a command."""

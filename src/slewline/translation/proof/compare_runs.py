@@ -51,7 +51,7 @@ class Compared:
         moves, outputs, inputs: how many of each were compared.
         differences: what is different beyond what the report states, in words; empty: it is proven.
         time_off: the greatest difference of the time of a move, as a fraction.
-        rate_off: the greatest difference of a greatest rate of a long move, as a fraction.
+        rate_off: the greatest difference of a greatest rate of a long move, as a fraction; None: there was no long move.
         pause_off_ps: the greatest difference of a pause, ps; None: no pauses were compared.
         stated: the bounds of the report.
         cut: one of the runs had no end and was cut off: as much was compared as both did.
@@ -62,7 +62,7 @@ class Compared:
     inputs: int
     differences: tuple[str, ...]
     time_off: float
-    rate_off: float
+    rate_off: float | None
     stated: StatedBounds
     cut: bool = False
     pause_off_ps: int | None = None
@@ -78,7 +78,9 @@ class Compared:
         counts = ((self.moves, "moves"), (self.outputs, "changes of outputs"), (self.inputs, "changes of inputs"))
         what = ", ".join(f"{number} {name}" for number, name in counts if number)
         times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
-        rates = f"greatest rates within {100 * self.rate_off:.2g} % (stated {100 * self.stated.rate:.2g} %)"
+        rates = "no rate above the stated ones"
+        if self.rate_off is not None:
+            rates = f"rates of long moves within {100 * self.rate_off:.2g} % (stated {100 * self.stated.rate:.2g} %)"
         off = self.pause_off_ps
         pauses = "" if off is None else f"; pauses within {readable(round(off, -8))}"
         ended = "; cut off" if self.cut else ""
@@ -118,7 +120,8 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
     """Return how two lists of what happened differ; `cut`: one of the runs was cut off."""
     differences: list[str] = []
     late: list[str] = []
-    time_off = rate_off = 0.0
+    time_off = 0.0
+    rate_off: float | None = None
     pause_off: int | None = None
     counts = {"move": 0, "run": 0, "output": 0, "input": 0}
     before, after = paused(theirs), paused(mine)
@@ -141,7 +144,7 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
         if a.rate and b.rate:
             if abs(a.value) > bounds.long:
                 off = abs(b.rate - a.rate) / a.rate
-                rate_off = max(rate_off, off)
+                rate_off = max(rate_off or 0.0, off)
                 if off > bounds.rate + RATE_SLACK:
                     says = f"{a.rate:.0f} steps/s, at the result {b.rate:.0f}"
                     differences.append(f"{in_words(a)}: {says}")

@@ -8,7 +8,7 @@ script that drives them is left alone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -77,26 +77,44 @@ def play(
     host = bench.host(chip)
     script = program_script(text, where, sheet)
     check_script(bench, host, script)
-    outputs = {int(role[-1]): name for role, name in wiring if role.startswith("output") and name}
-    inputs = {int(role[-1]): name for role, name in wiring if role.startswith("input") and name}
+    outputs, inputs = numbered(wiring, "output"), numbered(wiring, "input")
     bench.record(*(f"x.{name}" for name in outputs.values()))
     for number, level in scene.start:
         if number in inputs:
             chip.pin(inputs[number]).drive(level)
     run_script(bench, host, script)
     changes, stopped = passed(bench, chip, scene, inputs)
+    happened, levels = record_of(bench, chip, outputs)
+    return Played(trace_of(part, [*happened, *changes], stopped), bench, chip, levels)
+
+
+def numbered(wiring: Sequence[tuple[str, str]], kind: str) -> dict[int, str]:
+    """Return the pins of outputs, or of inputs, by number."""
+    return {int(role[-1]): name for role, name in wiring if role.startswith(kind) and name}
+
+
+def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[list[Happened], dict[int, int]]:
+    """Return what a part did, and the levels of its outputs at the start.
+
+    Args:
+        outputs: the pins of the outputs, by number; they are recorded.
+    """
     levels: dict[int, int] = {}
-    happened = [*moves(chip), *changes]
+    happened = moves(chip)
     for number, name in outputs.items():
-        times, values = bench.edges(f"x.{name}")
-        first = sheet.pin(name).reset
-        levels[number] = first if first is not None else 0
+        times, values = bench.edges(f"{chip.name}.{name}")
+        levels[number] = chip.sheet.pin(name).reset or 0
         happened += [
             Happened("output", number, int(value), int(ps)) for ps, value in zip(times, values, strict=True) if ps > 0
         ]
+    return happened, levels
+
+
+def trace_of(part: str, happened: list[Happened], stopped: bool) -> PlayedTrace:
+    """Return what a part did, in order."""
     order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
-    happened.sort(key=lambda each: (each.time_ps or 0, order[each.kind]))
-    return Played(PlayedTrace(f"the model of the {part}", tuple(happened), stopped), bench, chip, levels)
+    in_order = sorted(happened, key=lambda each: (each.time_ps or 0, order[each.kind]))
+    return PlayedTrace(f"the model of the {part}", tuple(in_order), stopped)
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:

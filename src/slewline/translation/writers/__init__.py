@@ -7,10 +7,11 @@ from ..target_writer import Target
 TARGETS: dict[str, Target] = {
     target.name: target
     for target in (
-        Target("grbl", "; ", "grbl 1.1h (wiki and documentation)", "grbl_writer:GrblWriter", "grbl_reader:read"),
+        Target("grbl", "; ", ".nc", "grbl 1.1h (wiki and documentation)", "grbl_writer:GrblWriter", "grbl_reader:read"),
         Target(
             "linuxcnc",
             "; ",
+            ".ngc",
             "LinuxCNC 2.9 (G-code, M-code and O-code reference)",
             "linuxcnc_writer:LinuxCncWriter",
             "linuxcnc_reader:read",
@@ -19,19 +20,25 @@ TARGETS: dict[str, Target] = {
         Target(
             "klipper",
             "# ",
+            ".cfg",
             "Klipper, G-Codes and Config reference",
             "klipper_writer:KlipperWriter",
             "klipper_reader:read",
         ),
-        Target("tmcl", "// ", "TMCM-1290 TMCL firmware manual V1.01", "tmcl_writer:TmclWriter", "tmcl_reader:read"),
+        Target(
+            "tmcl", "// ", ".tmc", "TMCM-1290 TMCL firmware manual V1.01", "tmcl_writer:TmclWriter", "tmcl_reader:read"
+        ),
         Target(
             "arduino",
             "// ",
+            ".ino",
             "Arduino Uno with AccelStepper 1.64 or FastAccelStepper",
             "arduino:SketchWriter",
             "sketch:read",
         ),
-        Target("python", "# ", "Python 3 with pySerial, grbl 1.1h", "host_script:ScriptWriter", "script_reader:read"),
+        Target(
+            "python", "# ", ".py", "Python 3 with pySerial, grbl 1.1h", "host_script:ScriptWriter", "script_reader:read"
+        ),
     )
 }
 

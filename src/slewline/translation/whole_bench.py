@@ -1,0 +1,278 @@
+"""A bench file for another part or controller: the program of each chip, and what the bench wires between them.
+
+For one of our parts the result is a bench file again, with the comments of the old one: chips are of the other part,
+and wires, signals from outside and recordings name its pins.  Any other target is a controller for each chip, which
+runs its program by itself, at the same time as the others; the wires between them are listed, to be made by hand.
+What has no counterpart is commented out, and listed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import Any
+
+from ..bench.file import BenchFile
+from ..chips import sheet_of
+from ..core.datasheet.table import Sheet
+from ..errors import UsageError
+from .target_writer import WARNING, WriterOptions
+from .translate import Translation, known, translate_text
+from .writers import TARGETS
+
+HEAD = re.compile(r"^\[{1,2}\s*(\w+)", re.MULTILINE)
+KEY = re.compile(r"^\s*([\w-]+)\s*=")
+RESULT = "bench.toml"
+SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are those of the program
+
+
+@dataclass(frozen=True, slots=True)
+class BenchLine:
+    """Something that the bench has besides its programs, and what became of it; `becomes` is empty if nothing did."""
+
+    what: str
+    becomes: str = ""
+    remedy: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class BenchTranslation:
+    """A translated bench.
+
+    Attributes:
+        where: the bench file.
+        to: the target.
+        programs: the translations of the programs, by the name of the chip.
+        lines: wires and other tables, and what became of them.
+        files: the texts to write, by the name of the file.
+    """
+
+    where: str
+    to: str
+    programs: Mapping[str, Translation]
+    lines: tuple[BenchLine, ...]
+    files: Mapping[str, str]
+
+    @property
+    def bench(self) -> str:
+        """The name of the bench file among the files; empty: the target is none of our parts."""
+        return RESULT if RESULT in self.files else ""
+
+
+def translate_bench(
+    path: str | PathLike[str],
+    to: str,
+    *,
+    options: WriterOptions | None = None,
+    target_crystal: str | int | None = None,
+) -> BenchTranslation:
+    """Return all programs of a bench file for another part or controller, and the bench.
+
+    Raises:
+        UnknownName: there is no such target.
+        UsageError: no chip has a program, or a host speaks to several chips.
+        BenchFileError, ProgramError: the bench, or a program, is not right.
+    """
+    name = known(to)
+    file = BenchFile(path)
+    return _BenchWriter(file, name, options or WriterOptions(), target_crystal).written()
+
+
+@dataclass(slots=True)
+class _OneChip:
+    """A chip of the bench: its sheet, its program, and where its pins are at the target."""
+
+    sheet: Sheet
+    crystal: str | int | None
+    done: Translation | None = None
+    pins: dict[str, str] = field(default_factory=dict)
+
+
+class _BenchWriter:
+    """At work on one bench file."""
+
+    def __init__(self, file: BenchFile, to: str, options: WriterOptions, target_crystal: str | int | None) -> None:
+        self.file, self.to, self.options, self.target_crystal = file, to, options, target_crystal
+        self.mine = None if to in TARGETS else sheet_of(to)
+        self.ending = TARGETS[to].ending if self.mine is None else f".{to}"
+        bench, _ = file.staged()  # refuses what is not right
+        self.chips = {
+            name: _OneChip(chip.sheet, table.crystal)
+            for (name, chip), table in zip(bench.chips.items(), file.tables.chip, strict=True)
+        }
+        self.lines: list[BenchLine] = []
+
+    def written(self) -> BenchTranslation:
+        """Return the result."""
+        self._programs()
+        programs = {name: chip.done for name, chip in self.chips.items() if chip.done is not None}
+        files = {f"{name}{self.ending}": done.text for name, done in programs.items()}
+        if self.mine is not None:
+            files[RESULT] = self._bench()
+        else:
+            self._listed()
+        return BenchTranslation(str(self.file.path), self.to, programs, tuple(self.lines), files)
+
+    def _programs(self) -> None:
+        """Translate the programs."""
+        for number, (host, (text, where)) in enumerate(zip(self.file.tables.host, self.file.programs(), strict=True)):
+            names = host.chips or list(self.chips)
+            if len(names) != 1:
+                raise self.file.error(("host", number), "speaks to several chips; give each of them a host of its own")
+            chip = self.chips.get(names[0])
+            if chip is None or not text.strip():
+                continue
+            if chip.done is not None:
+                raise self.file.error(("host", number), f"is the second one of {names[0]}; write one program of both")
+            chip.done = translate_text(
+                text,
+                chip.sheet.part,
+                self.to,
+                where=where,
+                crystal=chip.crystal,
+                target_crystal=self.target_crystal,
+                options=self.options,
+            )
+            chip.pins = {theirs: mine for _, theirs, mine in chip.done.report.wiring}
+        if all(chip.done is None for chip in self.chips.values()):
+            raise UsageError(f"{self.file.path}: no host has commands for a chip: there is nothing to translate")
+
+    # ------------------------------------------------------------------------------------------------------------- pins
+    def pin(self, chip: str, name: str) -> str:
+        """Return the pin of the target that is for the same; empty: it has none."""
+        one = self.chips[chip]
+        if name in one.pins:
+            return one.pins[name]
+        role = next((pin.role for pin in one.sheet.pins if pin.name == name), "")
+        mine = self.mine.role(role) if self.mine is not None and role else None
+        return "" if mine is None else mine.name
+
+    def inverted(self, chip: str, name: str) -> bool:
+        """Return whether the pin of the target says the same by the other level."""
+        theirs = next((pin for pin in self.chips[chip].sheet.pins if pin.name == name), None)
+        mine = self.mine.role(theirs.role) if self.mine is not None and theirs is not None and theirs.role else None
+        if theirs is None or mine is None or theirs.role.startswith(SAME_LEVEL):
+            return False
+        return None not in (theirs.sense, mine.sense) and theirs.sense != mine.sense
+
+    def _places(self, text: str) -> Iterator[tuple[str, str]]:
+        """Yield the pins of chips that a text names, as chip and pin."""
+        names = "|".join(map(re.escape, self.chips))
+        for found in re.finditer(rf"""(?<=["'])({names})\.(\w+)(?=["'])""", text):
+            yield found[1], found[2]
+
+    # -------------------------------------------------------------------------------------------------- our own parts
+    def _bench(self) -> str:
+        """Return the bench file of the result."""
+        text = self.file.text
+        starts = [found.start() for found in HEAD.finditer(text)]
+        head = text[: starts[0]] if starts else text
+        blocks = [text[a:b] for a, b in zip(starts, [*starts[1:], len(text)], strict=True)]
+        counts: dict[str, int] = {}
+        out = [*(f"# {line}\n" for line in WARNING), head]
+        for block in blocks:
+            found = HEAD.match(block)
+            kind = found[1] if found else ""
+            number = counts[kind] = counts.get(kind, -1) + 1
+            out.append(self._block(kind, number, block))
+        return "".join(out)
+
+    def _block(self, kind: str, number: int, block: str) -> str:
+        """Return a table of the result."""
+        if kind == "chip":
+            return self._chip(block)
+        if kind == "host":
+            return self._host(number, block)
+        places = list(self._places(block))
+        if not places:
+            return block
+        said = f"[[{kind}]] {', '.join(f'{chip}.{pin}' for chip, pin in places)}"
+        none = [f"{chip}.{pin}" for chip, pin in places if not self.pin(chip, pin)]
+        if none:
+            limit = f"the {self.to.upper()} has no pin that {' and '.join(none)} would be"
+            self.lines.append(BenchLine(said, "", f"{limit}: let the host do it, or leave it out"))
+            return f"# NOT POSSIBLE: {limit}\n{commented(block)}"
+        for chip, pin in places:
+            block = re.sub(rf"""(?<=["']){re.escape(chip)}\.{pin}(?=["'])""", f"{chip}.{self.pin(chip, pin)}", block)
+        other = [f"{chip}.{pin}" for chip, pin in places if self.inverted(chip, pin)]
+        remedy = f"the level of {', '.join(other)} is the other one: invert it" if other else ""
+        self.lines.append(BenchLine(said, ", ".join(f"{chip}.{self.pin(chip, pin)}" for chip, pin in places), remedy))
+        return f"# CHECK: {remedy}\n{block}" if remedy else block
+
+    def _chip(self, block: str) -> str:
+        """Return a [[chip]] of the target: its name, and what the target needs of its straps."""
+        assert self.mine is not None  # noqa: S101
+        lines = []
+        for line in block.splitlines(keepends=True):
+            key = KEY.match(line)
+            if key and key[1] == "part":
+                lines.append(re.sub(r"""=\s*["'][^"']*["']""", f'= "{self.to}"', line, count=1))
+                straps = self.mine.fastest | self.mine.plain
+                if straps:
+                    lines.append(f"straps = {{ {', '.join(f'{name} = {level}' for name, level in straps.items())} }}\n")
+                if self.target_crystal is not None:
+                    lines.append(f'crystal = "{self.target_crystal}"\n')
+            elif key and key[1] in ("crystal", "straps", "options"):
+                lines.append(f"# was: {line.lstrip()}")
+                if key[1] == "options":
+                    self.lines.append(BenchLine(line.strip(), "", "options are those of the source: set them by hand"))
+            else:
+                lines.append(line)
+        return "".join(lines)
+
+    def _host(self, number: int, block: str) -> str:
+        """Return a [[host]] that sends the translated program."""
+        host = self.file.tables.host[number]
+        (name,) = host.chips or list(self.chips)
+        if self.chips[name].done is None:
+            return block
+        kept = [line for line in block.splitlines() if line.lstrip().startswith("#")]
+        for key in ("baud", "over"):
+            if getattr(host, key) is not None:
+                self.lines.append(BenchLine(f"[[host]] {key} of {name}", "", "the line of the target is its usual one"))
+        rows = ["[[host]]", f'chips = ["{name}"]', f'file = "{name}{self.ending}"', *kept]
+        rows += [f'delay = "{host.delay}"'] if host.delay else []
+        after = block[len(block.rstrip()) :]
+        return "\n".join(rows) + (after or "\n")
+
+    # --------------------------------------------------------------------------------------------------- other targets
+    def _listed(self) -> None:
+        """List what is between the controllers: it is wired by hand."""
+        for kind, tables in (("wire", self.file.data.get("wire", [])), ("part", self.file.data.get("part", []))):
+            for table in tables:
+                self._listed_table(kind, table)
+        for kind in ("drive", "record", "serve"):
+            for table in self.file.data.get(kind, []):
+                shown = ", ".join(str(value) for value in table.values())
+                self.lines.append(BenchLine(f"[[{kind}]] {shown}", "", "of the bench alone: it is left out"))
+
+    def _listed_table(self, kind: str, table: Mapping[str, Any]) -> None:
+        if kind == "part":
+            on = table.get("to", table.get("on", ""))
+            self.lines.append(
+                BenchLine(f"[[part]] {table.get('kind')}{f' at {on}' if on else ''}", "", "connect yours")
+            )
+            return
+        ends = [str(table.get("from", "")), str(table.get("to", ""))]
+        if not any(end.partition(".")[0] in self.chips for end in ends):
+            return
+        becomes, none = [], []
+        for end in ends:
+            chip, _, pin = end.partition(".")
+            mine = self.pin(chip, pin) if chip in self.chips else pin
+            becomes.append(f"{chip}: {mine}")
+            if not mine:
+                none.append(end)
+        if none:
+            remedy = f"nothing at the {self.to} is for {' and '.join(none)}: connect it to a host that decides"
+            self.lines.append(BenchLine(f"[[wire]] {' -> '.join(ends)}", "", remedy))
+        else:
+            invert = "through an inverter" if table.get("invert") else ""
+            self.lines.append(BenchLine(f"[[wire]] {' -> '.join(ends)}", " -> ".join(becomes), invert))
+
+
+def commented(block: str) -> str:
+    """Return a table as comments."""
+    return "".join(f"# {line}" if line.strip() else line for line in block.splitlines(keepends=True))
