@@ -63,7 +63,8 @@ def main(words: list[str]) -> int:
     try:
         print(report(build(place.parent / "firmware")))
         if subprocess.call([str(ROOT / ".ci" / "install"), *OF_THE_PICO], cwd=ROOT) == 0:
-            print(pico.report(pico.build(place.parent / "firmware")))
+            for part in pico.PARTS:
+                print(pico.report(pico.build(place.parent / "firmware", part=part)))
     except (FirmwareError, pico.PicoError) as error:
         print(f"boards: {error}", file=sys.stderr)
         return 1

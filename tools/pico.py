@@ -1,4 +1,6 @@
-"""Build the firmware of a GS-C200S for a Raspberry Pi Pico: tools/pico.py [FOLDER], by default into build/firmware.
+"""Build the firmware of a GS-C200S and of a GS-C200 for a Raspberry Pi Pico: tools/pico.py [FOLDER].
+
+It goes into build/firmware, if no folder is named.
 
 The .uf2 is the same byte for byte wherever it is built: sources in the order of their names, no paths or dates in it.
 Compiler and library come with the packages of the system: gcc-arm-none-eabi, picolibc-arm-none-eabi.
@@ -18,7 +20,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "firmware" / "pico"
 CORE = ROOT / "firmware" / "part" / "gs_c200"
-NAME = "slewline-gs-c200s.uf2"
+PARTS = {"gs-c200s": "GSC_C200S", "gs-c200": "GSC_C200"}  # as gsc200.h names them
 LIBRARY = Path("/usr/lib/picolibc/arm-none-eabi/picolibc.specs")
 NEEDED = ("arm-none-eabi-gcc", "arm-none-eabi-objcopy", "arm-none-eabi-nm", "arm-none-eabi-size")
 WORDS = (
@@ -107,16 +109,16 @@ def uf2(image: bytes) -> bytes:
     return b"".join(blocks)
 
 
-def version() -> str:
-    """Return the words with which the board answers ENQ."""
+def version(part: str = "gs-c200s") -> str:
+    """Return the words with which the board of a part answers ENQ."""
     found = re.search(r'^__version__ = "(.+)"', (ROOT / "src" / "slewline" / "version.py").read_text("utf-8"), re.M)
     if found is None:
         raise PicoError("src/slewline/version.py: no version in it")
-    return f"slewline gs-c200s pico {found[1]}"
+    return f"slewline {part} pico {found[1]}"
 
 
-def build(folder: Path, *more: str) -> PicoFirmware:
-    """Build the firmware into a folder; `more` are words for the compiler.
+def build(folder: Path, *more: str, part: str = "gs-c200s") -> PicoFirmware:
+    """Build the firmware of a part into a folder; `more` are words for the compiler.
 
     Raises:
         PicoError: no compiler is here, or it complains.
@@ -126,10 +128,10 @@ def build(folder: Path, *more: str) -> PicoFirmware:
             f"{', '.join(gone)}: not installed; on Debian:  apt install gcc-arm-none-eabi picolibc-arm-none-eabi"
         )
     folder = folder.resolve()
-    parts = folder / "pico"
+    parts = folder / part
     parts.mkdir(parents=True, exist_ok=True)
     objects = []
-    words = (*WORDS, f'-DVERSION_TEXT="{version()}"', f"-I{'../part/gs_c200'}", *more)
+    words = (*WORDS, f"-DPART={PARTS[part]}", f'-DVERSION_TEXT="{version(part)}"', "-I../part/gs_c200", *more)
     for where, prefix in ((SOURCES, "pico"), (CORE, "part")):
         for source in sorted(path for path in where.iterdir() if path.suffix in (".c", ".S")):
             objects.append(parts / f"{prefix}-{source.name}.o")
@@ -144,9 +146,10 @@ def build(folder: Path, *more: str) -> PicoFirmware:
     }
     image = finished(raw.read_bytes(), symbols["image_stored"] - FLASH_BEGIN)
     raw.write_bytes(image)
-    (folder / NAME).write_bytes(uf2(image))
+    file = folder / f"slewline-{part}.uf2"
+    file.write_bytes(uf2(image))
     code = symbols["image_end"] - symbols["image_begin"]
-    return PicoFirmware(folder / NAME, raw, len(image), code, symbols["bss_end"] - symbols["bss_begin"], symbols)
+    return PicoFirmware(file, raw, len(image), code, symbols["bss_end"] - symbols["bss_begin"], symbols)
 
 
 def report(made: PicoFirmware) -> str:
@@ -160,11 +163,11 @@ def report(made: PicoFirmware) -> str:
 def main(words: list[str]) -> int:
     """Build, and say how large it is."""
     try:
-        made = build(Path(words[0]) if words else ROOT / "build" / "firmware")
+        for part in PARTS:
+            print(report(build(Path(words[0]) if words else ROOT / "build" / "firmware", part=part)))
     except PicoError as error:
         print(f"pico: {error}", file=sys.stderr)
         return 1
-    print(report(made))
     return 0
 
 

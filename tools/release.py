@@ -1,15 +1,19 @@
-"""Build wheel and sdist into dist/, and see that they are what anyone else would build.
+"""Build wheel, sdist and the firmware of boards into dist/, and see that they are what anyone else would build.
 
     python tools/release.py                             build them twice and compare; check what an index will show
     python tools/release.py --tag v0.1.0 --source URL   see first that this version may be released
 
 They are built in two folders that differ in name, age of files, rights, time zone and order of sets; both must give the
 same bytes.  The sdist has what git knows, and the wheel is built from the sdist.
+
+Firmware goes into dist/firmware, with the licences of what is linked with it; where no compiler for a board is
+installed, it is left out, unless there is a tag.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
 import re
 import shutil
@@ -19,8 +23,10 @@ import tomllib
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pico
 from setup import MADE
 
+import firmware as uno
 from slewline.version import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -29,6 +35,13 @@ PLACES = (  # folder, umask, and what else differs
     ("a", 0o022, {"TZ": "UTC", "PYTHONHASHSEED": "1"}),
     ("another folder/b", 0o077, {"TZ": "Pacific/Auckland", "PYTHONHASHSEED": "2", "LANG": "C"}),
 )
+DOC = Path("/usr/share/doc")
+LICENCES = {  # of what the compilers link, as the packages of the system have them
+    "picolibc: sqrt and functions of memory, in the firmware of the Pico": DOC / "picolibc-arm-none-eabi/copyright",
+    "avr-libc: the start and functions of memory, in the firmware of the Uno": DOC / "avr-libc/copyright",
+    "libgcc: arithmetic, in both; GPL with the GCC Runtime Library Exception": DOC / "libgcc-s1/copyright",
+    "GNU General Public License, version 3": Path("/usr/share/common-licenses/GPL-3"),
+}
 
 
 def git(root: Path, *arguments: str) -> str:
@@ -88,6 +101,45 @@ def built_twice(root: Path) -> dict[str, bytes]:
     return first
 
 
+def without_compilers() -> list[str]:
+    """Return what is missing to build the firmware."""
+    return [*uno.missing(), *pico.missing(), *(str(path) for path in LICENCES.values() if not path.exists())]
+
+
+def built_firmware() -> dict[str, bytes]:
+    """Return the firmware of all boards by name, if two folders give the same bytes."""
+    found = []
+    with TemporaryDirectory(prefix="slewline-") as folder:
+        for name in ("a", "another folder/b"):
+            place = Path(folder, name)
+            paths = [uno.build(place).path, *(pico.build(place, part=part).path for part in pico.PARTS)]
+            found.append({path.name: path.read_bytes() for path in paths})
+    if found[0] != found[1]:
+        sys.exit("release: the firmware was built twice, and is different")
+    return found[0]
+
+
+def notices() -> str:
+    """Return the licences of the firmware, and which compilers have built it."""
+    compilers = [uno.called(name, "--version").splitlines()[0] for name in ("avr-gcc", "arm-none-eabi-gcc")]
+    parts = ["slewline: all else that is in it", (ROOT / "LICENSE").read_text("utf-8")]
+    for title, path in LICENCES.items():
+        parts += [f"{'=' * 100}\n{title}", path.read_text("utf-8")]
+    return "\n\n".join([f"The firmware was built by {' and '.join(compilers)}.  It consists of:", *parts])
+
+
+def write_firmware(target: Path) -> None:
+    """Write the firmware, its licences and its checksums into a new folder."""
+    target.mkdir()
+    made = built_firmware()
+    for name, data in made.items():
+        (target / name).write_bytes(data)
+        print(f"{target.relative_to(ROOT)}/{name}: {len(data):,} bytes, the same twice", flush=True)
+    (target / "NOTICES.txt").write_text(notices(), "utf-8")
+    sums = [f"{hashlib.sha256(data).hexdigest()}  {name}\n" for name, data in made.items()]
+    (target / "SHA256SUMS").write_text("".join(sums), "utf-8")
+
+
 def main() -> int:
     """Build, check, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -97,15 +149,23 @@ def main() -> int:
     if asked.tag and (found := hindrances(ROOT, asked.tag, asked.source or "")):
         print("release: not yet:", *found, sep="\n  ", file=sys.stderr)
         return 1
+    gone = without_compilers()
+    if asked.tag and gone:
+        print(f"release: not yet: no firmware without {', '.join(gone)}", file=sys.stderr)
+        return 1
     target = ROOT / "dist"
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir()
-    for name, data in built_twice(ROOT).items():
+    packages = built_twice(ROOT)
+    for name, data in packages.items():
         (target / name).write_bytes(data)
         print(f"dist/{name}: {len(data):,} bytes, the same twice", flush=True)
-    return subprocess.run(
-        [sys.executable, "-m", "twine", "check", "--strict", *target.iterdir()], check=False
-    ).returncode
+    if gone:
+        print(f"release: no firmware: {', '.join(gone)}: not installed; make boards does it", file=sys.stderr)
+    else:
+        write_firmware(target / "firmware")
+    names = [target / name for name in packages]
+    return subprocess.run([sys.executable, "-m", "twine", "check", "--strict", *names], check=False).returncode
 
 
 if __name__ == "__main__":

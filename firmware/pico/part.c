@@ -23,10 +23,6 @@
 #include "steps.h"
 #include "store.h"
 
-#ifndef PART
-#define PART GSC_C200S
-#endif
-
 enum {
     ANSWER_DELAY = 8 * US,  /* of every answer: the word of its first character is written by then */
     DIR_SETUP = 10 * US,    /* figure 2: GSC-UND-DIR-SETUP */

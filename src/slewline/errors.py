@@ -88,6 +88,10 @@ class TornJournal(JournalWarning):
     """The last line of a journal is cut off; the replay ends before it."""
 
 
+class LongPast(UserWarning):
+    """The past of a bench takes much memory; `Bench(keep=)` says how far back it is kept."""
+
+
 class WaveformError(SlewlineError, ValueError):
     """A waveform file that cannot be read; the message has file, line and what was expected."""
 

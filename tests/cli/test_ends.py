@@ -10,6 +10,7 @@ import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from random import Random
+from shlex import quote
 
 import pytest
 
@@ -361,7 +362,7 @@ def test_closed_standard_streams_lead_nowhere(tmp_path):
 
 
 def test_a_server_and_its_panel_need_no_standard_streams(tmp_path):
-    shell = f'exec {sys.executable} -c "{MAIN}" serve cy525 --pty link --panel 127.0.0.1:0 <&- >&- 2>&-'
+    shell = f'exec {quote(sys.executable)} -c "{MAIN}" serve cy525 --pty link --panel 127.0.0.1:0 <&- >&- 2>&-'
     x = Started(["sh", "-c", shell.replace(f"; import os; os.write(2, {BEGUN.encode()!r})", "")], tmp_path)
     try:
         x.until(lambda: (tmp_path / "link").exists() and panel_of(x.process.pid))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from pathlib import Path
 
 import pytest
 
+import slewline.testing  # noqa: F401  # pySerial knows slewline://
+from slewline.chips.gs_c200.firmware import GsC
 from slewline.cli.live import ready_made as module
+from slewline.cli.modules import check_board
 
 CONTENT = b"\x55\x46\x32\x0a" * 200
 
@@ -27,6 +31,7 @@ def test_without_a_name_it_lists_what_there_is(call) -> None:
     assert ran.status == 0
     assert [line.split()[:3] for line in ran.out.splitlines()] == [
         ["gs-c200s", "--board", "pico"],
+        ["gs-c200", "--board", "pico"],
         ["uno", "--board", "uno"],
     ]
 
@@ -53,5 +58,112 @@ def test_a_wrong_name_board_or_ending_is_refused(call, release: Path) -> None:
     assert not Path("mine.hex").exists()
 
 
-def test_the_places_are_the_package_the_checkout_and_here() -> None:
-    assert [place.parts[-2:] for place in module.places()] == [("slewline", "firmware"), ("build", "firmware"), ()]
+def test_the_places_are_the_build_of_the_checkout_and_here() -> None:
+    assert module.beside_the_wheel() == []  # an editable installation has none
+    assert [place.parts[-2:] for place in module.places()] == [("build", "firmware"), ("firmware",), ()]
+
+
+@pytest.mark.parametrize(
+    ("url", "found"),
+    [
+        ("file:///tmp/a%20b/slewline-1-py3-none-any.whl", ["/tmp/a b/firmware", "/tmp/a b"]),
+        ("file:///tmp/slewline", []),
+        ("https://host.example/slewline-1-py3-none-any.whl", []),
+    ],
+)
+def test_firmware_is_looked_for_beside_the_wheel(monkeypatch: pytest.MonkeyPatch, url: str, found: list[str]) -> None:
+    class Installed:
+        def read_text(self, name: str) -> str:
+            return json.dumps({"url": url, "archive_info": {}} if name == "direct_url.json" else {})
+
+    monkeypatch.setattr(module, "distribution", lambda _name: Installed())
+    assert [place.as_posix() for place in module.beside_the_wheel()] == found
+
+
+# ---------------------------------------------------------------------------------------------------------------- check
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("url", "more", "exchanges"),
+    [
+        ("gs-c200s?chs=0", (), 9),
+        ("gs-c200s?chs=0", ("--replace",), 25),
+        ("gs-c200s?br0=1", ("--replace", "--move"), 48),
+        ("gs-c200?chs=0", ("--replace", "--move"), 47),
+    ],
+)
+def test_the_model_passes_its_own_check(call, url: str, more: tuple[str, ...], exchanges: int) -> None:
+    part = url.partition("?")[0]
+    ran = call("firmware", part, "--check", f"slewline://{url}&rate=1", *more)
+    assert ran.status == 0
+    assert ran.out.startswith(f"{part}: {exchanges} exchanges, 0 differences;")
+
+
+@pytest.mark.system
+def test_a_check_twice_needs_no_new_start(call) -> None:
+    for _ in range(2):
+        assert (
+            call(
+                "firmware", "gs-c200s", "--check", "slewline://gs-c200s?rate=1&name=again", "--replace", "--move"
+            ).status
+            == 0
+        )
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("line", "answer", "shown"),
+    [
+        ("V2", "V71", "V2: module V71, model V70"),
+        ("T1001", "Y", "T1001: module Y, model E2"),
+        ("E", None, "E: module no answer"),
+    ],
+)
+def test_a_fault_of_the_board_is_found(
+    call, monkeypatch: pytest.MonkeyPatch, line: str, answer: str | None, shown: str
+) -> None:
+    whole = GsC.obey
+
+    async def obey(self, item):
+        said = await whole(self, item)
+        return said if self.name != "faulty" or line.encode() not in item.text else [answer.encode()] if answer else []
+
+    monkeypatch.setattr(GsC, "obey", obey)
+    ran = call("firmware", "gs-c200s", "--check", "slewline://gs-c200s?chs=0&rate=1&name=faulty", "--replace", "--move")
+    assert ran.status == 1
+    assert shown in ran.out
+
+
+@pytest.mark.system
+def test_another_part_is_found(call) -> None:
+    ran = call("firmware", "gs-c200s", "--check", "slewline://gs-c200?rate=1&name=other")
+    assert ran.status == 1
+    assert "V1: module V0" in ran.out and "model V+0" in ran.out
+
+
+@pytest.mark.system
+def test_what_was_said_can_be_kept(call) -> None:
+    call("firmware", "gs-c200s", "--check", "slewline://gs-c200s?rate=1&name=kept", "--dialogue", "said.dialogue")
+    assert call("compare", "said.dialogue").status == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("gs-c200s", "--move"), "--move: of use with --check PORT only"),
+        (("--check", "p"), "name the firmware that the board has"),
+        (("uno", "--check", "p"), "uno is no module"),
+        (("gs-c200s", "--check", "p", "-o", "x.uf2"), "writes no firmware"),
+        (("gs-c200s", "--check", "p", "--move"), "--move: the steps are those of a program"),
+        (("gs-c200", "--check", "p", "--replace"), "ends program entry by E alone"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(call, words: tuple[str, ...], says: str) -> None:
+    ran = call("firmware", *words)
+    assert ran.status == 2 and says in ran.err
+
+
+def test_the_dialogue_leaves_the_eeprom_alone_and_ends_by_itself() -> None:
+    lines = check_board.dialogue_for("gs-c200s", replace=True, move=True)
+    assert not any(
+        line.startswith(("M", "X", "H", "g")) for line in lines
+    )  # the EEPROM, and what does not end by itself

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import json
 import re
@@ -16,6 +17,7 @@ import yaml
 
 from slewline import __version__
 from slewline.chips import PARTS
+from slewline.cli.live.ready_made import FIRMWARE
 from tests.sources import SOURCES
 
 ROOT = Path(__file__).parents[2]
@@ -149,6 +151,40 @@ def test_a_release_has_what_git_knows_and_an_sdist_all_but_what_is_made(release,
     assert sorted(release.files(tmp_path)) == [".gitignore", "c/e.py"]
 
 
+@pytest.mark.system
+def test_firmware_lies_beside_the_packages_with_the_licences_of_what_is_linked(release, tmp_path, monkeypatch):
+    if gone := release.without_compilers():
+        pytest.skip(f"{', '.join(gone)}: not installed; make boards does it")
+    monkeypatch.setattr(release, "ROOT", tmp_path)
+    (tmp_path / "LICENSE").write_text("Permission is hereby granted")
+    release.write_firmware(tmp_path / "firmware")
+    names = {about.file for about in FIRMWARE.values()}
+    assert {path.name for path in (tmp_path / "firmware").iterdir()} == names | {"NOTICES.txt", "SHA256SUMS"}
+    text = (tmp_path / "firmware" / "NOTICES.txt").read_text("utf-8")
+    for part in ("Permission is hereby granted", "sf_sqrt.c", "Marek Michalkiewicz", "GCC RUNTIME LIBRARY EXCEPTION"):
+        assert part.lower() in text.lower(), part
+    sums = (tmp_path / "firmware" / "SHA256SUMS").read_text("ascii").split()
+    assert dict(zip(sums[1::2], sums[::2], strict=True)) == {
+        name: hashlib.sha256((tmp_path / "firmware" / name).read_bytes()).hexdigest() for name in names
+    }
+
+
+def test_firmware_that_differs_is_none(release, monkeypatch, tmp_path):
+    built = iter((b"1", b"2"))
+
+    class Made:
+        @property
+        def path(self):
+            file = tmp_path / "x.hex"
+            file.write_bytes(next(built))
+            return file
+
+    monkeypatch.setattr(release.uno, "build", lambda _folder: Made())
+    monkeypatch.setattr(release.pico, "PARTS", {})
+    with pytest.raises(SystemExit, match="built twice, and is different"):
+        release.built_firmware()
+
+
 def test_the_workflow_of_a_release_lets_nothing_out_without_a_person():
     flow = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text("utf-8"))
     assert flow["permissions"] == {} and flow[True] == {"push": {"tags": ["v*"]}}  # YAML reads `on` as true
@@ -160,6 +196,8 @@ def test_the_workflow_of_a_release_lets_nothing_out_without_a_person():
     tests = [name for name, job in flow["jobs"].items() if "make test" in json.dumps(job)]
     assert (uploads, tests) == (["build"], ["test"])  # packages of others never run beside what is uploaded
     assert flow["jobs"]["attest"]["needs"] == ["build", "test"]
+    writers = [name for name, job in flow["jobs"].items() if job.get("permissions", {}).get("contents") == "write"]
+    assert writers == ["files"] and flow["jobs"]["files"]["environment"]["name"] == "release"
     for path in (ROOT / ".github/workflows").iterdir():
         used = re.findall(r"uses: (\S+)", path.read_text("utf-8"))
         assert used and all(re.fullmatch(r"[\w/-]+@[0-9a-f]{40}", action) for action in used), path.name

@@ -86,6 +86,7 @@ class EchoBridge:
         self.port = os.ttyname(self.slave)
         self.thread = threading.Thread(target=self.run, daemon=True)
         self.over = False
+        self.timers = []
         self.thread.start()
 
     def run(self):
@@ -99,7 +100,8 @@ class EchoBridge:
                         self.module.sendall(data)
                     else:
                         self.module.sendall(data)
-                        threading.Timer(self.late, self.echo, [data]).start()
+                        self.timers.append(threading.Timer(self.late, self.echo, [data]))
+                        self.timers[-1].start()
                 if self.module in ready:
                     os.write(self.master, self.module.recv(4096))
 
@@ -110,6 +112,8 @@ class EchoBridge:
     def close(self):
         self.over = True
         self.thread.join()
+        for timer in self.timers:  # a busy machine makes them late
+            timer.join()
         self.module.close()
         os.close(self.master)
         os.close(self.slave)

@@ -33,7 +33,6 @@ static void begin_run(struct gsc *g)
 void end_run(struct gsc *g)
 {
     end_motion(g);
-    stop_timer(g, GSC_WATCH_TIMER);
     g->program.phase = NOTHING_RUNS;
     end_work(g, PROGRAM_WORK);
 }
@@ -126,7 +125,7 @@ static bool is_ready_to_move(struct gsc *g)
 {
     bool is_ready = g->registers.start_stop && g->registers.top_speed && g->registers.ramp;
 
-    g->program.is_ending |= !is_ready;
+    g->program.is_ending = !is_ready;
     return is_ready;
 }
 

@@ -151,8 +151,7 @@ static void answer(struct gsc *g, uint8_t length)
 static void finish(struct gsc *g)
 {
     finish_command(g);
-    g->serial.answer[0] = 'Y';
-    answer(g, 1);
+    answer(g, 1); /* Y, which is there since it began */
 }
 
 static void obey(struct gsc *g)

@@ -8,7 +8,7 @@ import click
 
 from .live.live_commands import debug_command, drive_command, panel_command, serve_command
 from .modules.dialogues import DIALOGUE_COMMANDS
-from .modules.module_commands import epics_command, pull_command, push_command
+from .modules.module_commands import epics_command, firmware_command, pull_command, push_command
 from .motors.motor_commands import calibrate_command, tune_command
 from .options import completion
 from .options.command_kinds import CommandGroup, CommandWithGuide, OncePerName
@@ -358,20 +358,6 @@ def examples_command(**options: Any) -> int:
     return examples(**options)
 
 
-@cli.command("firmware", short_help="Write the firmware of a board, ready made.", epilog=EXIT)
-@click.argument("name", required=False)
-@click.option("--board", metavar="BOARD", help="The board it is for: pico, uno.")
-@path("--output", "-o", help="Where to write it; by default under its own name in the current directory.")
-@click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder of a file that was built elsewhere.")
-def firmware_command(**options: Any) -> int:
-    """Write the firmware of a board to a file, and say how it gets onto the board; without NAME, list what there is.
-
-    gs-c200s makes a Raspberry Pi Pico take the place of a GS-C200S; uno makes an Arduino Uno step for slewline drive.
-    """
-    from .live.ready_made import firmware
-
-    return firmware(**options)
-
-
+cli.add_command(firmware_command)
 cli.add_command(new_chip_command)
 cli.add_command(new_part_command)

@@ -160,7 +160,7 @@ class Chip(Component, OneAxis):
         return f"; also {crystal}straps, bare and name"
 
     def __repr__(self) -> str:
-        state = "in motion" if self.moving else "idle" if self.idle else self._waiting[0]
+        state = "in motion" if self.moving else "idle" if self.idle else self._does()[0]
         where = ", ".join(str(axis.position) for axis in self.axes)
         what = f"position{'s' * (len(self.axes) > 1)} {where}, {state}, {readable(self.kernel.now)}"
         return f"<{self.sheet.part.upper()} {self.name}: {what}>"
@@ -343,9 +343,13 @@ class Chip(Component, OneAxis):
     @property
     def waiting(self) -> str:
         """What the chip is doing or waiting for, and since when, in words."""
-        text, since = self._waiting
+        text, since = self._does()
         rest = f"; {self.unfinished!r} has arrived without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
+
+    def _does(self) -> tuple[str, int]:
+        """Return what the chip is doing or waiting for, and since when (ps)."""
+        return self._waiting
 
     @property
     def unfinished(self) -> str:
@@ -470,9 +474,9 @@ class Chip(Component, OneAxis):
             if row.reset is not None and row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset)
 
-    def waits(self, text: str) -> None:
-        """Note what the firmware is doing or waiting for from now on; `waiting` shows it."""
-        self._waiting = (text, self.kernel.now)
+    def waits(self, text: str, since: int | None = None) -> None:
+        """Note what the firmware is doing or waiting for from now on, or from an instant (ps); `waiting` shows it."""
+        self._waiting = (text, self.kernel.now if since is None else since)
 
     # -------------------------------------------------------------------------------------------------- firmware task
     async def run(self) -> None:

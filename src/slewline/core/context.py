@@ -79,5 +79,5 @@ class ChipContext(Protocol):
     def finding(self, code: str, text: str, at: int | None = None) -> None:
         """Add a finding, now or at an instant of the past (ps): something that the manual forbids or leaves open."""
 
-    def waits(self, text: str) -> None:
-        """Note what the firmware is doing or waiting for from now on; `waiting` of the chip shows it."""
+    def waits(self, text: str, since: int | None = None) -> None:
+        """Note what the firmware is doing or waiting for from now on, or from one (ps); `waiting` shows it."""

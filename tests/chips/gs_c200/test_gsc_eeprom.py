@@ -350,6 +350,34 @@ def test_a_write_that_fails_at_any_byte_loses_nothing(taken: int) -> None:
     assert rig.asks("M", "X") == ["Y", "Y"] and rig.listed() == OTHER
 
 
+class Slow(Failing):
+    """An EEPROM that is busy for so many looks after a write; it can be read all the time."""
+
+    looks = 3
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self.left = self.looks
+
+    def pending(self) -> bool:
+        self.left -= 1
+        return self.left >= 0
+
+
+@both
+@pytest.mark.fact("GSC-UND-E6")
+@pytest.mark.parametrize(("ms", "answer"), [(45, "E6"), (50, "Y"), (55, "Y")])
+def test_what_was_written_whole_is_valid_after_a_write_that_failed(part: str, ms: int, answer: str) -> None:
+    rig = base(part, options={"store": Slow(), "eeprom_fault": True})
+    assert rig.prg("A1", "A2") == ["Y"] * 2
+    assert rig.ask("M") == "E6"
+    rig.x.eeprom_fault = False
+    rig.host.write(b"M\r")
+    rig.bench.run(LINE + MS + ms * MS)
+    rig.cycle()
+    assert rig.ask("X") == answer
+
+
 @both
 @pytest.mark.fact("GSC-UND-E6")
 def test_the_fault_of_the_eeprom_is_an_option_and_a_switch(part: str) -> None:
@@ -380,7 +408,9 @@ def test_a_journal_repeats_the_fault_of_the_eeprom(tmp_path: Path) -> None:
 
 @both
 @pytest.mark.fact("GSC-UND-E6")
-@pytest.mark.parametrize("data", [b"\xff", b"\0", b"A", b"A\1" * 60, b"S\x0a\0\0S"])
+@pytest.mark.parametrize(
+    "data", [b"\xff", b"\0", b"A", b"A\1" * 60, b"S\x0a\0\0S", b"A\4", b"S\0\0\0", b"T\xe9\3\0", b"+\0\0\0", b"x\1\0\0"]
+)
 def test_what_is_no_program_is_not_recalled(part: str, data: bytes) -> None:
     store = Failing()
     store.data = data

@@ -227,6 +227,22 @@ def an_eeprom_that_takes_longer(d: Case) -> None:
     d.says("X", "M", "X", "Q")
 
 
+@case(looks=3)
+def a_supply_that_fails_as_a_write_ends_after_one_that_failed(d: Case) -> None:
+    for after in (-10 * MS, -1, 0, 1, 5 * MS, 10 * MS, 30 * MS):
+        d.says("Po" if d.is_200s else "P", "A1", "A2", "Px" if d.is_200s else "E")
+        d.module.fail(True)
+        d.ask("M")
+        d.module.fail(False)
+        d.ask("M", wait=False)
+        d.kernel.run_while(lambda: not d.module.x._eeprom.writing, d.kernel.now + S)
+        d.wait(50 * MS + after)
+        d.module.power(False)
+        d.wait(MS)
+        d.start()
+        d.says("X", "Q")
+
+
 @case(checks=True)
 def an_eeprom_that_fails_and_checksums(d: Case) -> None:
     d.says("Po" if d.is_200s else "P", "A1", "M", "F", "X", "Q", "Px", "M", "F")
@@ -417,6 +433,50 @@ def a_run_without_ramps_that_an_input_ends(d: Case) -> None:
             d.module.drive("enable", 1)
             d.module.drive(f"ui{number}", 1)
             d.says("F", "V1", "V2")
+
+
+@case()
+def a_run_that_an_input_ended_does_not_end_the_next_motion(d: Case) -> None:
+    for end in ("Z", "K"):
+        for line in (f"{d.gone('g')}+1", f"{d.gone('g')}-1"):
+            d.module.drive("ui1", 1)
+            d.runs("S40", "T90", "R3", "+30", line, "A1", during=S)
+            d.ask(end)
+            d.wait(S)
+            d.runs("S4", "T9", "R3", "+80", "-20", during=300 * MS)
+            d.module.drive("ui1", 0)
+            d.wait(2 * S)
+            d.says("V1", "F")
+    d.module.drive("ui1", 1)
+    d.ask("I1")
+    d.runs("S90", "T90", "R1", "+5", f"{d.gone('g')}-1", "A1", during=S)  # to the end of the counter of a GS-C200
+    d.ask("F")
+    d.runs("S4", "T9", "R3", "+80", during=300 * MS)
+    d.module.drive("ui1", 0)
+    d.wait(2 * S)
+    d.says("K", "V1", "F")
+
+
+@case()
+def z_and_k_in_the_time_of_an_instruction(d: Case) -> None:
+    for end in ("Z", "K"):
+        for after in (1, 300_000_000, 999_999_999):
+            d.says("Po" if d.is_200s else "P", *SLOW, "D1", "+10", "A1", "+3")
+            d.acts(end, d.executes() + 104 * MS + after)
+            d.wait(2 * S)
+            d.says("F", "V1", "V2")
+
+
+@case()
+def enable_while_k_waits_for_the_end_of_a_pulse(d: Case) -> None:
+    for step in (1, 4, 9):
+        for level, again in ((0, 1), (1, 0), (0, 0)):
+            at = d.moves(*SLOW, "+10", "A1")[step]
+            d.module.drive("enable", level, at + 700_000)
+            d.module.drive("enable", again, at + 900_000)
+            d.acts("K", at + 500_000)
+            d.module.drive("enable", 1)
+            d.says("F", "V1")
 
 
 # -------------------------------------------------------------------------------------------------------------- homing
@@ -781,3 +841,132 @@ def power_cuts(d: Case) -> None:
         d.wait(MS)
         d.start()
         d.says("X", "Q", "M", "X", "Q")
+
+
+def _kept(name: str, content: bytes) -> None:
+    """Add a case: a memory whose content could not be entered, or just so."""
+
+    @case(kept=content, low=("rec", "eot", "home"))
+    def script(d: Case) -> None:
+        d.wait(S)
+        d.says("K", "X", "Q", "F", "E", "F")
+
+    script.__name__ = CASES[-1][0]
+    CASES[-1] = (f"kept_{name}", script)
+
+
+for _name, _content in {
+    "a_direction_and_what_nobody_reads": b"g\1\7\7",
+    "a_direction_an_input_and_what_nobody_reads": b"x\1\2\7",
+    "a_start_of_a_loop_and_what_nobody_reads": b"l\7L\2",
+    "a_start_of_a_loop_that_is_cut_off": b"l",
+    "a_speed_of_65546": b"S\x0a\0\1",
+    "a_top_speed_of_65546": b"T\x0a\0\1",
+    "a_ramp_of_65546": b"R\x0a\0\1",
+    "a_move_of_65546": b"+\x0a\0\1",
+    "direction_0": b"g\0\0\0",
+    "direction_0_to_an_input": b"x\0\1\0",
+    "direction_2": b"g\2\0\0",
+    "input_4": b"x\1\4\0",
+    "input_0": b"W\0",
+    "output_0": b"A\0",
+    "delay_0": b"D\0",
+    "passes_0": b"L\0",
+    "no_start_stop_speed": b"S\0\0\0",
+    "a_start_stop_speed_too_high": b"S\xe9\3\0",
+    "the_highest_start_stop_speed": b"S\xe8\3\0",
+    "a_ramp_of_1000": b"R\xe8\3\0",
+    "a_ramp_of_999": b"R\xe7\3\0",
+    "a_move_of_0": b"+\0\0\0",
+    "a_move_of_a_million": b"+\x40\x42\x0f",
+    "a_move_of_a_million_back": b"+\xc0\xbd\xf0",
+    "a_position_of_the_other_part": b"G\xe1\xff\xff",
+    "a_position_of_10_million": b"G\x80\x96\x98",
+    "the_highest_position": b"G\x7f\x96\x98",
+    "a_jump_to_119": b"j\x77",
+    "a_jump_to_118": b"j\x76",
+}.items():
+    _kept(_name, PROGRAM[:12] + _content)
+
+
+# ------------------------------------------------------------------------------------------------------------- program
+@case()
+def every_jump_on_every_input(d: Case) -> None:
+    d.says(
+        "Po" if d.is_200s else "P",
+        *(f"jc{number},{4 * number + 4}" if n else f"A{1 + number % 3}" for number in range(8) for n in (1, 0)),
+    )
+    for levels in range(8):
+        for n in range(3):
+            d.module.drive(f"ui{n + 1}", levels >> n & 1)
+        d.module.drive("home", levels & 1)
+        d.module.drive("eot", 1 - (levels & 1))
+        for number in range(8):
+            d.runs(f"jc{number},4", "A1", "A2", during=20 * MS)
+            d.says("V2", "I2")
+
+
+@case()
+def outputs_that_are_cleared(d: Case) -> None:
+    for what in ("I1", "I2", "I3"):
+        d.runs("A1", "A2", "A3", during=20 * MS)
+        d.says("V2", what, "V2")
+        d.runs("A1", "A2", "A3", what, "D1", during=S)
+        d.says("V2", "C1", "I2")
+        for number in (1, 2, 3):
+            d.runs(f"A{number}", during=20 * MS)
+            d.says("V2", what, "V2", "I2")
+
+
+@case()
+def a_program_does_not_repeat_what_another_one_has_repeated(d: Case) -> None:
+    for end in ("K", "Z"):
+        d.runs("U1", "A1", "D1", "C1", during=S)
+        d.says("F", end, "F")
+        d.runs("A2", "D1", "C2", during=S)
+        d.says("F", "V2", "K")
+
+
+@case()
+def motions_without_speeds(d: Case) -> None:
+    for line in ("+1", "G5", *(d.gone("g") + rest for rest in ("+", "-", "+1", "-3"))):
+        for speeds in ((), ("S50",), ("S50", "T60"), ("T60", "R3"), ("S50", "R3")):
+            d.says("Po" if d.is_200s else "P", *speeds, line, "E", "F", "K")
+
+
+@case()
+def every_command_in_every_spelling(d: Case) -> None:
+    heads = ("A", "C", "D", "E", "F", "G", "H", "I", "K", "L", "M", "P", "Q", "R", "S", "T", "U", "V", "W", "X", "Z")
+    rests = (
+        "",
+        "1",
+        "+1",
+        "-1",
+        "01",
+        "+01",
+        "+",
+        "-",
+        "0",
+        "+0",
+        "1,1",
+        "+1,1",
+        "1+",
+        "+,1",
+        "o",
+        "0o",
+        "1o",
+        "x",
+        " 1",
+    )
+    for entering in (False, True):
+        for head in (*heads, "", "f", "g", "j", "jc"):
+            for rest in rests:
+                if head in ("P", "M", "E", "X", "H") and not rest.strip("+-"):
+                    continue
+                if entering:
+                    d.ask("Po" if d.is_200s else "P")
+                d.ask(head + rest)
+            d.ask("Q")
+    d.ask("Po" if d.is_200s else "P")
+    for code in (*range(1, 10), 11, 12, *range(14, 32)):
+        d.ask(f"L{chr(code)}")

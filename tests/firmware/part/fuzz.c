@@ -90,6 +90,10 @@ int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
     (void)g;
     if (kept_size > 0 && chance() % 16 == 0) /* the EEPROM has aged */
         kept[chance() % (unsigned)kept_size] = (uint8_t)chance();
+    if (chance() % 32 == 0) { /* it cannot be read: what is in the buffer counts for nothing */
+        memset(program, 'l', GSC_LOCATIONS);
+        return -1;
+    }
     if (kept_size > 0)
         memcpy(program, kept, (size_t)kept_size);
     return kept_size;

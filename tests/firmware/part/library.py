@@ -9,10 +9,10 @@ import ctypes
 import os
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -31,6 +31,11 @@ INPUTS = (
 )
 ON, OFF, INPUTS_NOW, INPUTS_AFTER, CHARACTER, FAULT, END = range(7)
 PARITY, FRAMING = 1, 2
+KIND = {  # of what is written down
+    **dict.fromkeys(("step_times", "directions", "positions"), "step"),
+    **dict.fromkeys(("pin_times", "pins"), "pin"),
+    **dict.fromkeys(("character_times", "characters"), "character"),
+}
 EVENT = np.dtype([("at", np.int64), ("end", np.int64), ("kind", np.int32), ("value", np.int32)])
 
 
@@ -50,7 +55,7 @@ class Out(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("step_times", "pin_times", "character_times")),
         *((name, ctypes.c_void_p) for name in ("positions", "pins", "characters", "directions")),
-        *((name, ctypes.c_int64) for name in ("most", "steps", "pin_count", "character_count", "wrong")),
+        *((name, ctypes.c_int64) for name in ("most", "steps", "pin_count", "character_count", "baud", "wrong")),
     )
 
 
@@ -64,6 +69,7 @@ class Outcome:
         edges: by the name of the output: instants (ps) and levels, -1 without supply.
         end: of what is known, ps.
         kept: what the EEPROM holds.
+        baud: at which it listens at the end; 0: it does not.
         wrong: how often a step was foreseen wrongly, or a level reported that an output had already.
     """
 
@@ -74,6 +80,7 @@ class Outcome:
     edges: dict[str, list[tuple[int, int]]]
     end: int = 0
     kept: bytes = b""
+    baud: int = 0
     wrong: int = 0
 
 
@@ -119,38 +126,54 @@ class Library:
         self.kept = wide | narrow | {"directions": np.zeros(MOST, np.int8)}
         self.out = Out(most=MOST, **{name: array.ctypes.data for name, array in self.kept.items()})
 
-    def play(self, part: str, events: Sequence[Event], since: int = 0, kept: bytes = b"", looks: int = 0) -> Outcome:
-        """Return what a module does with some events, ascending in time.
+    def replayed(
+        self, part: str, given: NDArray[Any], since: int = 0, kept: bytes = b"", looks: int = 0
+    ) -> dict[str, NDArray[Any]]:
+        """Return what is written down in a replay, by its kind; the next replay changes it.
 
         Args:
             part: "gs-c200" or "gs-c200s".
-            events: the last one ends the replay.
+            given: of the type EVENT, ascending in time; the last one ends the replay.
             since: the instant of the core at which the time of the events is 0, modulo 2**64 ps.
             kept: what its EEPROM holds at first.
             looks: how often that is found busy when a write should be over.
         """
+        out = self.out
         self.keep(kept, len(kept), looks)
-        given = np.array([(event.at, event.end, event.kind, event.value) for event in events], EVENT)
-        self.replay(given.ctypes.data, len(given), part == "gs-c200s", since, ctypes.addressof(self.out))
-        out, kept = self.out, self.kept
-        assert max(out.pin_count, out.character_count) <= MOST
+        self.replay(given.ctypes.data, len(given), part == "gs-c200s", since, ctypes.addressof(out))
         content = ctypes.create_string_buffer(256)
         length = self.kept_now(content)
-        edges: dict[str, list[tuple[int, int]]] = {name: [] for name in PINS}
-        changes = zip(kept["pin_times"][: out.pin_count].tolist(), kept["pins"][: out.pin_count].tolist(), strict=True)
-        for at, change in changes:
-            edges[PINS[change // 4]].append((at, change % 4 - 1))
-        times = kept["character_times"][: out.character_count].tolist()
-        return Outcome(
-            kept["step_times"][: min(out.steps, MOST)].copy(),
-            kept["directions"][: min(out.steps, MOST)].copy(),
-            kept["positions"][: min(out.steps, MOST)].copy(),
-            list(zip(times, kept["characters"][: out.character_count].tolist(), strict=True)),
-            {name: settled(each) for name, each in edges.items()},
-            events[-1].at,
-            content.raw[:length],
-            out.wrong,
-        )
+        assert max(out.pin_count, out.character_count) <= MOST
+        count = {"step": min(out.steps, MOST), "pin": out.pin_count, "character": out.character_count}
+        written = {name: array[: count[KIND[name]]] for name, array in self.kept.items()}
+        written["counts"] = np.array([out.steps, out.pin_count, out.character_count, out.baud, out.wrong])
+        return written | {"content": np.frombuffer(content.raw[:length], np.uint8)}
+
+    def play(self, part: str, events: Sequence[Event], since: int = 0, kept: bytes = b"", looks: int = 0) -> Outcome:
+        """Return what a module does with some events, of which the last one ends the replay; see `replayed`."""
+        return outcome_of(self.replayed(part, as_array(events), since, kept, looks), events[-1].at)
+
+
+def as_array(events: Sequence[Event]) -> NDArray[Any]:
+    """Return events as the core takes them."""
+    return np.array([(event.at, event.end, event.kind, event.value) for event in events], EVENT)
+
+
+def outcome_of(written: Mapping[str, NDArray[Any]], end: int) -> Outcome:
+    """Return what was written down in a replay up to its end (ps), in a form to compare."""
+    edges: dict[str, list[tuple[int, int]]] = {name: [] for name in PINS}
+    for at, change in zip(written["pin_times"].tolist(), written["pins"].tolist(), strict=True):
+        edges[PINS[change // 4]].append((at, change % 4 - 1))
+    return Outcome(
+        written["step_times"].copy(),
+        written["directions"].copy(),
+        written["positions"].copy(),
+        list(zip(written["character_times"].tolist(), written["characters"].tolist(), strict=True)),
+        {name: settled(each) for name, each in edges.items()},
+        end,
+        written["content"].tobytes(),
+        *map(int, written["counts"][-2:]),
+    )
 
 
 def settled(changes: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

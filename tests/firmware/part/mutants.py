@@ -7,7 +7,9 @@ nor the cases of boundaries nor sanitizers notice is printed, and must be in `eq
 from __future__ import annotations
 
 import argparse
+import json
 import os
+import random
 import re
 import resource
 import shutil
@@ -16,11 +18,15 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import cases, dialogues, library, witness
 
@@ -51,6 +57,11 @@ WORDS = {
 }  # fmt: skip
 
 
+SANITIZED = ("gcc", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+NOT_NOTICED = "not noticed"
+EXITS = ("", "dialogues", "cases", "crashes")  # by the status of the process that plays them
+
+
 class Mutant(NamedTuple):
     """A change of a file: the characters from `at` on become others."""
 
@@ -65,6 +76,11 @@ class Mutant(NamedTuple):
         """Where and what."""
         return f"{self.file}:{self.line}: {self.old or 'nothing'} -> {self.new or 'nothing'}"
 
+    @property
+    def key(self) -> str:
+        """What no other mutant has."""
+        return f"{self.file}:{self.at}:{self.old}:{self.new}"
+
 
 @dataclass
 class Talk:
@@ -72,10 +88,20 @@ class Talk:
 
     name: str
     module: witness.Module
-    events: list[library.Event]
+    given: NDArray[Any]  # to the core
     model: library.Outcome
     baud_at: dict[int, int]
     since: int
+    good: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # what the unbroken core writes down
+
+    def replayed(self, core: library.Library) -> dict[str, NDArray[Any]]:
+        """Return what a core writes down."""
+        return core.replayed(self.module.part, self.given, self.since, self.module.kept, self.module.looks)
+
+    def difference(self, written: Mapping[str, NDArray[Any]]) -> str:
+        """Return in what that differs from the model, in words; empty: nothing."""
+        outcome = library.outcome_of(written, int(self.given["at"][-1]))
+        return witness.difference(self.model, outcome, self.baud_at, self.module.rests)
 
 
 # ---------------------------------------------------------------------------------------------------------- the mutants
@@ -137,34 +163,49 @@ def talks(count: int) -> list[Talk]:
         dialogue.play()
         for number, (module_name, module) in enumerate(dialogue.modules.items()):
             since = dialogue.seed * 0x9E3779B97F4A7C15 % 2**64
-            found.append(
-                Talk(name, module, module.came(), module.went(), dialogue.baud_at[module_name], since + number)
-            )
-    return sorted(found, key=lambda talk: len(talk.events) + len(talk.model.times))  # most are noticed by short ones
+            given = library.as_array(module.came())
+            found.append(Talk(name, module, given, module.went(), dialogue.baud_at[module_name], since + number))
+    return sorted(found, key=lambda talk: len(talk.given) + len(talk.model.times))  # most are noticed by short ones
+
+
+def examine(path: Path, heard: Sequence[Talk]) -> None:
+    """Keep what the unbroken core writes down, which the model confirms.
+
+    Raises:
+        AssertionError: it does not.
+    """
+    core = library.Library(path)
+    for talk in heard:
+        written = {name: array.copy() for name, array in talk.replayed(core).items()}
+        wrong = talk.difference(written)
+        assert not wrong, f"{talk.name}: {wrong}"
+        talk.good = written
 
 
 def notices(path: Path, heard: Sequence[Talk]) -> str:
-    """Return which dialogue differs on a built core; empty: none."""
+    """Return the name of the first dialogue that differs on a built core; empty: none does."""
     core = library.Library(path)
     for talk in heard:
-        found = core.play(talk.module.part, talk.events, talk.since, talk.module.kept, talk.module.looks)
-        if wrong := witness.difference(talk.model, found, talk.baud_at, talk.module.rests):
-            return f"{talk.name}: {wrong}"
+        written = talk.replayed(core)
+        same = all(np.array_equal(written[name], array) for name, array in talk.good.items())
+        if not same and talk.difference(written):
+            return talk.name
     return ""
 
 
-def noticed(path: Path, heard: Sequence[Talk], most: int) -> bool:
-    """Does a dialogue differ, or the core crash, or compute for more than some seconds?  In a process of its own."""
+def noticed(path: Path, heard: Sequence[Talk], most: int) -> str:
+    """Return what notices a built core, in a process of its own, that may compute for so many seconds."""
     child = os.fork()
     if not child:
         try:
             resource.setrlimit(resource.RLIMIT_CPU, (most, most))
             os.close(2)
-            os._exit(1 if notices(path, heard) else 0)
+            name = notices(path, heard)
+            os._exit(EXITS.index("dialogues" if name.startswith("seed ") else "cases" if name else ""))
         finally:
-            os._exit(1)
+            os._exit(EXITS.index("crashes"))
     _, status = os.waitpid(child, 0)
-    return status != 0
+    return EXITS[os.WEXITSTATUS(status)] if os.WIFEXITED(status) else "crashes"
 
 
 class Workshop:
@@ -179,7 +220,7 @@ class Workshop:
             (folder / path.name).write_text(path.read_text("ascii"))
         self.units = sorted(path.name for path in library.CORE.glob("*.c"))
         self.number = 0
-        self.most = 0  # seconds of computing, after which a mutant is stuck
+        self.most = self.most_of_long = 0  # seconds of computing, after which a mutant is stuck
 
     def library(self) -> Path | None:
         """Return the library, under a new name; None: the compiler refuses it."""
@@ -207,21 +248,32 @@ class Workshop:
         yield
         (self.folder / mutant.file).write_text(text)
 
-    def is_noticed(self, heard: Sequence[Talk]) -> str:
-        """Return what notices the mutant among the files: "dialogues", "sanitizers", "compiler"; empty: nothing."""
+    def noticed_by(self, heard: Sequence[Talk]) -> str:
+        """Return what notices the mutant among the files: one of EXITS, or the compiler; empty: nothing."""
         made = self.library()
-        if made is None:
+        if made is None or not made.exists():
             return "compiler"
-        if not made.exists():
-            return "compiler"
-        by_dialogues = noticed(made, heard[:-LONGEST], self.most) or noticed(made, heard[-LONGEST:], 20 * self.most)
+        short, long = heard[:-LONGEST], heard[-LONGEST:]
+        by = noticed(made, short, self.most) or noticed(made, long, self.most_of_long)
         made.unlink()
-        return "dialogues" if by_dialogues else "sanitizers" * self.is_unclean()
+        return by
 
-    def is_unclean(self) -> bool:
+    def measure(self, whole: Path, heard: Sequence[Talk]) -> None:
+        """See how long the unbroken core takes: what takes much longer is stuck."""
+        for name, some, times in (("most", heard[:-LONGEST], 2), ("most_of_long", heard[-LONGEST:], 5)):
+            begun = time.process_time()
+            assert not notices(whole, some)
+            setattr(self, name, 1 + round(times * (time.process_time() - begun)))
+
+    def prepare(self) -> None:
+        """Compile the unbroken core for sanitizers: of a mutant, only its own file is compiled again."""
+        assert all(self.compiled(*SANITIZED, "-c", unit) for unit in (*self.units, str(library.HERE / "fuzz.c")))
+
+    def is_unclean(self, mutant: Mutant) -> bool:
         """Do random bytes under sanitizers end in an error?"""
-        flags = ("-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-        if not self.compiled("gcc", *flags, *self.units, str(library.HERE / "fuzz.c"), "-lm", "-o", "fuzz"):
+        again = self.units if mutant.file.endswith(".h") else [mutant.file]
+        others = [f"{unit[:-2]}.o" for unit in (*self.units, "fuzz.c") if unit not in again]
+        if not self.compiled(*SANITIZED, *again, *others, "-lm", "-o", "fuzz"):
             return True
         try:
             ran = subprocess.run([self.folder / "fuzz", "1", "600000"], capture_output=True, check=False, timeout=100)
@@ -250,35 +302,58 @@ class Equivalents:
         return False
 
 
+class Record:
+    """What has noticed which mutant so far, in a file: a run that was stopped goes on where it was."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.by: dict[str, str] = json.loads(path.read_text("utf-8")) if path and path.exists() else {}
+
+    def note(self, mutant: Mutant, by: str) -> None:
+        """Keep what has noticed a mutant."""
+        self.by[mutant.key] = by
+        if self.path:
+            self.path.write_text(json.dumps(self.by, indent=0) + "\n", "utf-8")
+
+
 def main() -> int:
     """Make the mutants; return 1 if some are not noticed, nor argued to be equivalent."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dialogues", type=int, default=60)
     parser.add_argument("--only", nargs="*", default=[""], help="mutants whose name has one of these texts")
+    parser.add_argument("--sample", type=int, help="so many of them, drawn by --seed")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--state", type=Path, help="where results are kept: those that are there are not sought again")
     given = parser.parse_args()
-    argued = Equivalents()
+    argued, record = Equivalents(), Record(given.state)
     heard = talks(given.dialogues)
-    counts = dict.fromkeys(("dialogues", "sanitizers", "compiler", "equivalent", "not noticed"), 0)
     with tempfile.TemporaryDirectory() as name:
         shop = Workshop(Path(name))
         whole = shop.library()
-        begun = time.process_time()
-        assert whole is not None and not notices(whole, heard[:-LONGEST]), whole and notices(whole, heard)
-        shop.most = 1 + round(1.5 * (time.process_time() - begun))
+        assert whole is not None
+        examine(whole, heard)
+        shop.measure(whole, heard)
+        shop.prepare()
         every = [mutant for file, text in shop.texts.items() for mutant in mutants_of(file, text)]
-        for mutant in [mutant for mutant in every if any(text in mutant.name for text in given.only)]:
-            with shop.broken(mutant):
-                by = shop.is_noticed(heard)
+        chosen = [mutant for mutant in every if any(text in mutant.name for text in given.only)]
+        if given.sample is not None:
+            chosen = random.Random(given.seed).sample(chosen, min(given.sample, len(chosen)))
+        print(f"{len(chosen)} of {len(every)} mutants, {len(heard)} modules in dialogues", flush=True)
+        for mutant in chosen:
             text = shop.texts[mutant.file]
-            if not by:
-                by = "equivalent" if argued.has(mutant, text) else "not noticed"
-            counts[by] += 1
-            if by == "not noticed":
+            if record.by.get(mutant.key, NOT_NOTICED) == NOT_NOTICED:
+                with shop.broken(mutant):
+                    by = shop.noticed_by(heard) or "equivalent" * argued.has(mutant, text)
+                    record.note(mutant, by or "sanitizers" * shop.is_unclean(mutant) or NOT_NOTICED)
+            elif record.by[mutant.key] == "equivalent":
+                argued.has(mutant, text)
+            if record.by[mutant.key] == NOT_NOTICED:
                 print(f"{mutant.name}    {text.splitlines()[mutant.line - 1].strip()}", flush=True)
-    print(counts)
-    if not any(given.only):
+    counts = Counter(record.by[mutant.key] for mutant in chosen)
+    print(dict(counts))
+    if len(chosen) == len(every):
         print("rows that nothing needs:", [argued.rows[number] for number in argued.unused])
-    return int(counts["not noticed"] > 0)
+    return int(counts[NOT_NOTICED] > 0)
 
 
 if __name__ == "__main__":

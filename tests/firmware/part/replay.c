@@ -19,6 +19,7 @@ struct out {
     int32_t *positions, *pins, *characters; /* a pin: number * 4 + level + 1 */
     int8_t *directions;
     int64_t most, steps, pin_count, character_count;
+    int64_t baud;  /* of the line at the end; 0: nothing listens */
     int64_t wrong; /* steps foreseen that do not come or the other way round; levels reported that are none */
 };
 
@@ -189,6 +190,7 @@ static void play(const struct event *event, enum gsc_part part)
     case ON:
         memset(shown, -1, sizeof shown);
         gsc_power_up(&module, part, (uint16_t)event->value, now);
+        out->wrong += gsc_baud(&module) != 0;
         is_on = 1;
         break;
     case OFF:
@@ -230,4 +232,5 @@ void replay(const struct event *events, int64_t count, int32_t part, uint64_t fr
     out->steps = out->pin_count = out->character_count = out->wrong = 0;
     for (int64_t i = 0; i < count; i++)
         play(&events[i], part ? GSC_C200S : GSC_C200);
+    out->baud = is_on ? gsc_baud(&module) : 0;
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 from unittest.mock import patch
 
@@ -12,7 +13,7 @@ import numpy as np
 import slewline
 from slewline.chips import line
 from slewline.core.memory.store import Memory
-from slewline.core.wires.net import Driver
+from slewline.core.wires.net import Driver, Net
 from slewline.core.wires.receiver import Character, Receiver
 from slewline.core.wires.serial import RS232, CharacterFormat, bit_clock
 from slewline.core.wires.wave import Wave
@@ -28,13 +29,19 @@ BAUDS = {0: 9600, 1: 4800, 2: 2400, 3: 1200, 4: 600, 5: 300, 6: 150, 7: 110}  # 
 CLOCK_PS = 1_700_000
 
 
-class Tapped(Receiver):
-    """A receiver whose characters are kept, each as it comes."""
+class Tapped:
+    """A receiver whose characters are kept, each as it comes; around it, as a compiled class has no subclasses."""
 
     modules: Mapping[str, Module] = {}
-    whole_lines = False
+
+    def __init__(self, net: Net, *line: Any) -> None:
+        self.net, self.inner = net, Receiver(net, *line)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.inner, name)
 
     async def receive(self, taken: Callable[[Character], object], *_: Any) -> None:
+        """Take characters one by one, whoever would take lines."""
         module = self.modules[self.net.name.partition(".")[0]]
 
         def note(character: Character) -> None:
@@ -42,7 +49,7 @@ class Tapped(Receiver):
             module.note(library.CHARACTER, character.byte | faults << 8, character.end_ps)
             taken(character)
 
-        await super().receive(note)
+        await self.inner.receive(note)
 
 
 class SlowMemory(Memory):
@@ -186,21 +193,32 @@ def tapped(modules: Mapping[str, Module]) -> Iterator[None]:
         yield
 
 
+@lru_cache(maxsize=4096)
+def character_of(byte: int, baud: int, spoiled: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the edges of a character that begins at 0 (ps), and the levels from there on; `spoiled`: inverted bits."""
+    clock = bit_clock(baud, "host")
+    bits = [RS232 if bit else 1 - RS232 for bit in (*WORD.levels(byte), 1)]
+    times = [clock.ps(16 * n) for n in range(len(bits))]
+    levels = [level ^ (spoiled >> n & 1) for n, level in enumerate(bits)]
+    if spoiled >> (len(bits) - 1) & 1:  # no first stop bit
+        times.append(length_of(1, baud) - clock.ps(16))
+        levels.append(RS232)
+    return tuple(times), tuple(levels)
+
+
 def characters_of(data: bytes, baud: int, start: int, damage: Mapping[int, int] | None = None) -> Wave:
     """Return characters on RXD; `damage`: bits that are inverted, by the number of the character; bit 0 its start."""
-    clock, times, levels = bit_clock(baud, "host"), [], []
+    times: list[int] = []
+    levels: tuple[int, ...] = ()
     for number, byte in enumerate(data):
-        bits = [RS232 if bit else 1 - RS232 for bit in (*WORD.levels(byte), 1)]
-        spoiled = (damage or {}).get(number, 0)
-        times += [start + clock.ps(16 * n) for n in range(len(bits))]
-        levels += [level ^ (spoiled >> n & 1) for n, level in enumerate(bits)]
-        start += clock.ps(WORD.ticks)
-        if spoiled >> (len(bits) - 1) & 1:  # no first stop bit
-            times.append(start - clock.ps(16))
-            levels.append(RS232)
-    return Wave(RS232, tuple(times), tuple(levels))
+        after, shown = character_of(byte, baud, (damage or {}).get(number, 0))
+        begin = start + length_of(number, baud)
+        times += [begin + ps for ps in after]
+        levels += shown
+    return Wave(RS232, tuple(times), levels)
 
 
+@lru_cache(maxsize=4096)
 def length_of(count: int, baud: int) -> int:
     """Return how long so many characters take, ps."""
     return count * bit_clock(baud, "host").ps(WORD.ticks)
@@ -216,6 +234,8 @@ def difference(model: Outcome, core: Outcome, baud_at: Mapping[int, int], rests:
     """
     if core.wrong:
         return f"{core.wrong} steps were foreseen wrongly, or levels reported twice"
+    if core.baud and core.baud != baud_at[max(baud_at)]:
+        return f"the line has {core.baud} baud in the core, {baud_at[max(baud_at)]} in the model"
     if model.kept != core.kept:
         return f"the EEPROM holds {model.kept!r} in the model, {core.kept!r} in the core"
     if len(model.times) != len(core.times):
@@ -273,14 +293,11 @@ def line_of(core: Outcome, baud_at: Mapping[int, int], rests: int) -> list[tuple
     """Return the edges of TXD."""
     talks, supply = core.edges["talk"], [at for at, level in core.edges["dir"] if level < 0]
     changes: list[tuple[int, int, int]] = [(at, 2, rests) for at, level in talks if level != 1]
+    rates = sorted(baud_at.items())
     for at, byte in core.characters:
-        baud = [rate for since, rate in sorted(baud_at.items()) if since <= at][-1]
-        wave = characters_of(bytes([byte]), baud, at)
-        off = next((cut for cut in supply if cut >= at), None)
-        changes += [
-            (time, 3, level)
-            for time, level in zip(wave.times, wave.levels, strict=True)
-            if time <= core.end and (off is None or time < off)
-        ]
+        baud = [rate for since, rate in rates if since <= at][-1]
+        last = min([core.end, *(cut - 1 for cut in supply if cut >= at)])
+        after, levels = character_of(byte, baud, 0)
+        changes += [(at + ps, 3, level) for ps, level in zip(after, levels, strict=True) if at + ps <= last]
     found = [(at, level) for at, _, level in sorted(changes)]
     return [edge for edge in library.settled([(-1, rests), *found])[1:]]

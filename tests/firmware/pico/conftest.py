@@ -23,3 +23,12 @@ def boards(pico):
     emulator = Emulator(pico)
     yield emulator
     emulator.close()
+
+
+@pytest.fixture(scope="module")
+def boards_of_a_gs_c200(tmp_path_factory):
+    """The same with the firmware of a GS-C200."""
+    needs.need()
+    emulator = Emulator(build(tmp_path_factory.mktemp("pico"), part="gs-c200"))
+    yield emulator
+    emulator.close()

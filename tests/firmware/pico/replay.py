@@ -180,9 +180,9 @@ def compare(module: Module, board: Pico) -> Shown:
     return Shown("", len(steps), answers, first, later, answer, pin_late, board.bit)
 
 
-def converse(emulator: Emulator, seed: int) -> list[Shown]:
+def converse(emulator: Emulator, seed: int, part: str = "gs-c200s") -> list[Shown]:
     """Play the dialogue of a seed on modules of the model, then on a board for each."""
     random.seed(seed)
-    dialogue = BoardDialogue(seed, "gs-c200s")
+    dialogue = BoardDialogue(seed, part)
     dialogue.play()
     return [compare(module, replay(emulator, module, n)) for n, module in enumerate(dialogue.modules.values())]

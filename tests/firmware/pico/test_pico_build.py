@@ -37,6 +37,13 @@ def test_the_same_file_comes_of_two_folders(pico, tmp_path: Path) -> None:
     assert str(tmp_path).encode() not in again.path.read_bytes()
 
 
+def test_each_part_has_a_file_that_says_which(pico, tmp_path: Path) -> None:
+    other = tool.build(tmp_path, part="gs-c200")
+    assert [made.path.name for made in (pico, other)] == ["slewline-gs-c200s.uf2", "slewline-gs-c200.uf2"]
+    assert tool.version("gs-c200").encode() in other.image.read_bytes()
+    assert abs(other.flash - pico.flash) < 64  # the same but for a number and a name
+
+
 def test_the_file_is_the_image_and_its_checksums_fit(pico) -> None:
     found, image = blocks(pico.path.read_bytes()), pico.image.read_bytes()
     assert [address for address, _ in found] == [0x10000000 + 256 * n for n in range(len(found))]

@@ -15,10 +15,10 @@ pytestmark = pytest.mark.system
 MOST = 0.01
 
 
-def wrong(boards: Emulator, seed: int) -> tuple[int, int, list[str]]:
+def wrong(boards: Emulator, seed: int, part: str = "gs-c200s") -> tuple[int, int, list[str]]:
     """Play a dialogue; return how many modules had a part in it, their steps, and what was wrong."""
     modules, steps, found = 0, 0, []
-    for number, shown in enumerate(converse(boards, seed)):
+    for number, shown in enumerate(converse(boards, seed, part)):
         modules += 1
         steps += shown.steps
         is_late = shown.answer > TOLERANCE_PS or shown.pin > PIN_PS + 10**12 * shown.bit // HZ // 16
@@ -32,6 +32,13 @@ def test_dialogues(boards: Emulator) -> None:
     assert not [found for _, _, each in played for found in each]
     assert sum(modules for modules, _, _ in played) >= 24
     assert sum(steps for _, steps, _ in played) > 5000
+
+
+def test_dialogues_of_a_gs_c200(boards_of_a_gs_c200: Emulator) -> None:
+    played = [wrong(boards_of_a_gs_c200, seed, "gs-c200") for seed in range(12)]
+    assert not [found for _, _, each in played for found in each]
+    assert sum(modules for modules, _, _ in played) >= 12
+    assert sum(steps for _, steps, _ in played) > 2000
 
 
 @pytest.mark.long

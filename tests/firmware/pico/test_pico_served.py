@@ -157,3 +157,10 @@ def test_compare_plays_a_dialogue_to_the_board_and_finds_no_difference(served: S
     # model's in virtual time (test_pico_dialogues).
     compared = slewline("compare", dialogue, "--port", served.port, "--move", "--replace", "--tolerance", "30 s")
     assert compared.returncode == 0, compared.stdout + compared.stderr
+
+
+def test_the_board_passes_its_check(served: Served) -> None:
+    words = ("--baud", "9600", "--no-checksum", "--replace", "--move", "--tolerance", "30 s")
+    checked = slewline("firmware", "gs-c200s", "--check", served.port, *words)
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+    assert checked.stdout.startswith("gs-c200s: 48 exchanges, 0 differences;")

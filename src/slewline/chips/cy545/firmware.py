@@ -189,10 +189,16 @@ class Cy545(Chip):
         """The address of the command in progress, or of the next one while one of the host is performed."""
         return self._stored.counter
 
+    def _does(self) -> tuple[str, int]:
+        """Return what the chip is doing or waiting for, and since when (ps)."""
+        self._port.catch_up()
+        return super()._does()
+
     @property
     def unfinished(self) -> str:
         """The line that has come so far."""
-        return self._interpreter.decoder.unfinished
+        coming = self._port.catch_up() if self.state.ascii else ""
+        return self._interpreter.decoder.unfinished + coming
 
     @property
     def _lacking(self) -> str:

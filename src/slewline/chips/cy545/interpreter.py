@@ -55,6 +55,8 @@ class Interpreter:
         self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
         }
+        arbiter.port.reader = self
+        arbiter.port.held = arbiter.serial.arrived, arbiter.port.bits.pins[6], *(net for net, _ in jog.watched)
 
     async def run(self) -> None:
         """Commands as they come, a program when one is started."""
@@ -77,8 +79,23 @@ class Interpreter:
             return None
         found = self.feed(byte)
         while found is None and not self.decoder.at_letter:
-            found = self.feed(await self.arbiter.byte())
+            byte = await self.arbiter.byte()
+            if self.arbiter.port.come:
+                self.decoder.keep(bytes([byte]) + self.arbiter.port.kept(), self.registers.ascii)
+            else:
+                found = self.feed(byte)
         return found
+
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+        return self.decoder.at_letter
+
+    def kept(self, data: bytes, at: int) -> int:
+        """Return how many bytes, from a place on, only become part of a command; -1: none is taken as a value."""
+        if self.program.entering or self.program.running:
+            return -1
+        return self.decoder.kept(data, at, self.registers.ascii)
 
     def feed(self, byte: int) -> CommandText | None:
         """Give a byte to the decoder, and report what was wrong with the command."""

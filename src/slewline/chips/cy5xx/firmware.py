@@ -171,9 +171,15 @@ class Cy5xx(Chip):
 
         return listing(self.program, self.sheet)
 
+    def _does(self) -> tuple[str, int]:
+        """Return what the chip is doing or waiting for, and since when (ps)."""
+        self._port.catch_up()
+        return super()._does()
+
     @property
     def unfinished(self) -> str:
         """The line that has come so far."""
+        self._port.catch_up()
         return self._interpreter.decoder.unfinished
 
     def _group_bytes(self, group: int, ascii: bool) -> bytes:

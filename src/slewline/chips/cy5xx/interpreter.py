@@ -39,6 +39,7 @@ class Interpreter:
             row.code: getattr(instructions, row.handler) for row in stored
         }
         port.select.watch(self._selected)
+        port.reader = self
 
     def _selected(self, _net: Net) -> None:
         if self.chip.task is not None and self.chip.pins["ready"].net.is_inactive and not self.program.motion.moving:
@@ -80,9 +81,20 @@ class Interpreter:
 
     def next_byte(self) -> Awaitable[int]:
         """Await the next byte of the host."""
-        live, letter = self.program.live, self.decoder.at_letter
-        awaited = "the rest of a command" if not letter else "a live command" if live else "a command"
-        return self.port.next_byte(awaited, letter, self.program.pc is None, live)
+        return self.port.next_byte(self.program.pc is None, self.program.live)
+
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+        return self.decoder.at_letter
+
+    def kept(self, data: bytes, at: int, ascii: bool) -> int:
+        """Return how many bytes, from a place on, only become part of a command."""
+        return self.decoder.kept(data, at, ascii)
+
+    def keep(self, data: bytes) -> None:
+        """Take such bytes."""
+        self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:
         """Perform a command given by the host, and end its handshake."""

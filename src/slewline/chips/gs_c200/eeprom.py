@@ -94,6 +94,8 @@ class ProgramEeprom:
             torn = program[:done] + before.removeprefix(INVALID)[done:]
             if torn != before:
                 self.store.write(INVALID + torn)
+            elif done > len(program):  # all of it is there; only its end has not been noticed
+                self.spoiled = ""
         except OSError as error:
             self.spoiled = str(error)
 

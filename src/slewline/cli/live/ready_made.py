@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import json
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
 
 import click
 
@@ -24,15 +28,19 @@ class Firmware(NamedTuple):
 
 
 FIRMWARE = {
-    "gs-c200s": Firmware(
-        "pico",
-        "slewline-gs-c200s.uf2",
-        "a Raspberry Pi Pico that takes the place of a GS-C200S",
-        (
-            "Hold BOOTSEL while you connect the Pico to a USB port: it appears as a drive, RPI-RP2.",
-            "Copy the file to that drive.  The Pico restarts; a program that M has stored remains.",
-        ),
-    ),
+    **{
+        part: Firmware(
+            "pico",
+            f"slewline-{part}.uf2",
+            f"a Raspberry Pi Pico that takes the place of a {part.upper()}",
+            (
+                "Hold BOOTSEL while you connect the Pico to a USB port: it appears as a drive, RPI-RP2.",
+                "Copy the file to that drive.  The Pico restarts; a program that M has stored remains.",
+                f"Then compare it with the model:  slewline firmware {part} --check PORT",
+            ),
+        )
+        for part in ("gs-c200s", "gs-c200")
+    },
     "uno": Firmware(
         "uno",
         "slewline-uno.hex",
@@ -42,13 +50,39 @@ FIRMWARE = {
 }
 
 
+def beside_the_wheel() -> list[Path]:
+    """Return the folder of the wheel that was installed, if it was a file, and firmware in it."""
+    try:
+        said = distribution("slewline").read_text("direct_url.json")
+    except PackageNotFoundError:
+        return []
+    url = urlsplit(json.loads(said or "{}").get("url", ""))
+    if url.scheme != "file" or not url.path.endswith(".whl"):
+        return []
+    folder = Path(url2pathname(url.path)).parent
+    return [folder / "firmware", folder]
+
+
 def places() -> list[Path]:
-    """Return the folders where firmware may be: the package, the checkout that it is in, the current directory."""
-    checkout = HERE.parents[1] / "build" / "firmware"
-    return [HERE / "firmware", checkout, Path()]
+    """Return the folders where firmware may be: of the wheel, of the checkout that the package is in, and this one."""
+    return [*beside_the_wheel(), HERE.parents[1] / "build" / "firmware", Path("firmware"), Path()]
 
 
-def firmware(name: str | None, board: str | None, output: str | None, source: str | None) -> int:
+def firmware_of(name: str, board: str | None = None) -> Firmware:
+    """Return the firmware of a name.
+
+    Raises:
+        UsageError: there is none, or it is for another board than this one.
+    """
+    if name not in FIRMWARE:
+        raise UsageError(f"firmware {name!r}: known are {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")
+    about = FIRMWARE[name]
+    if board not in (None, about.board):
+        raise UsageError(f"--board {board}: the firmware {name} is for the board {about.board} alone")
+    return about
+
+
+def write_firmware(name: str | None, board: str | None, output: str | None, source: str | None) -> int:
     """Write the firmware of a name, or list all; returns the exit status.
 
     Raises:
@@ -58,17 +92,13 @@ def firmware(name: str | None, board: str | None, output: str | None, source: st
         for each, about in FIRMWARE.items():
             click.echo(f"{each:<10} --board {about.board:<6} {about.file:<24} {about.says}")
         return 0
-    if name not in FIRMWARE:
-        raise UsageError(f"firmware {name!r}: known are {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")
-    about = FIRMWARE[name]
-    if board not in (None, about.board):
-        raise UsageError(f"--board {board}: the firmware {name} is for the board {about.board} alone")
+    about = firmware_of(name, board)
     searched = [Path(source)] if source else places()
     found = next((place / about.file for place in searched if (place / about.file).is_file()), None)
     if found is None:
         raise UsageError(
-            f"{about.file} is not here.  In a checkout make boards builds it; name the folder of a file that was built "
-            "elsewhere with --from"
+            f"{about.file} is not here.  A release has it beside the wheel, and in a checkout make boards builds "
+            "it; name the folder where you have it with --from"
         )
     data, target = found.read_bytes(), Path(output or about.file)
     if target.suffix != found.suffix:

@@ -8,7 +8,7 @@ import click
 
 from ..options.command_kinds import HintingCommand
 from ..options.shared import CRYSTAL, EXIT, path
-from ..options.values import FILE, TimeWithUnit, UnitsPerStep, WholeNumber
+from ..options.values import DIRECTORY, FILE, TimeWithUnit, UnitsPerStep, WholeNumber
 from .module_options import PORT, chip_option, module_options, setting_options
 
 
@@ -108,3 +108,30 @@ def epics_command(**options: Any) -> int:
     from .epics import EpicsCommand
 
     return EpicsCommand(**options).perform()
+
+
+@click.command("firmware", cls=HintingCommand, short_help="Write the firmware of a board, or check it.", epilog=EXIT)
+@click.argument("name", required=False)
+@click.option("--board", metavar="BOARD", help="The board it is for: pico, uno.")
+@path("--output", "-o", help="Where to write it; by default under its own name in the current directory.")
+@click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder of a file that was built elsewhere.")
+@click.option("--check", "port", metavar="PORT", help="Write nothing; ask the board at this serial port.")
+@setting_options
+@click.option("--replace", is_flag=True, help="With --check: enter a program, too; what M has stored remains.")
+@click.option("--move", is_flag=True, help="With --check and --replace: make 120 steps, too; and send faulty lines.")
+@path("--dialogue", help="With --check: write the dialogue into this new file.")
+@click.option("--tolerance", type=TimeWithUnit(), help="With --check: as of slewline compare.")
+def firmware_command(**options: Any) -> int:
+    """Write the firmware of a board to a file, and say how it gets onto the board; without NAME, list what there is.
+
+    gs-c200s and gs-c200 make a Raspberry Pi Pico take the place of a module; uno makes an Arduino Uno step for slewline
+    drive.  A file is looked for beside the wheel that was installed, in the build of a checkout, and in the current
+    directory.
+
+    With --check fixed lines are sent to the board, and its answers are compared with those of the model, as slewline
+    compare does.  Switch the board on before, its user inputs open.  PORT is what pySerial takes; rate and
+    checksums are looked for.  Exit status 1 if an answer or a delay differs.
+    """
+    from .check_board import firmware
+
+    return firmware(**options)

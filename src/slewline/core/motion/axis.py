@@ -232,7 +232,9 @@ class Axis:
         """
         counts = sign if counted else 0
         self.past.append(Segment(self.kernel.now, self.travel, self.counted, sign, counts, playing, plan, step))
-        if len(self.past) > self.kept.full:
+        if len(self.past) > self.kept.full and self.kept.everything:
+            self.kept.warn()
+        elif len(self.past) > self.kept.full:
             self.forget(self.kept.bound(self.past, self.kernel.now))
             self.kept.dropped(len(self.past))
         if self.on_change.listeners:

@@ -6,13 +6,16 @@ What is older is dropped when the list has doubled since the last time; it canno
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
-from ...errors import NotRecorded
+from ...errors import LongPast, NotRecorded
+from ..messages.calls import level_of_caller
 from ..time.timebase import readable
 
 FEWEST = 1024  # stretches; less than that is not worth dropping
+MANY = 100_000  # stretches, two a move: with all that belongs to them 50 to 200 MB
 
 
 class Kept:
@@ -24,7 +27,22 @@ class Kept:
         self.name = ""  # of the axis or part, as an error says it
         self.ps: int | None = None
         self.stretches: int | None = None
+        self.full = MANY
+
+    @property
+    def everything(self) -> bool:
+        """Has nobody set a limit?"""
+        return self.ps is None and self.stretches is None
+
+    def warn(self) -> None:
+        """Say, once, that all is kept, and how to keep less."""
         self.full = sys.maxsize
+        warnings.warn(
+            f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and so will be all that follow: "
+            "slewline.Bench(keep='10 s') keeps the last ten seconds",
+            LongPast,
+            stacklevel=level_of_caller(),
+        )
 
     def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
         """Keep the last `ps`, and no more than so many stretches, from now on; None: as before."""

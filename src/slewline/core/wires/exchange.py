@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 from ..time.events import When
 from .net import Driver, Net
@@ -245,7 +245,10 @@ class Exchange:
             net.watch(observer)
 
 
-class Leader:
+E = TypeVar("E", bound=Exchange)
+
+
+class Leader(Generic[E]):
     """The end that leads: it looks for the other ends on a wire, and for what may go over to them as a value.
 
     Args:
@@ -255,13 +258,13 @@ class Leader:
     def __init__(self, net: Net) -> None:
         self.net = net
         self.ends: tuple[Any, ...] = ()
-        self.exchange: Exchange | None = None
+        self.exchange: E | None = None
 
-    def made(self, ends: tuple[Any, ...]) -> Exchange | None:
+    def made(self, ends: tuple[Any, ...]) -> E | None:
         """Return what is possible with the ends that are on the wire now; None: nothing."""
         raise NotImplementedError
 
-    def possible(self) -> Exchange | None:
+    def possible(self) -> E | None:
         """Return what is possible now; None: nothing."""
         exchange = self.exchange
         if exchange is None or not exchange.by_value:  # else nothing has been wired meanwhile

@@ -349,7 +349,7 @@ class Net:
         if len(self.drivers) == 1 and not self.joined:  # most nets, and each commit of a promise comes by here
             driver = self.drivers[0]
             self.active, self.promise, self.contention = [driver], driver.promise, False
-            plain = driver.promise is None and self._log is None and not self.before_change
+            plain = driver.promise is None and self._log is None and not self.before_change and self.exchange is None
             self.plain = driver if plain else None
             return
         active, promise = [], None
@@ -366,7 +366,7 @@ class Net:
                 net.active, net.promise, net.plain, net.contention = self.active, self.promise, None, self.contention
             return
         single = len(self.active) == 1 and self.promise is None and self._log is None and not self.before_change
-        self.plain = self.active[0] if single else None
+        self.plain = self.active[0] if single and self.exchange is None else None
 
     @property
     def level(self) -> Level:
@@ -465,7 +465,7 @@ class Net:
                 new = self.tie if self.tie is not None else self.pull
         else:
             new = self.resolve(ps)
-        if self._log is not None:
+        if self._log is not None and self.exchange is None:  # which keeps its own log
             self._keep(self._log, ps, new)
         alone = len(active) == 1 and self._log is None and not self.joined
         if alone and not self.before_change and type(promise) is Wave and ps >= promise.times[-1]:

@@ -30,6 +30,9 @@ from .written_values import hint, number
 L_co = TypeVar("L_co", covariant=True)  # Label, or Never where a dialect has none
 
 
+LINES_KNOWN = 1000
+
+
 def text_of(data: bytes | bytearray) -> str:
     """Return bytes as characters."""
     return data.decode("latin-1")
@@ -52,6 +55,7 @@ class Decoder(Generic[L_co]):
         self._in_ascii = {ord(row.form): row for row in sheet.rows(TextRow)}
         self._in_binary = {dialect.byte(row): row for row in sheet.rows(TextRow)}
         self._label_mark = ord(dialect.mark) if dialect.mark else -1
+        self._lines: dict[tuple[str, bytes], CommandText] = {}  # what they say; none that need a note
         self._line_feeds = not dialect.line_ends  # need not be reported, or one within a line has been
         self.reset()
 
@@ -100,6 +104,41 @@ class Decoder(Generic[L_co]):
         if found is not None and entering:
             self._entry_empty = False
         return found
+
+    def kept(self, data: bytes, at: int, ascii: bool) -> int:
+        """Return how many bytes, from a place on, `feed` only keeps: none ends a command, nothing is wrong with any."""
+        begin, state, left = at, self._state, len(data) - at
+        if self.at_letter:
+            row = (self._in_ascii if ascii else self._in_binary).get(data[at])
+            if row is None or not row.terminated or (ascii and row.form == self.dialect.quote):
+                return 0
+            if not ascii:
+                return min(left, 1 + data[at + 1]) if left > 1 and data[at + 1] else 1
+            begin, room = at + 1, self.dialect.argument_limit
+        elif state == self._data:
+            return min(left, self._left - 1)
+        elif state == self._count:
+            return min(left, data[at])
+        elif state == self._in_line:
+            room = self.dialect.argument_limit - len(self._line)
+        else:
+            return 0
+        end = min(at + left, begin + room)
+        for sign in (CR, self._label_mark, -1 if self._line_feeds else LF):
+            if sign >= 0 and (found := data.find(sign, begin, end)) >= 0:
+                end = found
+        return end - at
+
+    def keep(self, data: bytes, ascii: bool, entering: bool = False) -> None:
+        """Take bytes of which `kept` says that they are only kept."""
+        if self.at_letter:
+            self.feed(data[0], ascii, entering)
+            data = data[1:]
+        if self._state == self._in_line:
+            self._line += data
+        else:
+            for byte in data:
+                self.feed(byte, ascii, entering)
 
     # ------------------------------------------------------------------------------------------------- the letter
     def _letter(self, byte: int, ascii: bool) -> CommandText | L_co | None:
@@ -171,7 +210,16 @@ class Decoder(Generic[L_co]):
     def _in_line(self, byte: int) -> CommandText | L_co | None:
         if byte == CR:
             self.at_letter = True
-            return self._line_end(cast("TextRow", self._row), text_of(self._line))
+            line = self._head, bytes(self._line)
+            found = self._lines.get(line)
+            if found is None:
+                number = len(self.notes)
+                found = self._line_end(cast("TextRow", self._row), text_of(self._line))
+                if found is not None and len(self.notes) == number:
+                    if len(self._lines) == LINES_KNOWN:
+                        self._lines.clear()
+                    self._lines[line] = found
+            return found
         if byte == self._label_mark:
             return self._mark()
         self._line_feed(byte)

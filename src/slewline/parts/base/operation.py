@@ -130,7 +130,7 @@ class HostLines(NamedTuple):
     bus: Driver
 
 
-class Operation(Leader):
+class Operation(Leader[Exchange]):
     """The operation in progress, or the last one, of a host on one chipset.
 
     Args:

@@ -52,7 +52,7 @@ class BusHost(Host):
     @property
     def sent(self) -> int:
         """The number of bytes sent so far."""
-        return sum(port.sent for port in self.ports.values())
+        return sum(port.all_sent for port in self.ports.values())
 
     def send(self, data: str | bytes) -> None:
         """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.

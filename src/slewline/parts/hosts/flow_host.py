@@ -49,7 +49,7 @@ class FlowHost(Host):
     @property
     def sent(self) -> int:
         """The number of bytes sent so far, empty handshakes not counted."""
-        return self.port.sent
+        return self.port.all_sent
 
     @property
     def idle(self) -> bool:
@@ -127,6 +127,7 @@ class FlowHost(Host):
         try:
             return self.queue.result(self.query(self.chip.name, command), timeout)
         except Timeout as error:
+            self.port.catch_up()
             if not (why := self.port.control.why_silent()):
                 raise
             raise Timeout(f"{error}\n  {why}") from None

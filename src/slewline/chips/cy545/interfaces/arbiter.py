@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from ....core.context import ChipContext
 from ....core.wires.net import Net
-from ....core.wires.waits import edge, first_of
-from .parallel_side import EMPTY, ParallelPort
+from ....core.wires.waits import edge
+from .parallel_side import EMPTY, LETTER, REST, ParallelPort
 from .serial_side import SerialSide
 
 
@@ -100,9 +100,9 @@ class InputArbiter:
 
     async def _begins(self, others: tuple[tuple[Net, int | None], ...]) -> bool:
         """Wait, idle, until a side begins a command, or one of the others ends the wait; return whether a side has."""
-        self.chip.waits("waiting for a command letter")
+        self.chip.waits(f"waiting for {LETTER}")
         self.chip.idle = True
-        await first_of(self.chip.kernel, None, self.port.request.when_active, (self.serial.arrived, None), *others)
+        await self.port.requested((self.serial.arrived, None), *others)
         self.chip.idle = False
         return self.pending
 
@@ -122,12 +122,14 @@ class InputArbiter:
         """Return the next byte of the side that has the chip."""
         chip, port, serial = self.chip, self.port, self.serial
         if self.held is port:
-            await port.done()
+            if not port.come:
+                await port.done()
             while True:
-                chip.waits("waiting for the rest of a command on the bus")
-                chip.idle = not self.program
-                await port.until_request(True)
-                chip.idle = False
+                if not port.come and port.halfway is None:
+                    chip.waits(f"waiting for {REST}")
+                    chip.idle = not self.program
+                    await port.requested()
+                    chip.idle = False
                 byte = await port.byte()
                 if byte >= 0:
                     return byte

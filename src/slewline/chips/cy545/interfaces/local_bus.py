@@ -195,7 +195,7 @@ class BusEnd(End, Protocol):
         """Return the byte at the address; None: nothing is there."""
 
 
-class MemoryRead(Leader):
+class MemoryRead(Leader[Exchange]):
     """Reads of the memory as values: what all lines of the bus show of the last one, or of the one in progress."""
 
     def __init__(self, bus: LocalBus) -> None:

@@ -15,18 +15,35 @@ it open in the first handshake of a command that may meet a running program, whi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Protocol
 
 from ....core.datasheet.channel import FlowBus
-from ....core.wires.waits import level, next_round
+from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, Stage, suspended
+from ....core.wires.waits import first_of, level, next_round, until
 
 if TYPE_CHECKING:
     from ....core.context import ChipContext
+    from ....core.time.kernel import Task
+    from ....core.wires.net import Net
     from .user_bits import UserBits
 
 CR = 0x0D
+LETTER, REST = "a command letter", "the rest of a command on the bus"
+RISE = "waiting for io_request=1 (then BUSY rises)"
 EMPTY = 0xFF  # what a bus that nothing drives reads as, by its pull-ups
+
+
+class Reader(Protocol):
+    """What makes commands of the bytes that come."""
+
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+
+    def kept(self, data: bytes, at: int) -> int:
+        """Return how many bytes, from a place on, only become part of a command; -1: none is taken as a value."""
 
 
 class ParallelPort:
@@ -39,10 +56,27 @@ class ParallelPort:
         self.bus, self.bus_driver, self.busy = chip.bus, chip.bus_driver, chip.drivers["busy"]
         self.request = chip.pins["io_request"].net
         self.request.latched = True  # `changes` and `changed_at` are what the chip goes by
+        # What comes as a value (handshake.py): by which exchange, its bytes; those that have come and are not taken.
+        delay = ticks["busy_delay"]
+        self.byte_times = ByteTimes(delay, delay, delay, delay + ticks["busy_end"])
+        self.ready, self.instrobe = self.busy, None
+        self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
+        self.awaited: tuple[tuple[Net, int | None], ...] = ()
+        self.held: tuple[Net, ...] = ()
+        self.reader: Reader
+        self.exchange: Handshakes | None = None
+        self.request.ends = (self,)
         self.reset()
 
     def reset(self) -> None:
         """No byte is in progress; BUSY and FPL are high."""
+        if self.exchange is not None:
+            self.exchange.withdraw()
+        self.coming: HandshakenBytes | None = None
+        self.come: deque[int] = deque()
+        self.halfway: tuple[int, int, int] | None = None  # a byte that has been requested: tick, byte, changes
+        self.rose: int | None = None  # when IO_REQUEST rose for a byte at whose end the chip is already (ps)
+        self.stage, self.awaiting, self.first, self.token = Stage.AWAITED, False, False, 0
         self.open = False  # BUSY is low for a byte of the host
         self.host_is_next = False  # the chip waits for IO_REQUEST, in the middle of a command or of a message
         self.served = -1  # changes of IO_REQUEST when that byte was asked for
@@ -57,6 +91,10 @@ class ParallelPort:
     @property
     def asked(self) -> bool:
         """Does the host ask for a handshake that has not begun?"""
+        if self.come or self.halfway:
+            return True
+        if self.exchange is not None:  # what comes, comes as a value
+            return False
         return self.request.is_active and not (self.open and self.request.changes == self.served)
 
     # --------------------------------------------------------------------------------------------------------- bytes in
@@ -67,8 +105,13 @@ class ParallelPort:
             running: a program runs, so this is to be the empty handshake.
         """
         chip, request = self.chip, self.request
+        if self.come:
+            return self._take()
         fell, seen = request.changes, self.bus.byte
-        chip.sync_forward()
+        if self.halfway is None:
+            chip.sync_forward()
+        else:
+            (chip.tick, seen, fell), self.halfway = self.halfway, None
         await chip.ticks(self.ticks["busy_delay"])
         if request.changes != fell:
             chip.finding("short-request", "IO_REQUEST rose before BUSY fell: the byte is lost")
@@ -96,15 +139,121 @@ class ParallelPort:
         if not self.open:
             return
         if request.changes == self.served:
-            chip.waits("waiting for io_request=1 (then BUSY rises)")
+            chip.waits(RISE)
             await self.until_request(False)
-        rose = request.changed_at if request.changes == self.served + 1 else self.kernel.now
+        rose, self.rose = self.rose, None
+        if rose is None:
+            rose = request.changed_at if request.changes == self.served + 1 else self.kernel.now
         chip.sync_forward()
-        await chip.at_tick(self.clock.ticks_from(rose) + self.ticks["busy_end"])
+        if (end := self.clock.ticks_from(rose) + self.ticks["busy_end"]) >= chip.tick:
+            chip.tick = end
+            await until(self.kernel, self.clock.ps(end))
+        self.open = False
+        if self.exchange is not None:
+            self.exchange.opens()
+            return
         if request.is_active:
             chip.finding("early-request", "IO_REQUEST was lowered while BUSY was low: it is served now")
-        self.open = False
         self.busy.deactivate()
+
+    # --------------------------------------------------------------------------------- bytes as a value (handshake.py)
+    @property
+    def task(self) -> Task:
+        """The firmware's."""
+        return self.chip.task  # type: ignore[return-value]  # it is asked for while that waits
+
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+        return self.reader.at_letter
+
+    async def requested(self, *others: tuple[Net, int | None]) -> None:
+        """Wait, between two bytes, until the host has lowered IO_REQUEST, or one of the others changes.
+
+        Bytes may come as a value meanwhile.
+        """
+        request = self.request
+        self.awaited, self.first = (request.when_active, *others), bool(others)
+        self.host_is_next = not others and not request.is_active
+        self.awaiting, self.token = True, self.task.token
+        try:
+            await (suspended() if self.exchange is not None else first_of(self.kernel, None, *self.awaited))
+        finally:
+            self.awaiting = self.host_is_next = False
+        if (coming := self.coming) is not None:  # it has not been withdrawn
+            self.reached(len(coming.data) - 1, Stage.TAKEN)
+            self.counted(False)
+            self.exchange.taken()  # type: ignore[union-attr]
+
+    def takes(self, data: bytes, at: int) -> int:
+        """Return how many bytes, from a place on, it takes as a value, all but the last one only to keep them."""
+        if not self.awaiting or self.token != self.task.token:  # it has been woken, and is about to go on
+            return 0
+        if self.first is not self.at_letter or self.bits.shared == "CTS":
+            return 0
+        return min(self.reader.kept(data, at) + 1, len(data) - at)
+
+    def begins(self, coming: HandshakenBytes) -> None:
+        """Bytes begin to come."""
+        self.coming, self.was_idle = coming, self.chip.idle
+        self.chip.idle = self.host_is_next = False
+
+    def reached(self, number: int, stage: Stage) -> int | None:
+        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
+        chip, coming, self.stage = self.chip, self.coming, stage
+        self.coming, self.awaiting = None, stage is Stage.AWAITED and number == 0
+        if coming is None:
+            return None
+        taken = stage in (Stage.READ, Stage.TAKEN)
+        self.come.extend(coming.data[: number + taken])
+        self._says(coming, number, taken)
+        tick = coming.tick + number * self.byte_times.kept
+        if stage is Stage.AWAITED:
+            if self.awaiting:
+                chip.idle, self.host_is_next = self.was_idle, not self.first
+                return None
+            chip.tick = tick
+        elif taken:
+            chip.tick = tick + self.byte_times.busy
+            busy = coming.instant(number, self.byte_times.busy)
+            self.rose = busy if stage is Stage.READ and busy <= self.kernel.seen else None
+        else:
+            self.halfway = tick, coming.data[number], self.request.changes
+        return self.kernel.now
+
+    def counted(self, low: bool) -> None:
+        """IO_REQUEST is low, or high again, for the last byte that was taken."""
+        self.served = self.request.changes - (not low)
+
+    def _take(self) -> int:
+        """Take the next of the bytes that have come as a value."""
+        byte = self.come.popleft()
+        if not self.come:
+            self.open = self.stage in (Stage.READ, Stage.TAKEN)
+        return byte
+
+    def kept(self) -> bytes:
+        """Take those of the bytes that have come as a value that only become part of a command."""
+        kept = bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
+        return kept
+
+    def catch_up(self) -> str:
+        """Take notice of what has come by now, and return it as text: somebody asks."""
+        coming, seen, before = self.coming, self.kernel.seen, bytes(self.come).removeprefix(b"\xff").decode("latin-1")
+        if coming is None or coming.start > seen:
+            return before
+        number = coming.at(seen)
+        taken = coming.passed(seen, self.byte_times.busy)
+        self._says(coming, number, taken > number)
+        return coming.data[:taken].removeprefix(b"\xff").decode("latin-1")
+
+    def _says(self, coming: HandshakenBytes, number: int, taken: bool) -> None:
+        """Note what the chip does with a byte."""
+        if taken:
+            self.chip.waits(RISE, coming.instant(number, self.byte_times.busy))
+        elif number:
+            what = LETTER if coming.data[:number] == b"\xff" else REST
+            self.chip.waits(f"waiting for {what}", coming.requested(number))
 
     # -------------------------------------------------------------------------------------------------------- bytes out
     async def send(self, message: bytes, each: bool) -> None:

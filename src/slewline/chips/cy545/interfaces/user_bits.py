@@ -42,7 +42,8 @@ class UserBits:
     def clear_to_send(self, level: int) -> None:
         """Set CTS, low while the host of the serial side may send."""
         self.cts = level
-        self.show()
+        if self.shared == "CTS":
+            self.show()
 
     def hp_sel(self, level: int) -> None:
         """Set HP_SEL, low while the display is selected."""

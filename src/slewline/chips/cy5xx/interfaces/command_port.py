@@ -12,13 +12,32 @@ The bus is read at the rising edge of INSTROBE.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Protocol
 
 from ....core.context import ChipContext
+from ....core.time.kernel import Task
+from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, Stage, suspended
 from ....core.wires.net import Net, Wave
 from ....core.wires.waits import first_of, level, until
 from .family_lines import line_in, line_out
 from .readout import ReadOut
+
+COMMANDS = "a command", "a live command"
+
+
+class Reader(Protocol):
+    """What makes commands of the bytes that come."""
+
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+
+    def kept(self, data: bytes, at: int, ascii: bool) -> int:
+        """Return how many bytes, from a place on, only become part of a command."""
+
+    def keep(self, data: bytes) -> None:
+        """Take such bytes."""
 
 
 class BusPort:
@@ -38,10 +57,23 @@ class BusPort:
         self.ascii = True  # pin 36, as it was with the command letter
         self.requested = self.busy_from = self.busy_ps = 0  # of the byte in progress: its request, READY low
         self.unanswered = -1  # changes of I/O REQUEST, when it fell in a running program
+        # What comes as a value (handshake.py): by which exchange, its bytes, how many of them are with the reader.
+        self.byte_times = ByteTimes(self.strobe, self.sample, self.sample + self.busy, ticks["letter"])
+        self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
+        self.awaited, self.held = (self.request.when_active,), (self.select, self.mode)
+        self.reader: Reader
+        self.exchange: Handshakes | None = None
+        self.coming: HandshakenBytes | None = None
+        self.read = self.byte = self.token = 0
+        self.stage, self.awaiting, self.idle = Stage.AWAITED, False, False
+        self.request.ends = (self,)
         self.begin()
 
     def begin(self) -> None:
         """Reset: no byte has come."""
+        if self.exchange is not None:
+            self.exchange.withdraw()
+        self.coming = None
         self.others: tuple[tuple[Net, int], ...] = ()  # inputs that end the wait for a command, each with its level
         self.accepted = self.ended_wait = -1  # changes of I/O REQUEST: with the last byte, when it ended U or W
 
@@ -72,15 +104,16 @@ class BusPort:
             chip.waits("waiting for io_request=1 (then READY rises)")
             await level(*request.when_inactive)
             chip.sync()
-        self.ready.put(self.ready.active_level)
+        if self.exchange is not None:
+            self.exchange.opens()
+        else:
+            self.ready.put(self.ready.active_level)
 
     # ------------------------------------------------------------------------------------------------------------ bytes
-    async def next_byte(self, awaited: str, letter: bool, idle: bool, live: bool) -> int:
+    async def next_byte(self, idle: bool, live: bool) -> int:
         """Take the next byte from the bus; verify bytes are handed out meanwhile.
 
         Args:
-            awaited: what is to come, for `waiting`.
-            letter: it is a command letter, with which the mode pin counts.
             idle: the chip has nothing to do until it comes.
             live: it is awaited by a running program, between two instructions.
 
@@ -88,35 +121,50 @@ class BusPort:
         """
         chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
         while True:
+            letter, stage = self.reader.at_letter, Stage.AWAITED
             if request.value != request.active_level:
                 chip.idle = idle
-                chip.waits(f"waiting for {awaited}")
+                chip.waits(f"waiting for {'the rest of a command' if not letter else COMMANDS[live]}")
                 others, asked = self.others if letter else (), request.when_active
-                woken = await (first_of(kernel, None, asked, *others) if others else level(*asked))
+                if others:
+                    woken = await first_of(kernel, None, asked, *others)
+                    if woken is not None and woken is not request:
+                        chip.idle = False
+                        return -1
+                else:
+                    stage = await self._requested(asked)
+                    letter = self.reader.at_letter
                 chip.idle = False
-                if woken is not None and woken is not request:
-                    return -1
             elif request.changes == self.ended_wait and not live:
                 chip.waits("waiting for io_request=1 (its low ended a wait)")
                 await level(*request.when_inactive)  # it has had its effect; it brings no byte
                 continue
             else:
                 self.early(live)
-            self.requested = chip.tick = tick = self.clock.ticks_from(kernel.now)
-            if self.select.value == 1:
-                await self.output_byte()
-                continue
-            chip.tick = tick + self.sample
-            at = ps(chip.tick)
-            self.instrobe.wave(self.strobed[1], (ps(tick + self.strobe), at), self.strobed)
-            await until(kernel, at)
-            if request.value == request.when_inactive[1]:
-                chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
-                continue
-            byte = self.accept(letter)
-            await until(kernel, self.busy_ps)
-            self.ready.put(self.ready.inactive_level)
-            return byte
+            if stage is Stage.AWAITED:
+                self.requested = chip.tick = tick = self.clock.ticks_from(kernel.now)
+                if self.select.value == 1:
+                    await self.output_byte()
+                    continue
+                chip.tick = tick + self.sample
+                at = ps(chip.tick)
+                self.instrobe.wave(self.strobed[1], (ps(tick + self.strobe), at), self.strobed)
+                await until(kernel, at)
+                stage = Stage.REQUESTED
+            if stage is Stage.REQUESTED:
+                if request.value == request.when_inactive[1]:
+                    chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
+                    continue
+                self.byte = self.accept(letter)
+                await until(kernel, self.busy_ps)
+                stage = Stage.ACCEPTED
+            if stage is Stage.ACCEPTED:
+                self.ready.put(self.ready.inactive_level)
+                stage = Stage.TAKEN
+            if stage is Stage.TAKEN:
+                return self.byte
+            if stage is Stage.READ:
+                await self.finish(self.requested + self.byte_times.kept)
 
     def early(self, live: bool) -> None:
         """I/O REQUEST is low already as the chip begins to wait for it; report it if that is a mistake."""
@@ -138,6 +186,92 @@ class BusPort:
             self.motion_complete.deactivate()
         byte: int = self.bus.byte
         return byte
+
+    # --------------------------------------------------------------------------------- bytes as a value (handshake.py)
+    @property
+    def task(self) -> Task:
+        """The firmware's."""
+        return self.chip.task  # type: ignore[return-value]  # it is asked for while that waits
+
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+        return self.reader.at_letter
+
+    async def _requested(self, asked: tuple[Net, int]) -> Stage:
+        """Wait for I/O REQUEST, or for bytes that come as a value; return how far the last one of them is."""
+        self.awaiting, self.stage, self.token = True, Stage.AWAITED, self.task.token
+        try:
+            await (level(*asked) if self.exchange is None else suspended())
+        finally:
+            self.awaiting = False
+        if (coming := self.coming) is not None:  # it has not been withdrawn
+            self.reached(len(coming.data) - 1, Stage.TAKEN)
+            self.counted(False)
+            self.exchange.taken()  # type: ignore[union-attr]
+        return self.stage
+
+    def takes(self, data: bytes, at: int) -> int:
+        """Return how many bytes, from a place on, it would take now, all but the last one only to keep them."""
+        if not self.awaiting or self.token != self.task.token:  # it has been woken, and is about to go on
+            return 0
+        if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
+            return 0
+        if self.motion_complete.net.value != self.motion_complete.inactive_level:
+            return 0
+        ascii = self.mode.level == 1 if self.reader.at_letter else self.ascii
+        return min(self.reader.kept(data, at, ascii) + 1, len(data) - at)
+
+    def begins(self, coming: HandshakenBytes) -> None:
+        """Bytes begin to come."""
+        self.coming, self.read, self.idle, self.chip.idle = coming, 0, self.chip.idle, False
+        if self.reader.at_letter:
+            self.ascii = self.mode.level == 1
+
+    def reached(self, number: int, stage: Stage) -> int | None:
+        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
+        chip, coming, self.stage, self.awaiting = self.chip, self.coming, stage, stage is Stage.AWAITED
+        self.coming = None
+        if coming is None:
+            return None
+        self._keep(coming, number + (stage is Stage.READ))
+        self._says(coming, number, stage not in (Stage.AWAITED, Stage.REQUESTED))
+        self.requested = coming.tick + number * self.byte_times.kept
+        if stage is Stage.AWAITED:
+            chip.idle = self.idle
+            return None
+        if stage is Stage.REQUESTED:
+            chip.tick = self.requested + self.sample
+            return self.clock.ps(chip.tick)
+        self.byte = coming.data[number]
+        chip.tick = self.busy_from = self.requested + self.byte_times.busy
+        self.busy_ps = self.clock.ps(chip.tick)
+        return self.busy_ps
+
+    def counted(self, low: bool) -> None:
+        """I/O REQUEST is low, or high again, for the last byte that was taken."""
+        self.accepted = self.request.changes - (not low)
+
+    def catch_up(self) -> None:
+        """Take notice of what has come by now: somebody asks."""
+        coming, seen = self.coming, self.kernel.seen
+        if coming is not None and coming.start <= seen:
+            number, last = coming.at(seen), len(coming.data) - 1
+            self._keep(coming, min(coming.passed(seen, self.byte_times.busy), last))
+            self._says(coming, number, coming.instant(number, self.sample) <= seen)
+
+    def _keep(self, coming: HandshakenBytes, number: int) -> None:
+        """Let the reader have the bytes before this one."""
+        if number > self.read:
+            self.reader.keep(coming.data[self.read : number])
+            self.read = number
+
+    def _says(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
+        """Note what the chip does with a byte."""
+        if accepted:
+            self.chip.waits("handling a byte", coming.instant(number, self.sample))
+        elif number:
+            self.chip.waits("waiting for the rest of a command", coming.requested(number))
 
     async def output_byte(self) -> None:
         """Put the next byte of the verify group on the bus until I/O REQUEST rises (fig. 7.1)."""

@@ -55,10 +55,13 @@ class Program:
         self.memory[:] = data
 
     def accepts(self, data: bytes) -> bool:
-        """Is this a program, whole, that fits into the memory?"""
+        """Is this a program, whole, that fits into the memory, as it can be entered?"""
         at = 0
-        while at < len(data) and data[at] in self.by_code:
-            at += self.by_code[data[at]].size
+        while at < len(data) and (row := self.by_code.get(data[at])) is not None:
+            values = row.unpack(data[at + 1 : at + row.size], data[at])
+            if not all(arg.allows(value) for arg, value in zip(row.args, values, strict=True)):
+                return False
+            at += row.size
         return at == len(data) <= self.sheet.buffer_bytes
 
     # --------------------------------------------------------------------------------------------------------- a run

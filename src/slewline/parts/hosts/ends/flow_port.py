@@ -16,8 +16,11 @@ from typing import TYPE_CHECKING
 
 from ....core.datasheet.channel import FlowBus
 from ....core.wires.event import Event
+from ....core.wires.exchange import Leader
+from ....core.wires.handshake import HandshakenBytes, Handshakes, TakingEnd
 from ....core.wires.net import Driver, Net
 from ....core.wires.waits import edge, first_of, level, until
+from ....core.wires.wave import Level, Wave
 from .shadow import FlowControl, Query, Shadow
 
 if TYPE_CHECKING:
@@ -63,10 +66,12 @@ class FlowPort:
         self.turn = Event(self.kernel, f"{self.name}.(turn)")
         self.taken = False  # the lines are in use
         self.listener: Task | None = None
-        line("reset").watch(lambda _net: self.shadow.reset())
+        self.bytes = SentBytes(self)
+        line("reset").watch(lambda _net: self.switched_on())
 
     def switched_on(self) -> None:
-        """Note that the part has been switched on, at this instant."""
+        """Note that the part has been reset, or switched on, at this instant."""
+        self.bytes.leave()  # what goes next has been decided by what went before
         self.shadow.reset()
 
     def listen(self) -> None:
@@ -87,6 +92,23 @@ class FlowPort:
         self.bus.drive(None)
         self.shadow.decoder.reset()
         self.listen()
+
+    @property
+    def all_sent(self) -> int:
+        """The number of bytes sent by now, empty handshakes not counted."""
+        self.catch_up()
+        return self.sent
+
+    def catch_up(self) -> None:
+        """Take notice of what has been sent by now: somebody asks."""
+        if (exchange := self.bytes.exchange) is not None and exchange.under_way:
+            self.bytes.feed(exchange.under_way)
+
+    def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
+        """Return what it waits for at a byte of what it sends (handshake.py)."""
+        self.bytes.feed(number)
+        self.bytes.begins = self.shadow.at_letter
+        return (*(self._flows if not low or self.bytes.begins else ()), (self.busy, 0 if low else 1))
 
     # ------------------------------------------------------------------------------------------------------- the lines
     async def _take_turn(self) -> None:
@@ -136,11 +158,13 @@ class FlowPort:
             f"not the one that {self.name} has set; heed(True) or heed(None) makes it use FPL again",
         )
 
-    async def _empty_handshake(self) -> None:
-        """Ask without a byte until the part listens; what it has to say comes first."""
+    async def _empty_handshake(self, asked: bool = False) -> None:
+        """Ask without a byte until the part listens; what it has to say comes first; `asked`: IO_REQUEST is low."""
         while True:
-            await self._free()
-            self.request.drive(0)
+            if not asked:
+                await self._free()
+                self.request.drive(0)
+            asked = False
             await first_of(self.kernel, None, *self._flows, (self.busy, 0))
             if self.offered:
                 await self._message(asked=True)
@@ -166,26 +190,61 @@ class FlowPort:
         """Send bytes; an FF where a command begins is an empty handshake."""
         await self._take_turn()
         try:
-            for byte in data:
-                begins = self.shadow.at_letter
-                if begins and (self.empty_first or byte == EMPTY):
+            at, exchange = 0, None if self.delay_ps else self.bytes.possible()
+            begins: bool | None = None  # a command begins with the next byte: so it was when the wait for BUSY began
+            while at < len(data):
+                begins, byte = self.shadow.at_letter if begins is None else begins, data[at]
+                empty = begins and (self.empty_first or byte == EMPTY)
+                if exchange is None or not exchange.opened:
+                    await self._free()
+                asked = False
+                if exchange is not None and self.bytes.begin(data, at, begins, empty):
+                    self.queue.begun = True
+                    try:
+                        await exchange.end()
+                    finally:
+                        at += self.bytes.feed(exchange.through)
+                    begins, asked = self.bytes.begins, not exchange.by_value and exchange.low
+                    if not asked and exchange.through != empty:
+                        continue
+                    if asked and empty and not exchange.through:
+                        await self._empty_handshake(asked=True)
+                        asked = False
+                    byte, begins = data[at], self.shadow.at_letter if begins is None else begins
+                elif empty:
                     await self._empty_handshake()
                     self.queue.begun = True
                 if not begins or byte != EMPTY:
-                    await self._byte(byte, begins)
+                    await self._byte(byte, begins, asked)
+                at, begins = at + 1, None
         finally:
-            self.bus.drive(None)
+            if not self.bytes.by_value:
+                self.bus.drive(None)
             self._give_turn()
 
-    async def _byte(self, byte: int, begins: bool) -> None:
-        """Offer a byte until the part takes it; the answer to another host may come before a letter."""
+    def _sent(self, data: bytes) -> int:
+        """Take notice of bytes that have been sent; return how many."""
+        self.sent += len(data)
+        heeded = self.control.heeds
+        self.shadow.take(data)
+        if self.control.heeds != heeded:
+            self.control.news.set()
+        return len(data)
+
+    async def _byte(self, byte: int, begins: bool, asked: bool) -> None:
+        """Offer a byte until the part takes it; the answer to another host may come before a letter.
+
+        `asked`: it is on the bus, and IO_REQUEST is low.
+        """
         while True:
-            await self._free()
-            if self.delay_ps:
-                await until(self.kernel, self.kernel.now + self.delay_ps)
-            self.queue.begun = True
-            self.bus.drive((0xFF, byte))
-            self.request.drive(0)
+            if not asked:
+                await self._free()
+                if self.delay_ps:
+                    await until(self.kernel, self.kernel.now + self.delay_ps)
+                self.queue.begun = True
+                self.bus.drive((0xFF, byte))
+                self.request.drive(0)
+            asked = False
             if not begins:
                 await level(self.busy, 0)
                 break
@@ -196,11 +255,7 @@ class FlowPort:
             await self._message(asked=True)
         self.request.drive(1)
         self.bus.drive(None)
-        self.sent += 1
-        heeded = self.control.heeds
-        self.shadow.feed(byte)
-        if self.control.heeds != heeded:
-            self.control.news.set()
+        self._sent(bytes([byte]))
 
     async def ask(self, data: bytes, query: Query) -> str | bytes:
         """Send a query, and wait until it is answered."""
@@ -209,3 +264,70 @@ class FlowPort:
         while (found := query.answered(self.received, self.recent.place(since))) is None:
             await edge(self.control.news.net)
         return found
+
+
+class OfferedBytes(HandshakenBytes):
+    """Bytes between each two of which the host lets go of the bus; with FF in front for an empty handshake."""
+
+    __slots__ = ()
+
+    def bus(self) -> Wave:
+        """Return what the host shows on the bus."""
+        falls = [self.requested(number) for number in range(len(self.data))]
+        rises = [self.instant(number, self.times.busy) for number in range(len(self.data))]
+        times: list[int] = []
+        levels: list[Level] = []
+        for fall, rise, byte in zip(falls, rises, self.data, strict=True):
+            if byte != EMPTY:
+                times += (fall, rise)
+                levels += ((0xFF, byte), None)
+        return Wave(None, tuple(times), tuple(levels))
+
+
+class SentBytes(Leader[Handshakes]):
+    """Bytes that a host sends to a chip as a value, where that is possible.
+
+    Attributes:
+        empty: an empty handshake goes before them.
+        fed: how many of them the host has taken notice of.
+        begins: as they were withdrawn, a command began with the next byte.
+    """
+
+    def __init__(self, port: FlowPort) -> None:
+        super().__init__(port.request.net)
+        self.port, self.empty, self.fed, self.data = port, False, 0, b""
+        self.begins: bool | None = None
+
+    @property
+    def by_value(self) -> bool:
+        """Has the last byte gone over as a value, and does nothing look since?"""
+        return self.exchange is not None and self.exchange.by_value
+
+    def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
+        """Begin to send bytes as a value, from a place on; return whether that is possible."""
+        port, exchange = self.port, self.exchange
+        if exchange is None or data[at] == EMPTY or port.offered or exchange.chip.at_letter is not begins:
+            return False
+        shadow = port.shadow  # which may take another byte for the end of a command than the chip
+        ends = 0 if shadow.entry is not None else shadow.decoder.kept(data, at, shadow.ascii) + 1
+        if not (number := min(exchange.chip.takes(data, at), ends)):
+            return False
+        self.empty, self.fed, self.begins, chip = empty, 0, None, exchange.chip
+        self.data = data[at : at + number]
+        sent = bytes([EMPTY]) + self.data if empty else self.data
+        last = at + number == len(data)
+        return exchange.send(OfferedBytes(sent, port.kernel.now, None, last, chip.byte_times, chip.clock))
+
+    def feed(self, number: int) -> int:
+        """Take notice of so many bytes, an empty handshake among them, that have gone; return how many it was not."""
+        gone = max(number - self.empty, 0)
+        self.port._sent(self.data[self.fed : gone])
+        self.fed = gone
+        return gone
+
+    def made(self, ends: tuple[object, ...]) -> Handshakes | None:
+        """Return what is possible with the chips whose IO_REQUEST this is; None: it is that of no chip, or of more."""
+        port = self.port
+        if len(ends) != 1 or not isinstance(chip := ends[0], TakingEnd):
+            return None
+        return Handshakes(port, chip) if chip.ready.net is port.busy.root else None

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 
 from ....core.datasheet.channel import BusHandshake
 from ....core.datasheet.command_rows import TextRow
+from ....core.wires.exchange import Leader
+from ....core.wires.handshake import HandshakenBytes, Handshakes, TakingEnd
 from ....core.wires.net import Driver, Net
-from ....core.wires.waits import first_of, level, until
+from ....core.wires.waits import first_of, level, next_round, until
 from ....errors import UsageError
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ class CommandPort:
         )
         self.chip, self.sheet, self.clock = chip.name, chip.sheet, chip.clock
         self.verify_bytes = chip.sheet.through(BusHandshake).verify_bytes
-        self.sent = 0
+        self.sent = 0  # without those under way as a value
 
         def line(role: str) -> Net:
             """Return the net of the pin that has a role; where the part lacks one, a net that leads nowhere."""
@@ -60,6 +62,18 @@ class CommandPort:
         self.outstrobe, self.motion_complete, self.running = (
             line("out_strobe"), line("motion_complete"), line("running"),
         )  # fmt: skip
+
+        self.bytes = SentBytes(self)
+
+    @property
+    def all_sent(self) -> int:
+        """The number of bytes sent by now."""
+        exchange = self.bytes.exchange
+        return self.sent + (0 if exchange is None else exchange.under_way)
+
+    def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
+        """Return what it waits for at a byte of what it sends (handshake.py)."""
+        return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
         """Let go of the bus and of PROG/LIVE, and ask for nothing."""
@@ -112,18 +126,33 @@ class CommandPort:
         kernel, queue, ready, drive_bus, request = (
             self.kernel, self.queue, self.ready, self.bus.put, self.request.put,
         )  # fmt: skip
-        for byte in data:
-            if ready.level != 1:
-                await level(ready, 1)
-            if self.delay_ps:
-                await until(kernel, kernel.now + self.delay_ps)
+        at, exchange = 0, None if self.delay_ps else self.bytes.possible()
+        while at < len(data):
+            if exchange is None or not exchange.opened:
+                if ready.level != 1:
+                    await level(ready, 1)
+                if self.delay_ps:
+                    await until(kernel, kernel.now + self.delay_ps)
             queue.begun = True
-            drive_bus((0xFF, byte))
-            request(0)
-            await level(ready, 0)
+            if exchange is not None and self.bytes.begin(data, at):
+                try:
+                    await exchange.end()
+                finally:
+                    self.sent += exchange.through
+                at += exchange.through
+                if exchange.by_value or not exchange.low:
+                    continue
+            else:
+                drive_bus((0xFF, data[at]))
+                request(0)
+                if ready.level == 0:  # somebody else has pulled it low: the request is seen, and over
+                    await next_round(kernel)
+                await level(ready, 0)
             request(1)
             self.sent += 1
-        drive_bus(None)
+            at += 1
+        if not self.bytes.by_value:
+            drive_bus(None)
 
     async def fetch(self, number: int) -> bytes:
         """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST a byte."""
@@ -218,3 +247,34 @@ class CommandPort:
         self.select.drive(0)
         self.received += data
         return int.from_bytes(data, "big")
+
+
+class SentBytes(Leader[Handshakes]):
+    """Bytes that a host sends to a chip as a value, where that is possible."""
+
+    def __init__(self, port: CommandPort) -> None:
+        super().__init__(port.request.net)
+        self.port = port
+
+    @property
+    def by_value(self) -> bool:
+        """Has the last byte gone over as a value, and does nothing look since?"""
+        return self.exchange is not None and self.exchange.by_value
+
+    def begin(self, data: bytes, at: int) -> bool:
+        """Begin to send bytes as a value, from a place on; return whether that is possible."""
+        port, exchange = self.port, self.exchange
+        if exchange is None or not (number := exchange.chip.takes(data, at)):
+            return False
+        before = exchange.state.on_bus if exchange.by_value else port.bus.level
+        sent, chip = data[at : at + number], exchange.chip
+        last = at + number == len(data)
+        coming = HandshakenBytes(sent, port.kernel.now, before, last, chip.byte_times, chip.clock)
+        return exchange.send(coming)
+
+    def made(self, ends: tuple[object, ...]) -> Handshakes | None:
+        """Return what is possible with the chips whose I/O REQUEST this is; None: it is that of no chip, or of more."""
+        port = self.port
+        if len(ends) != 1 or not isinstance(chip := ends[0], TakingEnd):
+            return None
+        return Handshakes(port, chip) if chip.ready.net is port.ready.root else None

@@ -51,6 +51,18 @@ class Shadow:
         """Is the next byte the first one of a command, outside program entry?"""
         return self.entry is None and self.decoder.at_letter
 
+    def take(self, data: bytes) -> None:
+        """Take bytes that go out."""
+        at = 0
+        while at < len(data):
+            kept = 0 if self.entry is not None else self.decoder.kept(data, at, self.ascii)
+            if kept:
+                self.decoder.keep(data[at : at + kept], self.ascii)
+                at += kept
+            else:
+                self.feed(data[at])
+                at += 1
+
     def feed(self, byte: int) -> None:
         """Take a byte that goes out."""
         if self.entry is not None:

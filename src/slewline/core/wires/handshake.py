@@ -1,0 +1,380 @@
+r"""Bytes over a two-line handshake as a value: those of a command, up to the one that ends it.
+
+    I/O REQUEST  ‾‾\______/‾‾‾\______/‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾     led by the host
+    INSTROBE     ‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+    READY        ‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\____________/‾‾
+    bytes            R   |       5  |      CR   |           |
+    value          start                      taken       opened
+
+A chip that only keeps a byte takes the same time for each, and a host that never hesitates answers every edge in its
+instant; so all of it follows from when it begins, and neither of them is woken until the last byte is taken.  What the
+last one brings about takes its time, and READY returns when the chip says so.
+
+What is withdrawn goes on edge by edge (exchange.py): host and chip wait for what they would wait for by then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from enum import Enum
+from types import coroutine
+from typing import NamedTuple, Protocol, runtime_checkable
+
+from ..time.kernel import Task
+from ..time.timebase import Clock
+from .exchange import End, Exchange
+from .net import Driver, Net
+from .wave import Level, Wave
+
+
+class ByteTimes(NamedTuple):
+    """What happens to a byte, in clocks from its request on.
+
+    Attributes:
+        strobe: INSTROBE falls.
+        sample: it rises, and the bus is read.
+        busy: READY falls.
+        kept: READY returns, after a byte that is only kept.
+    """
+
+    strobe: int
+    sample: int
+    busy: int
+    kept: int
+
+
+class Stage(Enum):
+    """How far a chip is with a byte."""
+
+    AWAITED = "it waits for the request"
+    REQUESTED = "it waits for the end of INSTROBE"
+    ACCEPTED = "it waits for the fall of READY"
+    TAKEN = "READY has fallen"
+    READ = "READY has fallen, and what is to be done about the byte is done"
+
+
+class HandshakenBytes:
+    """Bytes that go over one after the other, each with its handshake.
+
+    Attributes:
+        start: the first request (ps); `tick`: the clock at which the chip sees it.
+        before: what the host has on the bus before; `released`: it lets go of it when the last byte is taken.
+        opened: when READY returns after the last one (ps); None: that is not known yet.
+    """
+
+    __slots__ = ("before", "clock", "data", "last", "opened", "released", "start", "tick", "times")
+
+    def __init__(self, data: bytes, start: int, before: Level, released: bool, times: ByteTimes, clock: Clock) -> None:
+        self.data, self.start, self.before, self.released, self.times, self.clock = (
+            data, start, before, released, times, clock,
+        )  # fmt: skip
+        self.tick = clock.ticks_from(start)
+        self.last = clock.ps(self.tick + (len(data) - 1) * times.kept + times.busy)  # READY falls for the last byte
+        self.opened: int | None = None
+
+    def instant(self, number: int, clocks: int) -> int:
+        """Return when so many clocks have passed since the request of a byte (ps)."""
+        return self.clock.ps(self.tick + number * self.times.kept + clocks)
+
+    def passed(self, ps: int, clocks: int) -> int:
+        """Return for how many bytes so many clocks have passed since their requests, at an instant (ps)."""
+        number = (self.clock.ticks_until(ps) - self.tick - clocks) // self.times.kept + 1
+        return max(min(number, len(self.data)), 0)
+
+    def at(self, ps: int) -> int:
+        """Return the number of the byte that is in progress at an instant (ps)."""
+        return min(self.passed(ps, self.times.kept), len(self.data) - 1)
+
+    def edge_before(self, ps: int) -> int:
+        """Return the last edge of I/O REQUEST by an instant (ps), or the first one of all."""
+        number = self.at(ps)
+        risen = self.instant(number, self.times.busy)
+        return risen if risen <= ps else self.requested(number)
+
+    def _instants(self, clocks: int) -> list[int]:
+        return [self.instant(number, clocks) for number in range(len(self.data))]
+
+    @property
+    def _requests(self) -> list[int]:
+        return [self.start, *self._instants(0)[1:]]
+
+    def requested(self, number: int) -> int:
+        """Return when I/O REQUEST falls for a byte (ps)."""
+        return self.instant(number, 0) if number else self.start
+
+    @property
+    def on_bus(self) -> Level:
+        """What the host shows on the bus in the end."""
+        return None if self.released else (0xFF, self.data[-1])
+
+    def request(self) -> Wave:
+        """Return what I/O REQUEST shows."""
+        pairs = zip(self._requests, self._instants(self.times.busy), strict=True)
+        return Wave(1, tuple(time for pair in pairs for time in pair), (0, 1) * len(self.data))
+
+    def bus(self) -> Wave:
+        """Return what the host shows on the bus."""
+        levels: tuple[Level, ...] = tuple((0xFF, byte) for byte in self.data)
+        if not self.released:
+            return Wave(self.before, tuple(self._requests), levels)
+        return Wave(self.before, (*self._requests, self.last), (*levels, None))
+
+    def strobe(self, active: int) -> Wave:
+        """Return what INSTROBE shows."""
+        pairs = zip(self._instants(self.times.strobe), self._instants(self.times.sample), strict=True)
+        return Wave(1 - active, tuple(time for pair in pairs for time in pair), (active, 1 - active) * len(self.data))
+
+    def ready(self) -> Wave:
+        """Return what READY shows."""
+        times = [time for pair in zip(self._instants(self.times.busy), self._requests[1:]) for time in pair]  # noqa: B905
+        times = [*times, self.last, *([] if self.opened is None else [self.opened])]
+        return Wave(1, tuple(times), ((0, 1) * len(self.data))[: len(times)])
+
+
+class SendingEnd(Protocol):
+    """The host's end: it sends bytes."""
+
+    request: Driver
+    bus: Driver
+
+    def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
+        """Return what it waits for at a byte of what it sends: the levels of nets, the first one of which wakes it.
+
+        Args:
+            low: it requests that byte; else it is about to.
+        """
+
+
+@runtime_checkable
+class TakingEnd(End, Protocol):
+    """The chip's end: it takes bytes.
+
+    Attributes:
+        awaiting: it waits for I/O REQUEST, and for what else is in `awaited`: (net, level).
+        token: that of its task when it began to wait.
+        held: nets by whose levels it goes.
+        instrobe: the output that says when the bus is read, if it has one.
+        exchange: by which bytes come as a value, if they do at present.
+    """
+
+    awaiting: bool
+    token: int
+    awaited: tuple[tuple[Net, int | None], ...]
+    held: tuple[Net, ...]
+    request: Net
+    ready: Driver
+    instrobe: Driver | None
+    byte_times: ByteTimes
+    clock: Clock
+    exchange: Handshakes | None
+
+    @property
+    def task(self) -> Task:
+        """The chip's task."""
+
+    @property
+    def at_letter(self) -> bool:
+        """Does a command begin with the next byte?"""
+
+    def takes(self, data: bytes, at: int) -> int:
+        """Return how many bytes, from a place on, it takes as a value, all but the last one only to keep them."""
+
+    def begins(self, coming: HandshakenBytes) -> None:
+        """Bytes begin to come."""
+
+    def reached(self, number: int, stage: Stage) -> int | None:
+        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
+
+    def counted(self, low: bool) -> None:
+        """I/O REQUEST is low, or high again, for the last byte that was taken."""
+
+
+class Handshakes(Exchange):
+    """What goes by handshakes between a host and a chip, as a value.
+
+    Args:
+        host, chip: the ends.
+
+    Attributes:
+        over: the last byte has been taken; how long the chip needs for what it brings about is its own affair.
+        through: how many bytes the host was through with when its wait ended; `gone`: at a withdrawal.
+        low: after that, it still requests the next one.
+    """
+
+    state: HandshakenBytes
+
+    def __init__(self, host: SendingEnd, chip: TakingEnd) -> None:
+        shown: dict[Driver, Callable[[HandshakenBytes], Wave]] = {
+            host.request: lambda coming: coming.request(),
+            host.bus: lambda coming: coming.bus(),
+            chip.ready: lambda coming: coming.ready(),
+        }
+        if chip.instrobe is not None:
+            active = chip.instrobe.active_level
+            shown[chip.instrobe] = lambda coming: coming.strobe(active)
+        super().__init__({}, shown, (chip,), self._left)
+        self.host, self.chip, self.kernel = host, chip, host.request.kernel
+        self.over, self.gone, self.low, self.through = True, 0, False, 0
+        self.sender: Task | None = None  # the host's task, which waits for the end
+        self.woken = False  # it has been
+        self.held: tuple[Net, ...] = ()
+
+    # ------------------------------------------------------------------------------------------------------ going over
+    @property
+    def opened(self) -> bool:
+        """Does it go by value, and is READY high?"""
+        return self.by_value and self.state.opened is not None
+
+    def send(self, coming: HandshakenBytes) -> bool:
+        """Send bytes, now; return whether they go by value."""
+        if not self.begin(coming):
+            return False
+        self.over = False
+        self.chip.begins(coming)
+        self.kernel.wake_at(coming.last, self.chip.task)
+        return True
+
+    @property
+    def under_way(self) -> int:
+        """How many bytes the host is through with, of those for whose end it waits."""
+        if self.sender is None:
+            return 0
+        return self.state.passed(self.kernel.seen, self.state.times.busy) if self.by_value else self.gone
+
+    async def end(self) -> None:
+        """Wait until READY is high again, or, where nothing follows, low for the last byte (in the host's task)."""
+        self.sender, self.woken = self.kernel.current(), False
+        try:
+            await suspended()
+        finally:
+            self.through, self.sender = self.under_way, None
+
+    def taken(self) -> None:
+        """The last byte is taken, now (called by the chip)."""
+        self.over = True
+        self.chip.request.changed_at = self.state.last
+        if self.state.released:
+            self._wake_sender()
+
+    def opens(self) -> None:
+        """READY returns, now (called by the chip)."""
+        self.state.opened = self.kernel.now
+        if not self.state.released:
+            self._wake_sender()
+
+    def _wake_sender(self) -> None:
+        if (sender := self.sender) is not None:
+            sender.token += 1
+            sender.value, self.woken = None, True
+            self.kernel.woken.append(sender)
+
+    # ---------------------------------------------------------------------------------------------------- edge by edge
+    def _enter(self) -> bool:
+        chip = self.chip
+        held = {net.root: None for net in chip.held}
+        for root in (*(line.driver.net for line in self.answering), *held):
+            for net in root.joined or (root,):
+                if net.exchange is not None:
+                    net.exchange.withdraw()
+        if any(root.promise is not None or root.pending_drivers for root in held):
+            return False
+        chip.request.latched = False
+        chip.task.token += 1  # it waits for nothing on the wires
+        chip.token = chip.task.token
+        if not super()._enter():
+            self._watch_request(True)
+            return False
+        chip.exchange, chip.request.changes = self, chip.request.changes + 2  # of one byte at least
+        for root in held:
+            for net in root.joined or (root,):
+                net.exchange = self
+            root.sort_drivers()
+        self.held = tuple(held)
+        return True
+
+    def _watch_request(self, awaited: bool) -> None:
+        """Let the chip see I/O REQUEST, and wait for it."""
+        chip, task = self.chip, self.chip.task
+        chip.request.latched = True
+        for net, wanted in chip.awaited if awaited else ():
+            net.waiters.append((task, task.token, wanted))
+            if net.promise is not None:
+                net.follow()
+
+    def withdraw(self) -> None:
+        """Go on edge by edge: something looks at one of the wires, or is about to drive it."""
+        chip, coming, seen = self.chip, self.state, self.kernel.seen
+        for root in self.held:
+            for net in root.joined or (root,):
+                net.exchange = None
+            root.sort_drivers()
+        super().withdraw()
+        chip.exchange = None
+        self.gone = coming.passed(seen, coming.times.busy)
+        self.low = self.gone <= coming.at(seen)
+        chip.request.changed_at = coming.edge_before(seen)
+        awaited = chip.awaiting and (self.over or self._resume(coming, seen))
+        chip.counted(self.low)
+        self._watch_request(awaited)
+        self.over = True
+        if (sender := self.sender) is not None and not self.woken:
+            for net, wanted in self.host.awaits(self.gone, self.low):
+                net.waiters.append((sender, sender.token, wanted))
+                if net.promise is not None:
+                    net.follow()
+
+    def _left(self, seen: int) -> None:
+        """Let the wires show what has been driven in this instant, and the strobe that has begun."""
+        coming, now = self.state, self.kernel.now
+        for line in self.answering:
+            wave, driver = line.wave, line.driver
+            if driver is self.chip.instrobe:
+                begun = [(time, level) for time, level in zip(wave.times, wave.levels, strict=True) if seen < time]
+                number = coming.at(seen)
+                end = coming.instant(number, coming.times.sample) if coming.start <= seen else now
+                edges = [edge for edge in begun if edge[0] <= end]
+            elif driver is self.chip.ready or seen < coming.start:
+                edges = [
+                    (time, level) for time, level in zip(wave.times, wave.levels, strict=True) if seen < time <= now
+                ]
+            else:
+                edges = []
+            if edges:
+                times, levels = zip(*edges, strict=True)
+                driver.promise = Wave(wave.level(seen), times, levels)
+
+    def _resume(self, coming: HandshakenBytes, seen: int) -> bool:
+        """Let the chip go on in the middle of bytes; return whether it waits for a request."""
+        chip, task, kernel, now = self.chip, self.chip.task, self.kernel, self.kernel.now
+        number, times = coming.at(seen), coming.times
+        sample, busy = coming.instant(number, times.sample), coming.instant(number, times.busy)
+        if coming.last == now > seen:  # its turn is in this round
+            chip.reached(number, Stage.TAKEN)
+            return False
+        task.token += 1
+        if coming.start > seen:
+            at = chip.reached(0, Stage.AWAITED)
+        elif now < sample:
+            at = chip.reached(number, Stage.REQUESTED)
+        elif now < busy:
+            at = chip.reached(number, Stage.ACCEPTED)
+        elif number < len(coming.data) - 1 and coming.instant(number, times.kept) <= now:
+            at = chip.reached(number + 1, Stage.AWAITED)
+        else:
+            at = chip.reached(number, Stage.READ)
+        if at is None:
+            chip.token = task.token
+            return True
+        if at > now:
+            kernel.wake_at(at, task)
+        else:
+            task.token += 1
+            task.value = None
+            kernel.woken.append(task)
+        return False
+
+
+@coroutine
+def suspended() -> Generator[None, None, None]:
+    """Wait until somebody else wakes the task."""
+    yield
