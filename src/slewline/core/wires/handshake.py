@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from enum import Enum
 from types import coroutine
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol
 
 from ..time.kernel import Task
 from ..time.timebase import Clock
@@ -145,7 +145,6 @@ class SendingEnd(Protocol):
         """
 
 
-@runtime_checkable
 class TakingEnd(End, Protocol):
     """The chip's end: it takes bytes.
 
@@ -200,8 +199,6 @@ class Handshakes(Exchange):
         through: how many bytes the host was through with when its wait ended; `gone`: at a withdrawal.
         low: after that, it still requests the next one.
     """
-
-    state: HandshakenBytes
 
     def __init__(self, host: SendingEnd, chip: TakingEnd) -> None:
         shown: dict[Driver, Callable[[HandshakenBytes], Wave]] = {

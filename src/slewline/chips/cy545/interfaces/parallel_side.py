@@ -138,6 +138,8 @@ class ParallelPort:
         await chip.at_tick(tick)
         if not self.open:
             return
+        if self.exchange is not None and self.kernel.seen < self.kernel.now == request.changed_at:
+            await next_round(self.kernel)  # by then the host has answered, or somebody else holds IO_REQUEST low
         if request.changes == self.served:
             chip.waits(RISE)
             await self.until_request(False)
