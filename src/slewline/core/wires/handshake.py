@@ -169,7 +169,7 @@ class TakingEnd(End, Protocol):
 
     @property
     def task(self) -> Task:
-        """The chip's task."""
+        """The chip's task, while that waits."""
 
     @property
     def at_letter(self) -> bool:
@@ -291,12 +291,14 @@ class Handshakes(Exchange):
 
     def _watch_request(self, awaited: bool) -> None:
         """Let the chip see I/O REQUEST, and wait for it."""
-        chip, task = self.chip, self.chip.task
+        chip = self.chip
         chip.request.latched = True
-        for net, wanted in chip.awaited if awaited else ():
-            net.waiters.append((task, task.token, wanted))
-            if net.promise is not None:
-                net.follow()
+        if awaited:
+            task = chip.task
+            for net, wanted in chip.awaited:
+                net.waiters.append((task, task.token, wanted))
+                if net.promise is not None:
+                    net.follow()
 
     def withdraw(self) -> None:
         chip, coming, seen = self.chip, self.state, self.kernel.seen
