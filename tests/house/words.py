@@ -154,7 +154,7 @@ TEST = re.compile(r"^\s*(?:async )?def test_(\w+)|\b(?:test|it)\(\s*\"([^\"]+)\"
 Counts = dict[str, dict[str, int]]
 
 
-class Place(NamedTuple):
+class Phrase(NamedTuple):
     """A phrase that is to be replaced."""
 
     kind: str
@@ -163,13 +163,13 @@ class Place(NamedTuple):
     around: str
 
 
-def banned(written: str, area: str = "src") -> list[Place]:
+def banned(written: str, area: str = "src") -> list[Phrase]:
     """Return the phrases of a text that are to be replaced, each with the remedy and the words around it."""
     plain = " ".join(QUOTED.sub('""', written).split())
     if not ANY.search(plain):
         return []
     return [
-        Place(kind, found[0].lower(), instead, plain[max(found.start() - 40, 0) : found.end() + 40])
+        Phrase(kind, found[0].lower(), instead, plain[max(found.start() - 40, 0) : found.end() + 40])
         for kind, finders in FINDERS.items()
         if read_there(kind, area)
         for finder, instead in finders
@@ -262,7 +262,7 @@ def files() -> dict[Path, str]:
     return found
 
 
-def places(file: Path, area: str, content: str | None = None) -> list[tuple[str, Place]]:
+def places(file: Path, area: str, content: str | None = None) -> list[tuple[str, Phrase]]:
     """Return the phrases of a file, each with its area; `content`: as it was."""
     python = content is None and file.suffix == ".py" and area not in ("templates", "tests")
     read = texts(area, file, text(file) if content is None else content, tree(file) if python else None)
@@ -324,7 +324,7 @@ def since(revision: str) -> Iterator[str]:
                 yield line(name, place)
 
 
-def line(name: str, place: Place) -> str:
+def line(name: str, place: Phrase) -> str:
     """Return a phrase as one line."""
     return f"{name}: {place.kind}: {place.phrase!r}, write {place.instead}: ...{place.around}..."
 

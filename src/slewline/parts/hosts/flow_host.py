@@ -48,7 +48,6 @@ class FlowHost(Host):
 
     @property
     def _begun(self) -> bool:
-        """Has the first request begun to show?"""
         self.port.catch_up()
         return super()._begun
 

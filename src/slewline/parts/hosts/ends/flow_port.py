@@ -66,7 +66,7 @@ class FlowPort:
         self.turn = Event(self.kernel, f"{self.name}.(turn)")
         self.taken = False  # the lines are in use
         self.listener: Task | None = None
-        self.bytes = SentBytes(self)
+        self.bytes = FlowSender(self)
         line("reset").watch(lambda _net: self.switched_on())
 
     def switched_on(self) -> None:
@@ -275,8 +275,7 @@ class OfferedBytes(HandshakenBytes):
     __slots__ = ()
 
     def bus(self) -> Wave:
-        """Return what the host shows on the bus."""
-        falls = [self.requested(number) for number in range(len(self.data))]
+        falls = [self.request_of(number) for number in range(len(self.data))]
         rises = [self.instant(number, self.times.busy) for number in range(len(self.data))]
         times: list[int] = []
         levels: list[Level] = []
@@ -287,7 +286,7 @@ class OfferedBytes(HandshakenBytes):
         return Wave(None, tuple(times), tuple(levels))
 
 
-class SentBytes(Leader[Handshakes]):
+class FlowSender(Leader[Handshakes]):
     """Bytes that a host sends to a chip as a value, where that is possible.
 
     Attributes:

@@ -63,7 +63,7 @@ class CommandPort:
             line("out_strobe"), line("motion_complete"), line("running"),
         )  # fmt: skip
 
-        self.bytes = SentBytes(self)
+        self.bytes = BusSender(self)
 
     @property
     def all_sent(self) -> int:
@@ -249,7 +249,7 @@ class CommandPort:
         return int.from_bytes(data, "big")
 
 
-class SentBytes(Leader[Handshakes]):
+class BusSender(Leader[Handshakes]):
     """Bytes that a host sends to a chip as a value, where that is possible."""
 
     def __init__(self, port: CommandPort) -> None:
