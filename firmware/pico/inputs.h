@@ -9,12 +9,12 @@ struct edge {
     uint32_t stamp, pins;
 };
 
-uint32_t inputs_of(uint32_t pins); /* what the pins say, as bits of enum gsc_input, but for ENABLE */
+uint32_t inputs_of(uint32_t pins); /* levels as bits of enum gsc_input, without ENABLE */
 bool inputs_are_waiting(void);
-struct edge inputs_first(void); /* of those that wait */
-void inputs_take(void);         /* it waits no longer */
+struct edge inputs_first(void); /* the oldest in the queue */
+void inputs_take(void);         /* removes it */
 
-void inputs_set_fatal(uint32_t pins); /* those of which a low level ends the homing immediately */
+void inputs_set_fatal(uint32_t pins); /* a low level of one of them ends the homing immediately */
 uint32_t inputs_fatal(void);
 
 void inputs_interrupt(void);

@@ -7,7 +7,7 @@
 #include "clock.h"
 
 void outputs_start(uint16_t levels); /* write all of them */
-void outputs_show(uint16_t levels);  /* write those that have changed */
+void outputs_show(uint16_t levels);  /* write the changed ones */
 cycles outputs_dir_changed(void);
 
 #endif
