@@ -6,7 +6,7 @@
 They are built in two folders that differ in name, age of files, rights, time zone and order of sets; both must give the
 same bytes.  The sdist has what git knows, and the wheel is built from the sdist.
 
-Firmware goes into dist/firmware, with the licences of what is linked with it; where no compiler for a board is
+Firmware goes into dist/firmware, with the licences of its libraries; where no compiler for a board is
 installed, it is left out, unless there is a tag.
 """
 
@@ -36,7 +36,7 @@ PLACES = (  # folder, umask, and what else differs
     ("another folder/b", 0o077, {"TZ": "Pacific/Auckland", "PYTHONHASHSEED": "2", "LANG": "C"}),
 )
 DOC = Path("/usr/share/doc")
-LICENCES = {  # of what the compilers link, as the packages of the system have them
+LICENCES = {  # of the libraries, as installed by the packages of the system
     "picolibc: sqrt and functions of memory, in the firmware of the Pico": DOC / "picolibc-arm-none-eabi/copyright",
     "avr-libc: the start and functions of memory, in the firmware of the Uno": DOC / "avr-libc/copyright",
     "libgcc: arithmetic, in both; GPL with the GCC Runtime Library Exception": DOC / "libgcc-s1/copyright",
@@ -102,7 +102,7 @@ def built_twice(root: Path) -> dict[str, bytes]:
 
 
 def without_compilers() -> list[str]:
-    """Return what is missing to build the firmware."""
+    """Return the missing programs and files for the firmware."""
     return [*uno.missing(), *pico.missing(), *(str(path) for path in LICENCES.values() if not path.exists())]
 
 

@@ -2,6 +2,8 @@
  *
  *   boot2.S, start.c   from the flash to RAM
  *   part.c             the core, ../part/gs_c200, between its pins
+ *   inputs.c           edges that wait, with their stamps
+ *   outputs.c          levels
  *   steps.c, serial.c  the state machines: CLOCK, RXD, TXD
  *   store.c, flash.c   the program that M keeps
  *   clock.c            cycles, and picoseconds
@@ -10,6 +12,7 @@
  */
 #include "clock.h"
 #include "flash.h"
+#include "inputs.h"
 #include "part.h"
 #include "pins.h"
 #include "registers.h"
@@ -48,7 +51,7 @@ __attribute__((section(".vectors"), used)) static const struct {
         [15 + IRQ_TIMER_0] = alarm,
         [15 + IRQ_PIO0_0] = steps_interrupt,
         [15 + IRQ_PIO1_0] = serial_interrupt,
-        [15 + IRQ_IO_BANK0] = part_input_interrupt,
+        [15 + IRQ_IO_BANK0] = inputs_interrupt,
     },
 };
 

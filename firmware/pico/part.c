@@ -16,6 +16,8 @@
 #include <stdbool.h>
 
 #include "gsc200.h"
+#include "inputs.h"
+#include "outputs.h"
 #include "pins.h"
 #include "registers.h"
 #include "serial.h"
@@ -34,13 +36,7 @@ enum {
     WHILE_WRITING = CLOCK_HZ / 1000,
     TOGETHER_PS = 2000000, /* what follows something so soon is tried with it */
     POWER_UP_PS = 26000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
-    EDGES_WAITING = 8,
     ENQ = 5
-};
-
-static const uint8_t OUTPUTS[] = {
-    [GSC_RDY] = PIN_RDY,     [GSC_MOV] = PIN_MOV, [GSC_RAMP] = PIN_RAMP, [GSC_DIR] = PIN_DIR,
-    [GSC_RESET] = PIN_RESET, [GSC_UO1] = PIN_UO1, [GSC_UO2] = PIN_UO2,   [GSC_UO3] = PIN_UO3,
 };
 
 static struct gsc cores[2];
@@ -52,39 +48,14 @@ static uint32_t enable = GSC_ENABLE; /* as the core knows it: what the state mac
 static uint32_t levels;              /* of the other inputs, as the core knows them */
 static bool is_held, has_step;
 static gsc_time step_due;
-static cycles dir_changed;
-static uint16_t shown; /* levels of the outputs, a bit for each gsc_pin */
 static gsc_time last_character;
 static bool is_early;                /* the next character of the answer is on its way already */
 static const char *version; /* what is left of it to send */
 
-static struct {
-    uint32_t stamp, levels;
-} edges[EDGES_WAITING];
-static volatile uint8_t came, taken;
-static volatile uint32_t fatal; /* pins of which a low level ends the homing */
-
-/* What the pins say, as bits of enum gsc_input, but for ENABLE. */
-static uint32_t look(uint32_t pins)
-{
-    return ((pins ^ GSC_RXD) & OF_THE_PART) & ~(uint32_t)GSC_ENABLE;
-}
-
-void part_input_interrupt(void)
-{
-    const uint32_t stamp = clock_stamp(), pins = SIO_IN;
-    GPIO_INTR(PIN_HOME) = 0xFFFFFFFFu;
-    if (~pins & fatal)
-        steps_stop_now();
-    const uint8_t place = (uint8_t)(came - taken) < EDGES_WAITING ? came++ : (uint8_t)(came - 1);
-    edges[place % EDGES_WAITING].stamp = stamp;
-    edges[place % EDGES_WAITING].levels = pins;
-}
-
 /* ------------------------------------------------------------------------------------------- what comes of the core */
 void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
 {
-    (void)g, (void)pin, (void)level, (void)now; /* show_pins() looks at them when all of an instant is done */
+    (void)g, (void)pin, (void)level, (void)now; /* of several changes in one instant only the last is an edge */
 }
 
 void gsc_on_step(struct gsc *g, int direction, gsc_time now)
@@ -129,25 +100,6 @@ int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
 {
     (void)g;
     return store_recall(program);
-}
-
-/* --------------------------------------------------------------------------------------------------------- the outputs */
-/* Of several changes in one instant only the last is an edge: so this comes when nothing more is due in it. */
-static void show_pins(void)
-{
-    uint32_t changed = part->shown ^ shown;
-    shown = part->shown;
-    changed &= ~(1u << GSC_TALK);
-    for (unsigned pin = 0; changed >> pin; pin++) {
-        if (!(changed >> pin & 1))
-            continue;
-        if ((pin == GSC_RDY) != (shown >> pin & 1))
-            SIO_OUT_SET = 1u << OUTPUTS[pin];
-        else
-            SIO_OUT_CLEAR = 1u << OUTPUTS[pin];
-        if (pin == GSC_DIR)
-            dir_changed = clock_now();
-    }
 }
 
 /* ------------------------------------------------------------------------------------------------------- going on */
@@ -239,17 +191,17 @@ static void prepare(void)
     } else if (!has_step || due != step_due) {
         if (has_step && steps_disarm())
             return; /* it has just been made, and its interrupt follows */
-        fatal = part->motion.homing ? 1u << (part->motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0;
-        if (~SIO_IN & fatal)
+        inputs_set_fatal(part->motion.homing ? 1u << (part->motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0);
+        if (~SIO_IN & inputs_fatal())
             return; /* its edge is in the queue */
         step_due = due;
         has_step = true;
-        steps_arm(due, dir_changed + DIR_SETUP);
+        steps_arm(due, outputs_dir_changed() + DIR_SETUP);
     }
     if (!part->motion.is_moving)
         steps_end_motion();
     if (!has_step)
-        fatal = 0;
+        inputs_set_fatal(0);
 }
 
 /* The step was held at its instant: the core shall see ENABLE low then. */
@@ -307,7 +259,7 @@ static void advance(cycles limit)
             continue;
         const bool is_any = gsc_next(part, &due);
         if (!is_any || due != part->now)
-            show_pins();
+            outputs_show(part->shown); /* nothing more is due in this instant */
         if (!is_any)
             return;
         if (has_step && !is_held && !gsc_is_before(due, step_due)) {
@@ -329,7 +281,7 @@ static bool change(uint32_t now_levels, cycles at)
     if (now_levels == levels)
         return true;
     if (has_step && !is_held) {
-        if (~now_levels & fatal & (GSC_HOME | GSC_EOT)) {
+        if (~now_levels & inputs_fatal() & (GSC_HOME | GSC_EOT)) {
             if (steps_disarm())
                 return false;
             has_step = false;
@@ -367,15 +319,14 @@ static void say_version(void)
 void part_start(void)
 {
     store_start();
-    levels = look(SIO_IN);
+    levels = inputs_of(SIO_IN);
     gsc_power_up(part, PART, (uint16_t)(levels | enable), clock_instant(clock_now()) + POWER_UP_PS);
-    shown = (uint16_t)~part->shown; /* so that all of them are written */
-    show_pins();
+    outputs_start(part->shown);
 }
 
 static bool is_news(void)
 {
-    return taken != came || serial_is_waiting() || steps_is_news();
+    return inputs_are_waiting() || serial_is_waiting() || steps_is_news();
 }
 
 void part_round(void)
@@ -389,13 +340,14 @@ void part_round(void)
         advance(character.at);
         take_character(&character);
     }
-    while (taken != came) {
-        const cycles at = clock_of_stamp(edges[taken % EDGES_WAITING].stamp);
+    while (inputs_are_waiting()) {
+        const struct edge edge = inputs_first();
+        const cycles at = clock_of_stamp(edge.stamp);
         advance(at);
         /* RXD as it was: its edges are characters */
-        if (!change((look(edges[taken % EDGES_WAITING].levels) & ~(uint32_t)GSC_RXD) | (levels & GSC_RXD), at))
+        if (!change((inputs_of(edge.pins) & ~(uint32_t)GSC_RXD) | (levels & GSC_RXD), at))
             break;
-        taken++;
+        inputs_take();
     }
     if (steps_are_stopped()) { /* by a pulse that is over already */
         if (!steps_disarm())
@@ -403,8 +355,8 @@ void part_round(void)
         prepare();
     }
     const cycles now = clock_now();
-    if (taken == came) {
-        uint32_t pins = look(SIO_IN);
+    if (!inputs_are_waiting()) {
+        uint32_t pins = inputs_of(SIO_IN);
         if (listens)
             pins = (pins & ~(uint32_t)GSC_RXD) | (levels & GSC_RXD);
         (void)change(pins, now);

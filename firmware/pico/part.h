@@ -9,6 +9,4 @@
 void part_start(void);
 void part_round(void); /* deal with all that is due, then sleep until more is */
 
-void part_input_interrupt(void);
-
 #endif

@@ -69,6 +69,9 @@ def test_strict_writes_nothing_and_lists_what_is_not_the_same(call: Any, tmp_pat
         ("; nothing\n", ("--to", "cy525"), "has no commands"),
         ("R 80\n", ("--to", "linuxcnc", "--steps-per-mm", "0"), "allowed more than 0"),
         ("R 80\n", ("--to", "cy525", "--plot", "x.svg"), "needs --prove"),
+        ("R 80\n", ("--to", "grbl", "--set", "repeats"), "write NAME=VALUE"),
+        ("R 80\n", ("--to", "grbl", "--set", "repeats=x"), "allowed 1 or more"),
+        ("R 80\n", ("--to", "linuxcnc", "--axis", "Q"), "axis Q: allowed X, Y, Z"),
         ("A\nE\n" + "N 1\nG\n" * 20 + "Q\n", ("--to", "cy525"), "allowed 48 (CY512 manual, guide)"),
     ],
 )
@@ -190,3 +193,33 @@ def test_a_mistake_in_a_bench_is_answered_with_its_place(call: Any, tmp_path: Pa
     (tmp_path / "pair.toml").write_text(text)
     found = call("translate", str(tmp_path / "pair.toml"), "--to", "cy512", "-o", str(tmp_path / "new"))
     assert found.status in (1, 2) and says in found.err, found.err
+
+
+# ------------------------------------------------------------------------- where a new user with an old program stops
+def test_a_loop_into_the_middle_of_an_instruction_is_refused_with_where_instructions_begin(
+    call: Any, tmp_path: Path
+) -> None:
+    program = tmp_path / "winder.cy512"
+    program.write_text("A\nR 150\nS 20\nE\nB\nW\n+\nN 1600\nG\nL 10,4\n0\nQ\nD\n")
+    for to in ("cy525", "arduino", "linuxcnc"):
+        found = call("translate", str(program), "--to", to)
+        assert found.status == 1
+        assert "line 10, column 6: LOOP to byte 4, inside N 1600 of line 8: allowed 3 or 6" in found.err
+    program.write_text("A\nR 150\nS 20\nE\nN 16\nG\nL 10,9\n0\nQ\nD\n")
+    assert "LOOP to byte 9" in call("translate", str(program), "--to", "arduino").err
+
+
+def test_a_program_that_never_runs_proves_nothing_and_the_proof_says_so(call: Any, tmp_path: Path) -> None:
+    program = tmp_path / "press.gs-c200"
+    program.write_text("P\nS25\nT300\nR60\n+1200\n")  # without E, which runs it
+    found = call("translate", str(program), "--to", "gs-c200s", "--prove")
+    assert "proof    nothing moved and nothing was switched on either side" in found.err
+
+
+def test_what_is_written_out_is_counted_in_the_report(call: Any, tmp_path: Path) -> None:
+    program = tmp_path / "press.gs-c200"
+    program.write_text("P\nS25\nT300\nR60\nL0\n+50\nD2\nL8\nW1\nG0\nE\n")
+    found = call("translate", str(program), "--to", "grbl", "--prove")
+    assert "G4 P0.2 (8 times)" in found.err
+    assert found.err.splitlines()[-1].strip().startswith("what is missing where a line is not possible")
+    assert "positions: never beyond an end of the counter of the gs-c200 (0..9999999)" in found.err

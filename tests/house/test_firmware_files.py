@@ -42,13 +42,13 @@ def circles(folder: str) -> None:
     list(TopologicalSorter(needs).static_order())
 
 
-@pytest.mark.parametrize("folder", ["common", "uno", "pc", "part/gs_c200"])
+@pytest.mark.parametrize("folder", ["common", "uno", "pc", "part/gs_c200", "pico"])
 def test_no_file_is_long(folder: str) -> None:
     lines = {path.name: len(path.read_text("ascii").splitlines()) for path in files(folder)}
     assert not {name: count for name, count in lines.items() if count > MOST}
 
 
-@pytest.mark.parametrize("folder", ["common", "part/gs_c200"])
+@pytest.mark.parametrize("folder", ["common", "part/gs_c200", "pico"])
 def test_no_circle_of_files(folder: str) -> None:
     circles(folder)
 
@@ -57,6 +57,25 @@ def test_a_part_knows_no_processor_and_no_board() -> None:
     own = {path.name for path in files("part/gs_c200")}
     for path in files("part/gs_c200"):
         assert included(path) <= own | SYSTEM | {"stdbool.h", "math.h"}, path
+
+
+def test_the_pico_needs_nothing_but_its_own_files_and_the_part() -> None:
+    own = {path.name for path in files("pico")}
+    for path in files("pico"):
+        assert included(path) <= own | SYSTEM | {"stdbool.h", "stddef.h", "gsc200.h"}, path
+
+
+def test_the_page_of_the_pico_has_all_of_its_sources() -> None:
+    page = (ROOT.parent / "docs/reference/pico.md").read_text("utf-8")
+    table = set(re.findall(r"`(\w+\.[cS])`", page))
+    assert table == {path.name for path in files("pico") if path.suffix in (".c", ".S")}
+
+
+@pytest.mark.parametrize("folder", ["common", "uno", "pc", "part/gs_c200", "pico"])
+def test_nothing_is_from_others(folder: str) -> None:
+    for path in files(folder):
+        text = path.read_text("ascii")
+        assert not re.search(r"copyright|\(c\)|spdx|licen[cs]e|@author|all rights", text, re.IGNORECASE), path
 
 
 def test_what_is_common_knows_no_processor() -> None:

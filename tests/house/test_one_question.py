@@ -20,6 +20,7 @@ ALLOWED = {  # the class, its names, and why they are not those of another
     "Piece: levels look_after": "levels of the inputs of a stepper, all of them in one answer",
     "Net: edges_ahead levels_before resolve": "what several drivers make of a wire",
     # ---- other things that have instants
+    "HandshakenBytes: current latest_edge request_of": "how far a command over a handshake has come, in bytes",
     "Axis: driven loads marks motions played position_at positions_at turns unwrapped_at": (
         "the face of an axis to users and parts: positions, several motions, turns of direction"
     ),

@@ -152,7 +152,7 @@ def test_a_release_has_what_git_knows_and_an_sdist_all_but_what_is_made(release,
 
 
 @pytest.mark.system
-def test_firmware_lies_beside_the_packages_with_the_licences_of_what_is_linked(release, tmp_path, monkeypatch):
+def test_firmware_is_next_to_the_packages_with_the_licences_of_its_libraries(release, tmp_path, monkeypatch):
     if gone := release.without_compilers():
         pytest.skip(f"{', '.join(gone)}: not installed; make boards does it")
     monkeypatch.setattr(release, "ROOT", tmp_path)

@@ -224,6 +224,7 @@ def differences(fast: World, twin: World) -> list[str]:
             found.append(f"{key}: {text}")
     if recorded:
         busy = {time for name in twin.since for time, _ in twin.recorded(name, -1)}
+        busy |= {act.at for act in twin.dialogue.acts}
         one, two = ([look for look in world.glances if look[0] not in busy] for world in (fast, twin))
         if sorted(one, key=repr) != sorted(two, key=repr):
             found.append(f"glances: {next((pair for pair in zip(one, two, strict=False) if pair[0] != pair[1]), None)}")

@@ -12,7 +12,7 @@ from slewline.translation.translate import Translation, translate, translate_tex
 from slewline.translation.translation_report import LineKind
 from tests.ensembles import members
 from tests.rows import rows
-from tests.translation.programs import PAIRS, old_cy512, printed, random_program
+from tests.translation.programs import PAIRS, PRINTED, old_cy512, printed, random_program
 
 
 def done(source: str, to: str) -> list[Translation]:
@@ -27,6 +27,14 @@ def test_nine_tenths_of_the_lines_are_the_same_or_nearly(pair: tuple[str, str]) 
     counts = [found.report.counts for found in done(*pair)]
     total = sum(sum(each.values()) for each in counts)
     assert total > 40
+    assert sum(each[LineKind.IMPOSSIBLE] for each in counts) <= total / 10
+
+
+@pytest.mark.parametrize("to", ["linuxcnc", "grbl", "arduino"])
+def test_so_are_nine_tenths_at_the_controllers_that_people_need(to: str) -> None:
+    counts = [translate(path, to=to).report.counts for path in PRINTED]
+    total = sum(sum(each.values()) for each in counts)
+    assert total > 400
     assert sum(each[LineKind.IMPOSSIBLE] for each in counts) <= total / 10
 
 

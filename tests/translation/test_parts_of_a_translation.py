@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from slewline.translation.meaning import Delay, Jump, Loop, MoveBy, MoveTo, RunEndless, SetOutput
+from slewline.translation.proof.prove import prove
 from slewline.translation.reading import read_program
 from slewline.translation.translate import translate_text
 from slewline.translation.translation_report import LineKind
@@ -110,9 +111,9 @@ def test_a_value_that_depends_on_the_path_is_not_known() -> None:
 
 # ------------------------------------------------------------------------------------------ faults of random programs
 def test_a_direction_is_set_again_after_a_move_to_a_position_in_a_loop() -> None:
-    found = result(GSC.format("L0\n+9\nG500\nG90\nL3"), "gs-c200s", "cy545")
-    body = found[found.index("E") + 1 :]
-    assert body.index("+") < body.index("G")  # the loop comes back with the direction of the last move to a position
+    done = translate_text("I3\n" + GSC.format("+19\nL0\n+9\nG500\nG90\nL3"), "gs-c200s", "cy545")
+    proof = prove(done)
+    assert proof.proven and proof.compared is not None and proof.compared.moves == 10, proof.compared
 
 
 def test_the_memory_pointer_is_set_where_the_source_sets_it_and_once() -> None:

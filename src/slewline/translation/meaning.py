@@ -153,9 +153,13 @@ class MoveBy(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoveTo(Motion):
-    """Move to a position; None if it is not known."""
+    """Move to a position; None if it is not known.
+
+    `implied`: the command moves other axes as well.
+    """
 
     position: int | None
+    implied: bool = False
 
     @property
     def steps(self) -> int | None:
@@ -282,13 +286,17 @@ class Query(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Special(Action):
-    """A command of the part that no other part need have: `says` what it does.
+    """A command of the part that no other part need have.
 
-    `needless` says why a target without such a command needs nothing in its place; empty: it does.
+    Attributes:
+        says: what it does.
+        needless: why a target without such a command needs nothing in its place; empty: it does.
+        remedy: what a person can do; empty: what the manual of the source suggests.
     """
 
     says: str
     needless: str = ""
+    remedy: str = ""
 
 
 # ------------------------------------------------------------------------------------------------------------- program

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..core.datasheet.table import Sheet
 from .meaning import (
     Action,
     EnterProgram,
@@ -11,6 +12,7 @@ from .meaning import (
     LeaveProgram,
     Motion,
     MoveBy,
+    MoveTo,
     Profile,
     Program,
     RunEndless,
@@ -87,3 +89,15 @@ def inputs(program: Program) -> list[int]:
     found |= {each.number for action in program.actions if isinstance(action, Jump) for each in action.inputs}
     found |= {each.until.number for each in program.actions if isinstance(each, RunEndless) and each.until}
     return sorted(found)
+
+
+def counts_positions(program: Program) -> bool:
+    """Return whether a program moves both by steps and to positions, so that the ends of a counter matter."""
+    actions = list(program.actions)
+    return all(any(isinstance(action, kind) for action in actions) for kind in (MoveBy, MoveTo))
+
+
+def counter_of(sheet: Sheet) -> tuple[int, int] | None:
+    """Return the ends of the position counter, as far as a move to a position shows them."""
+    row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
+    return None if row is None else (row.args[0].low, row.args[0].high)

@@ -41,10 +41,9 @@ from .meaning import (
 )
 from .profiles import Profiles
 from .source_registers import Key, KnownRegisterValues, start_of, takes_part
+from .special_commands import AT_THE_START, NEEDLESS, REMEDIES
 
 SETS: Mapping[str, Part] = {"start_rate": "start rate", "top_rate": "top rate", "rate_divisor": "top rate"}
-NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move says which axis it is of"}
-AT_THE_START = "a program begins at its first line"
 Held = Mapping[Key, int]
 Common = dict[str, object]
 UNIT_TIMES = ("millisecond", "delay_unit")
@@ -323,7 +322,18 @@ class RoleReader:
         elif row.form.startswith("GET_"):
             yield Query(**common)  # type: ignore[arg-type]
         else:
-            yield Special(says=row.says, needless=NEEDLESS.get(row.role, ""), **common)  # type: ignore[arg-type]
+            remedy = REMEDIES.get(row.form, "")
+            yield Special(says=row.says, needless=NEEDLESS.get(row.role, ""), remedy=remedy, **common)  # type: ignore[arg-type]
+            if row.form == "MULTI_UPDATE":
+                yield from self._updates(statement, common)
+
+    def _updates(self, statement: Statement, common: Common) -> Iterable[Action]:
+        """The motions of several axes that begin in one cycle: a move to a position for each axis that has a target."""
+        before = self.registers.before(statement)
+        for axis in range(1, self.sheet.axes + 1):
+            if statement.values[0] >> axis - 1 & 1 and (axis, "target") in before:
+                its = self.motion(before, {**common, "axis": axis})
+                yield MoveTo(position=before[axis, "target"], implied=True, **its)  # type: ignore[arg-type]
 
     # ---------------------------------------------------------------------------------------------------------- labels
     def goal(self, statement: Statement) -> str:

@@ -112,6 +112,7 @@ class Target:
         writer: the class that writes a program.
         reader: reads a text back, and shares no code with the writer.
         interpreter: runs a text in the real interpreter of the target; empty: none can be had.
+        settings: what --set takes besides the levels of outputs: name and allowed values.
     """
 
     name: str
@@ -121,6 +122,7 @@ class Target:
     writer: str
     reader: str
     interpreter: str = ""
+    settings: tuple[tuple[str, str], ...] = ()
 
     def comment(self, text: str) -> str:
         """Return a comment as a line of its own; empty text gives an empty line."""

@@ -8,8 +8,8 @@ for line in done.report:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -64,6 +64,7 @@ def translate(
     axis: str = "X",
     unroll: int = 1000,
     strict: bool = False,
+    settings: Mapping[str, str] | None = None,
 ) -> Translation:
     """Return a program for another part or controller, with a report of each line.
 
@@ -76,6 +77,8 @@ def translate(
         axis: the axis, for targets that have several.
         unroll: how many lines a loop may become where the target has none.
         strict: refuse what is not the same.
+        settings: what the text leaves open, by name: {"output1": "low"} for the level of an output at the start,
+            {"library": "fastaccelstepper"} and others that a target has.
 
     Raises:
         UnknownName: there is no such part or target.
@@ -91,7 +94,7 @@ def translate(
         where=path,
         crystal=crystal,
         target_crystal=target_crystal,
-        options=WriterOptions(steps_per_mm=steps_per_mm, axis=axis, unroll=unroll),
+        options=WriterOptions(steps_per_mm=steps_per_mm, axis=axis, unroll=unroll, values=settings or {}),
         strict=strict,
     )
 
@@ -113,7 +116,9 @@ def translate_text(
     source_hz = None if crystal is None else crystal_for(sheet, crystal)
     program = read_program(text, part, where, source_hz)
     name = known(to)
+    check_settings(options.values, name)
     if name in TARGETS:
+        program = with_levels(program, options.values)
         other: Target | None = target(name)
         written = target(name).write(program, options)
     else:
@@ -145,6 +150,33 @@ def known(to: str) -> str:
         names = [*CATALOGUE.names(), *TARGETS]
         raise UnknownName(f"no target {to!r}; there are: {', '.join(names)}{hint(str(to), names)}") from None
     return name
+
+
+def check_settings(values: Mapping[str, str], to: str) -> None:
+    """Refuse a setting that a target has not.
+
+    Raises:
+        UsageError: there is no such setting, or it has another value.
+    """
+    own = dict(TARGETS[to].settings) if to in TARGETS else {}
+    levels = {f"output{number}": "low or high: its level at the start" for number in (1, 2, 3)}
+    allowed = own | (levels if to in TARGETS else {})
+    for name, value in values.items():
+        if name not in allowed:
+            rows = [f"{each} ({says})" for each, says in allowed.items()]
+            raise UsageError(f"setting {name}: {to} takes {', '.join(rows) or 'none'}{hint(name, list(allowed))}")
+        if name in levels and value not in ("low", "high"):
+            raise UsageError(f"setting {name}={value}: allowed low or high")
+
+
+def with_levels(program: Program, values: Mapping[str, str]) -> Program:
+    """Return a program whose outputs begin at the levels that a user gives."""
+    assumed = [each for each in program.assumed if f"output{each.about[7:8]}" not in values]
+    given = [(int(name[-1]), value) for name, value in values.items() if name.startswith("output")]
+    for number, value in given:
+        pin = program.wiring.get(f"output{number}", "a pin")
+        assumed.append(Assumed(f"output {number} ({pin})", f"{value} at the start, as set"))
+    return replace(program, assumed=tuple(assumed))
 
 
 def reported(program: Program, to: str, written: Written) -> Report:

@@ -37,7 +37,7 @@ def test_the_same_file_comes_of_two_folders(pico, tmp_path: Path) -> None:
     assert str(tmp_path).encode() not in again.path.read_bytes()
 
 
-def test_each_part_has_a_file_that_says_which(pico, tmp_path: Path) -> None:
+def test_each_part_has_a_file_with_its_name(pico, tmp_path: Path) -> None:
     other = tool.build(tmp_path, part="gs-c200")
     assert [made.path.name for made in (pico, other)] == ["slewline-gs-c200s.uf2", "slewline-gs-c200.uf2"]
     assert tool.version("gs-c200").encode() in other.image.read_bytes()

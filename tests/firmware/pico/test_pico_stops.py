@@ -73,6 +73,28 @@ def test_no_step_follows_enable_k_or_a_reset(boards: Emulator) -> None:
     assert stop(boards, 24, 56) > 200
 
 
+def test_no_step_of_a_homing_follows_its_switch(boards: Emulator) -> None:
+    board = Pico(boards, **RATE)
+    board.power_up()
+    board.run(board.up + 1 * MS)
+    for line in ("Po", "S1000", "T1000", "R1", "+1", "Px"):
+        assert board.ask(line, 3) == "Y\r"
+    turned = 0
+    for tenths in (11, 13, 16, 20, 25, 30, 40, 60, 90):  # of a microsecond, before a step
+        board.forget()
+        board.run(board.send(b"H+\r") + 3 * MS)
+        at = board.steps()[-1] + 300 * US - tenths * US // 10
+        assert at > board.now
+        board.drive("eot", 0, at)
+        board.run(at + 400 * US)
+        after = [cycle - at for cycle in board.steps() if cycle > at]
+        assert min(after) > 9 * US, tenths  # the way back begins when DIR has been set for 10 us
+        turned += len(after)
+        board.drive("eot", 1, board.now + 1)
+        board.ask("K", 12)
+    assert turned > 20
+
+
 @pytest.mark.long
 @pytest.mark.timeout(1800)
 def test_no_step_follows_six_hundred_of_them(boards: Emulator) -> None:

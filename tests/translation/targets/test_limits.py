@@ -8,6 +8,7 @@ from slewline.errors import UsageError
 from slewline.translation.meaning import Action, Line, MoveBy, Profile, Program, SetOutput
 from slewline.translation.reading import read_program
 from slewline.translation.target_writer import WriterOptions, Written
+from slewline.translation.translate import translate_text
 from slewline.translation.translation_report import LineKind, LineVerdict
 from slewline.translation.writers import target
 
@@ -167,3 +168,59 @@ def test_a_program_that_is_entered_and_not_run_is_there_and_does_not_run():
     lines = text_of(text, "grbl")
     assert lines.index("M2") < lines.index(next(line for line in lines if "X5" in line))
     assert "[gcode_macro STORED1]" in text_of(text, "klipper")
+
+
+# ------------------------------------------------------------------------------------------ what only a chipset has
+SEVERAL = (
+    "SET_1\nSET_VEL 90000\nSET_ACC 90\nSET_POS 50\nSET_2\nSET_VEL 90000\nSET_ACC 90\nSET_POS 70\nMULTI_UPDATE 0x3\n"
+)
+
+
+def test_an_update_of_several_axes_moves_each_and_says_that_they_do_not_start_together():
+    found = written(SEVERAL, "linuxcnc", "mc1451a")
+    assert [line.text[:10] for line in found.lines if "G90 G1" in line.text] == ["G90 G1 X50", "G90 G1 Y70"]
+    judged = verdict(found, 9, LineKind.IMPOSSIBLE)
+    assert (
+        "in the same cycle" in judged.says
+        and "LinuxCNC 2.9" in judged.limit
+        and "one axis moves after" in judged.remedy
+    )
+
+
+def test_an_s_curve_is_not_possible_and_the_remedy_is_a_ramp_that_has_a_counterpart():
+    for name in ("linuxcnc", "grbl", "klipper", "tmcl", "arduino", "python"):
+        judged = verdict(written("SET_PRFL_S_CRV\nSET_POS 5\nUPDATE\n", name, "mc1451a"), 1, LineKind.IMPOSSIBLE)
+        assert target(name).language in judged.limit and "SET_PRFL_TRAP" in judged.remedy
+
+
+# ----------------------------------------------------------------------------------------------------------- settings
+def test_an_output_begins_at_the_level_that_a_user_gives():
+    for level, code in (({}, "M8"), ({"output1": "low"}, "M9"), ({"output1": "high"}, "M8")):  # high after a reset
+        assert next(line for line in translated("B\nC\n", "grbl", **level) if line in ("M8", "M9")) == code
+
+
+def translated(text: str, to: str, **settings: str) -> list[str]:
+    done = translate_text(text, "cy525", to, options=WriterOptions(values=settings))
+    return [line.partition("  ;")[0] for line in done.text.splitlines()]
+
+
+def test_a_setting_says_which_library_which_port_and_how_often():
+    assert "#include <FastAccelStepper.h>" in translated("N 5\nG\n", "arduino", library="fastaccelstepper")
+    assert 'PORT = "COM3"' in translated("N 5\nG\n", "python", port="COM3")
+    text = "R 80\nE\nN 5\n+\nG\nJ 0\nQX\n"
+    assert sum(line.startswith("G91 G1 X5") for line in translated(text, "grbl", repeats="7")) == 7
+
+
+@pytest.mark.parametrize(
+    ("to", "setting", "says"),
+    [
+        ("grbl", {"repeat": "3"}, "grbl takes repeats .*did you mean repeats"),
+        ("grbl", {"repeats": "none"}, "repeats none: allowed 1 or more"),
+        ("linuxcnc", {"output1": "off"}, "output1=off: allowed low or high"),
+        ("gs-c200s", {"output1": "low"}, "gs-c200s takes none"),
+        ("arduino", {"library": "stepper"}, "allowed: accelstepper or fastaccelstepper"),
+    ],
+)
+def test_a_setting_that_a_target_has_not_is_refused_with_those_that_it_has(to, setting, says):
+    with pytest.raises(UsageError, match=says):
+        translated("N 5\nG\n", to, **setting)

@@ -190,7 +190,6 @@ class Cy545(Chip):
         return self._stored.counter
 
     def _does(self) -> tuple[str, int]:
-        """Return what the chip is doing or waiting for, and since when (ps)."""
         self._port.catch_up()
         return super()._does()
 

@@ -172,7 +172,6 @@ class Cy5xx(Chip):
         return listing(self.program, self.sheet)
 
     def _does(self) -> tuple[str, int]:
-        """Return what the chip is doing or waiting for, and since when (ps)."""
         self._port.catch_up()
         return super()._does()
 

@@ -50,13 +50,13 @@ FIRMWARE = {
 }
 
 
-def beside_the_wheel() -> list[Path]:
+def next_to_the_wheel() -> list[Path]:
     """Return the folder of the wheel that was installed, if it was a file, and firmware in it."""
     try:
-        said = distribution("slewline").read_text("direct_url.json")
+        origin = distribution("slewline").read_text("direct_url.json")
     except PackageNotFoundError:
         return []
-    url = urlsplit(json.loads(said or "{}").get("url", ""))
+    url = urlsplit(json.loads(origin or "{}").get("url", ""))
     if url.scheme != "file" or not url.path.endswith(".whl"):
         return []
     folder = Path(url2pathname(url.path)).parent
@@ -65,7 +65,7 @@ def beside_the_wheel() -> list[Path]:
 
 def places() -> list[Path]:
     """Return the folders where firmware may be: of the wheel, of the checkout that the package is in, and this one."""
-    return [*beside_the_wheel(), HERE.parents[1] / "build" / "firmware", Path("firmware"), Path()]
+    return [*next_to_the_wheel(), HERE.parents[1] / "build" / "firmware", Path("firmware"), Path()]
 
 
 def firmware_of(name: str, board: str | None = None) -> Firmware:
@@ -97,8 +97,8 @@ def write_firmware(name: str | None, board: str | None, output: str | None, sour
     found = next((place / about.file for place in searched if (place / about.file).is_file()), None)
     if found is None:
         raise UsageError(
-            f"{about.file} is not here.  A release has it beside the wheel, and in a checkout make boards builds "
-            "it; name the folder where you have it with --from"
+            f"{about.file} is not here.  A release includes it, next to the wheel; in a checkout make boards "
+            "builds it; name the folder where you have it with --from"
         )
     data, target = found.read_bytes(), Path(output or about.file)
     if target.suffix != found.suffix:

@@ -26,13 +26,13 @@ from .pull_push import performed
 
 GAP_US = 20_000  # between an answer and the next line
 LASTS_US = {"E": 2_500_000, "I1": 50_000}  # what takes longer
-ASKED = ("F", "V1", "V2", "A3", "S50", "L0", "K", "Z", "F")
+HARMLESS = ("F", "V1", "V2", "A3", "S50", "L0", "K", "Z", "F")
 ENTERED = ("S50", "T200", "R20", "L0", "A1", "+30", "D2", "-30", "C1", "A2", "L2", "Q")
 FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901")  # a module may know one and move
 
 
 def entry(part: str) -> tuple[str, list[str]]:
-    """Return what begins program entry of a part, and what ends it without running the program, if it has that."""
+    """Return the command that begins program entry, and those to end it without a run of the program: none or one."""
     rows = sheet_of(part).rows(LineRow)
     begin = next(row.head for row in rows if row.role == "enter")
     return begin, [row.head for row in rows if row.role == "leave" and not row.may_step]
@@ -47,7 +47,7 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
         move: and steps, 60 in each direction.
     """
     begin, end = entry(part)
-    lines = [*ASKED]
+    lines = [*HARMLESS]
     if replace:
         lines += [begin, *ENTERED, *FAULTY * move, *end, "Q", "F"]
     if replace and move:
@@ -76,7 +76,7 @@ def firmware(
     """Write firmware, or check a board that has it; return the exit status.
 
     Raises:
-        UsageError: options of the one and of the other, or a board that is no module.
+        UsageError: options of the one and of the other, or a board that does not replace a module.
     """
     if port is None:
         if given := [option for option in ONLY_CHECKED if check[option] not in (None, False)]:
@@ -87,7 +87,7 @@ def firmware(
     firmware_of(name, board)
     if name not in PARTS:
         modules = ", ".join(each for each in FIRMWARE if each in PARTS)
-        raise UsageError(f"--check: {name} is no module; boards that can be checked: {modules}")
+        raise UsageError(f"--check: {name} does not replace a module; boards that can be checked: {modules}")
     if output or source:
         raise UsageError("--check: writes no firmware; leave out --output and --from")
     if check["move"] and not check["replace"]:
@@ -99,7 +99,7 @@ def firmware(
 
 @dataclass
 class CheckBoard(SettingOptions):
-    """What board is to be checked, as the command line asks for it."""
+    """The options of a check."""
 
     part: str
     port: str

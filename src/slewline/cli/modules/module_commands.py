@@ -117,15 +117,15 @@ def epics_command(**options: Any) -> int:
 @click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder of a file that was built elsewhere.")
 @click.option("--check", "port", metavar="PORT", help="Write nothing; ask the board at this serial port.")
 @setting_options
-@click.option("--replace", is_flag=True, help="With --check: enter a program, too; what M has stored remains.")
-@click.option("--move", is_flag=True, help="With --check and --replace: make 120 steps, too; and send faulty lines.")
+@click.option("--replace", is_flag=True, help="With --check: enter a program, too; the program stored by M remains.")
+@click.option("--move", is_flag=True, help="With --check and --replace: run it: 120 steps; and send faulty lines.")
 @path("--dialogue", help="With --check: write the dialogue into this new file.")
 @click.option("--tolerance", type=TimeWithUnit(), help="With --check: as of slewline compare.")
 def firmware_command(**options: Any) -> int:
     """Write the firmware of a board to a file, and say how it gets onto the board; without NAME, list what there is.
 
     gs-c200s and gs-c200 make a Raspberry Pi Pico take the place of a module; uno makes an Arduino Uno step for slewline
-    drive.  A file is looked for beside the wheel that was installed, in the build of a checkout, and in the current
+    drive.  A file is looked for next to the installed wheel, in the build of a checkout, and in the current
     directory.
 
     With --check fixed lines are sent to the board, and its answers are compared with those of the model, as slewline

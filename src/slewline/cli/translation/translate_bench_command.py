@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +30,7 @@ def translate_bench_file(
     steps_per_mm: float | None,
     axis: str,
     unroll: int,
+    settings: Sequence[str],
     strict: bool,
     prove: bool,
     plot: str | None,
@@ -44,7 +45,9 @@ def translate_bench_file(
             raise UsageError(f"{name}: is for a single program; a bench file says it of each chip")
     if output is None or Path(output).is_file():
         raise UsageError(f"{file}: is a bench, which becomes several files; give a folder for them: --output FOLDER")
-    done = translate_bench(file, to, options=writer_options(steps_per_mm, axis, unroll), target_crystal=target_crystal)
+    done = translate_bench(
+        file, to, options=writer_options(steps_per_mm, axis, unroll, settings), target_crystal=target_crystal
+    )
     if strict:
         wrong = [refusal(each.report) for each in done.programs.values() if not each.report.same]
         wrong += [f"{line.what}: {line.remedy}" for line in done.lines if not line.becomes]

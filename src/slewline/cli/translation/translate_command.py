@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"same": None, "nearly": "yellow", "not possible": "red"}
 MOST_STEPS_PER_MM = 1e6
+MISSING = "what is missing where a line is not possible is a difference: mend that, and prove it again"
 WIDTH = 24  # of what was written for a line
 
 
@@ -35,6 +37,7 @@ def translate(
     steps_per_mm: float | None,
     axis: str,
     unroll: int,
+    settings: Sequence[str],
     strict: bool,
     prove: bool,
     plot: str | None,
@@ -44,7 +47,7 @@ def translate(
     from ...translation.translate import known, refusal, translate_text
 
     known(to)
-    options = writer_options(steps_per_mm, axis, unroll)
+    options = writer_options(steps_per_mm, axis, unroll, settings)
     text = read_program(file, source=True)
     part = chip_of(file, chip)
     if plot is not None and not prove:
@@ -76,7 +79,7 @@ def translate(
     return status(done, proof)
 
 
-def writer_options(steps_per_mm: float | None, axis: str, unroll: int) -> WriterOptions:
+def writer_options(steps_per_mm: float | None, axis: str, unroll: int, settings: Sequence[str] = ()) -> WriterOptions:
     """Return what a user says about the target.
 
     Raises:
@@ -86,7 +89,13 @@ def writer_options(steps_per_mm: float | None, axis: str, unroll: int) -> Writer
 
     if steps_per_mm is not None and not 0 < steps_per_mm < MOST_STEPS_PER_MM:
         raise UsageError(f"--steps-per-mm {steps_per_mm:g}; allowed more than 0, below {MOST_STEPS_PER_MM:g}")
-    return WriterOptions(steps_per_mm=steps_per_mm or 1.0, axis=axis, unroll=unroll)
+    values = {}
+    for each in settings:
+        name, equals, value = each.partition("=")
+        if not name.strip() or not equals or not value.strip():
+            raise UsageError(f"--set {each}: write NAME=VALUE, such as output1=low")
+        values[name.strip()] = value.strip()
+    return WriterOptions(steps_per_mm=steps_per_mm or 1.0, axis=axis, unroll=unroll, values=values)
 
 
 def meant(text: str, file: str, part: str) -> str:
@@ -130,7 +139,7 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
     counts = ", ".join(f"{number} {kind.value}" for kind, number in report.counts.items())
     yield f"{report.where}: {report.part} to {report.to}: {counted(len(report.lines), 'line')}: {counts}", None
     for line in report.lines:
-        kind, written = line.kind.value, " | ".join(line.written) or "-"
+        kind, written = line.kind.value, " | ".join(once(line.written)) or "-"
         yield f"{line.number:>4}  {line.code:<{WIDTH}}  {written:<{WIDTH}}  {kind}".rstrip(), COLOURS[kind]
         for verdict in line.verdicts:
             if says := described(verdict):
@@ -143,6 +152,15 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
         yield f"wire     {theirs} -> {mine or 'nothing'} ({role})", None if mine else "yellow"
     if proof is not None:
         yield f"proof    {proved(proof)}", None if proof.proven else "red"
+        if not proof.proven and proof.compared is not None and report.counts[worst()]:
+            yield f"         {MISSING}", None
+
+
+def once(lines: Sequence[str]) -> Iterator[str]:
+    """Yield lines, and how often each comes, where one comes several times one after the other."""
+    for text, same in groupby(lines):
+        number = len(list(same))
+        yield text if number == 1 else f"{text} ({number} times)"
 
 
 def described(verdict: LineVerdict) -> str:

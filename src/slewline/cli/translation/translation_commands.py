@@ -23,8 +23,16 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
 )
 @click.option("--steps-per-mm", type=float, metavar="N", help="For targets that count millimetres; 1 by default.")
 @click.option("--axis", default="X", show_default=True, help="The axis, for targets that have several.")
-@click.option("--unroll", type=WholeNumber(1000, least=1), default=1000, metavar="N", show_default=True,
-              help="How many lines a loop may become where the target has none.")  # fmt: skip
+@click.option(
+    "--unroll",
+    type=WholeNumber(1000, least=1),
+    default=1000,
+    metavar="N",
+    show_default=True,
+    help="How many lines a loop may become where the target has none.",
+)
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE",
+              help="What the program leaves open: output1=low, and others that a target has.")  # fmt: skip
 @click.option("--strict", is_flag=True, help="Write nothing unless every line is the same.")
 @click.option("--prove", is_flag=True, help="Run source and result, and compare steps, outputs and times.")
 @path("--plot", metavar="F.svg", help="With --prove: draw both runs over each other (SVG, PNG or PDF).")

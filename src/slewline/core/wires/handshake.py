@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from enum import Enum
 from types import coroutine
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol
 
 from ..time.kernel import Task
 from ..time.timebase import Clock
@@ -43,7 +43,7 @@ class ByteTimes(NamedTuple):
     kept: int
 
 
-class Stage(Enum):
+class HandshakeStage(Enum):
     """How far a chip is with a byte."""
 
     AWAITED = "it waits for the request"
@@ -81,15 +81,15 @@ class HandshakenBytes:
         number = (self.clock.ticks_until(ps) - self.tick - clocks) // self.times.kept + 1
         return max(min(number, len(self.data)), 0)
 
-    def at(self, ps: int) -> int:
+    def current(self, ps: int) -> int:
         """Return the number of the byte that is in progress at an instant (ps)."""
         return min(self.passed(ps, self.times.kept), len(self.data) - 1)
 
-    def edge_before(self, ps: int) -> int:
+    def latest_edge(self, ps: int) -> int:
         """Return the last edge of I/O REQUEST by an instant (ps), or the first one of all."""
-        number = self.at(ps)
+        number = self.current(ps)
         risen = self.instant(number, self.times.busy)
-        return risen if risen <= ps else self.requested(number)
+        return risen if risen <= ps else self.request_of(number)
 
     def _instants(self, clocks: int) -> list[int]:
         return [self.instant(number, clocks) for number in range(len(self.data))]
@@ -98,7 +98,7 @@ class HandshakenBytes:
     def _requests(self) -> list[int]:
         return [self.start, *self._instants(0)[1:]]
 
-    def requested(self, number: int) -> int:
+    def request_of(self, number: int) -> int:
         """Return when I/O REQUEST falls for a byte (ps)."""
         return self.instant(number, 0) if number else self.start
 
@@ -145,7 +145,6 @@ class SendingEnd(Protocol):
         """
 
 
-@runtime_checkable
 class TakingEnd(End, Protocol):
     """The chip's end: it takes bytes.
 
@@ -170,7 +169,7 @@ class TakingEnd(End, Protocol):
 
     @property
     def task(self) -> Task:
-        """The chip's task."""
+        """The chip's task, while that waits."""
 
     @property
     def at_letter(self) -> bool:
@@ -182,7 +181,7 @@ class TakingEnd(End, Protocol):
     def begins(self, coming: HandshakenBytes) -> None:
         """Bytes begin to come."""
 
-    def reached(self, number: int, stage: Stage) -> int | None:
+    def reached(self, number: int, stage: HandshakeStage) -> int | None:
         """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
 
     def counted(self, low: bool) -> None:
@@ -200,8 +199,6 @@ class Handshakes(Exchange):
         through: how many bytes the host was through with when its wait ended; `gone`: at a withdrawal.
         low: after that, it still requests the next one.
     """
-
-    state: HandshakenBytes
 
     def __init__(self, host: SendingEnd, chip: TakingEnd) -> None:
         shown: dict[Driver, Callable[[HandshakenBytes], Wave]] = {
@@ -294,15 +291,16 @@ class Handshakes(Exchange):
 
     def _watch_request(self, awaited: bool) -> None:
         """Let the chip see I/O REQUEST, and wait for it."""
-        chip, task = self.chip, self.chip.task
+        chip = self.chip
         chip.request.latched = True
-        for net, wanted in chip.awaited if awaited else ():
-            net.waiters.append((task, task.token, wanted))
-            if net.promise is not None:
-                net.follow()
+        if awaited:
+            task = chip.task
+            for net, wanted in chip.awaited:
+                net.waiters.append((task, task.token, wanted))
+                if net.promise is not None:
+                    net.follow()
 
     def withdraw(self) -> None:
-        """Go on edge by edge: something looks at one of the wires, or is about to drive it."""
         chip, coming, seen = self.chip, self.state, self.kernel.seen
         for root in self.held:
             for net in root.joined or (root,):
@@ -311,8 +309,8 @@ class Handshakes(Exchange):
         super().withdraw()
         chip.exchange = None
         self.gone = coming.passed(seen, coming.times.busy)
-        self.low = self.gone <= coming.at(seen)
-        chip.request.changed_at = coming.edge_before(seen)
+        self.low = self.gone <= coming.current(seen)
+        chip.request.changed_at = coming.latest_edge(seen)
         awaited = chip.awaiting and (self.over or self._resume(coming, seen))
         chip.counted(self.low)
         self._watch_request(awaited)
@@ -330,7 +328,7 @@ class Handshakes(Exchange):
             wave, driver = line.wave, line.driver
             if driver is self.chip.instrobe:
                 begun = [(time, level) for time, level in zip(wave.times, wave.levels, strict=True) if seen < time]
-                number = coming.at(seen)
+                number = coming.current(seen)
                 end = coming.instant(number, coming.times.sample) if coming.start <= seen else now
                 edges = [edge for edge in begun if edge[0] <= end]
             elif driver is self.chip.ready or seen < coming.start:
@@ -346,22 +344,22 @@ class Handshakes(Exchange):
     def _resume(self, coming: HandshakenBytes, seen: int) -> bool:
         """Let the chip go on in the middle of bytes; return whether it waits for a request."""
         chip, task, kernel, now = self.chip, self.chip.task, self.kernel, self.kernel.now
-        number, times = coming.at(seen), coming.times
+        number, times = coming.current(seen), coming.times
         sample, busy = coming.instant(number, times.sample), coming.instant(number, times.busy)
         if coming.last == now > seen:  # its turn is in this round
-            chip.reached(number, Stage.TAKEN)
+            chip.reached(number, HandshakeStage.TAKEN)
             return False
         task.token += 1
         if coming.start > seen:
-            at = chip.reached(0, Stage.AWAITED)
+            at = chip.reached(0, HandshakeStage.AWAITED)
         elif now < sample:
-            at = chip.reached(number, Stage.REQUESTED)
+            at = chip.reached(number, HandshakeStage.REQUESTED)
         elif now < busy:
-            at = chip.reached(number, Stage.ACCEPTED)
+            at = chip.reached(number, HandshakeStage.ACCEPTED)
         elif number < len(coming.data) - 1 and coming.instant(number, times.kept) <= now:
-            at = chip.reached(number + 1, Stage.AWAITED)
+            at = chip.reached(number + 1, HandshakeStage.AWAITED)
         else:
-            at = chip.reached(number, Stage.READ)
+            at = chip.reached(number, HandshakeStage.READ)
         if at is None:
             chip.token = task.token
             return True

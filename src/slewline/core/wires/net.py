@@ -458,6 +458,8 @@ class Net:
 
     def update(self, ps: int) -> bool:
         """Commit the level of an instant (ps) and return whether it changed (called by the kernel)."""
+        if self.exchange is not None:  # whose lines nobody follows; what was driven has changed nothing
+            return False
         active, promise = self.active, self.promise
         if len(active) == 1:
             new = active[0].level if promise is None else promise.level(ps)
@@ -465,7 +467,7 @@ class Net:
                 new = self.tie if self.tie is not None else self.pull
         else:
             new = self.resolve(ps)
-        if self._log is not None and self.exchange is None:  # which keeps its own log
+        if self._log is not None:
             self._keep(self._log, ps, new)
         alone = len(active) == 1 and self._log is None and not self.joined
         if alone and not self.before_change and type(promise) is Wave and ps >= promise.times[-1]:

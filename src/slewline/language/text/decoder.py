@@ -210,14 +210,11 @@ class Decoder(Generic[L_co]):
     def _in_line(self, byte: int) -> CommandText | L_co | None:
         if byte == CR:
             self.at_letter = True
-            line = self._head, bytes(self._line)
+            line, number = (self._head, bytes(self._line)), len(self.notes)
             found = self._lines.get(line)
             if found is None:
-                number = len(self.notes)
                 found = self._line_end(cast("TextRow", self._row), text_of(self._line))
-                if found is not None and len(self.notes) == number:
-                    if len(self._lines) == LINES_KNOWN:
-                        self._lines.clear()
+                if found is not None and len(self.notes) == number and len(self._lines) < LINES_KNOWN:
                     self._lines[line] = found
             return found
         if byte == self._label_mark:

@@ -47,6 +47,11 @@ class FlowHost(Host):
         self.port.listen()
 
     @property
+    def _begun(self) -> bool:
+        self.port.catch_up()
+        return super()._begun
+
+    @property
     def sent(self) -> int:
         """The number of bytes sent so far, empty handshakes not counted."""
         return self.port.all_sent

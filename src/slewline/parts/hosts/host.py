@@ -122,11 +122,16 @@ class Host(Part):
     @from_outside
     def drop(self) -> None:
         """Drop what is queued; a request that is being sent already is completed."""
-        if not self.queue.begun:
+        if not self._begun:
             self.clear()
             return
         self.input("drop")
         self.queue.cancel_after(1, "drop()")
+
+    @property
+    def _begun(self) -> bool:
+        """Has the first request begun to show?"""
+        return self.queue.begun
 
     @from_outside
     def clear(self) -> None:

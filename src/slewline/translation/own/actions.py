@@ -190,5 +190,5 @@ class Actions(MotionWriter):
         raise Impossible(
             action.text,
             f"no command of the {self.sheet.part.upper()} does it: {says} ({self.sheet.manual})",
-            "leave it out, or let the host do it",
+            action.remedy or "leave it out, or let the host do it",
         )

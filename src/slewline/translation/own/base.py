@@ -161,7 +161,7 @@ class ActionWriter:
             self.note(self.rates.motion(action))
         if mine.role == "run" and action.block >= 0:
             return None
-        if mine.role == "clear":
+        if mine.role == "clear" or mine.form == "MULTI_UPDATE":
             self.cleared.add(action.line)
         return ResultPiece(mine, action.values)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ...chips import checks_of, sheet_of
-from ...core.datasheet.table import Sheet
 from ...language.lint import lint
 from ..meaning import (
     EndProgram,
@@ -22,6 +21,7 @@ from ..meaning import (
     WaitInput,
 )
 from ..profiles import profiles_of
+from ..program_facts import counter_of, counts_positions
 from ..target_writer import WriterOptions, Written
 from ..translation_report import LineKind, LineVerdict, OutLine
 from .actions import Actions
@@ -123,7 +123,7 @@ class OwnWriter:
 
     def _counted(self) -> list[tuple[str, str]]:
         """What is assumed of the position counters, if their ends differ and the program goes by them."""
-        if not {MoveBy, MoveTo} <= {type(action) for action in self.program.actions}:
+        if not counts_positions(self.program):
             return []
         theirs, mine = counter_of(self.source), counter_of(self.sheet)
         if theirs is None or mine is None or theirs == mine:
@@ -273,12 +273,6 @@ class OwnWriter:
         if kind not in ("output", "input") or "bits" not in self.actions.rows:
             return ""
         return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"
-
-
-def counter_of(sheet: Sheet) -> tuple[int, int] | None:
-    """Return the ends of the position counter, as far as a move to a position shows them."""
-    row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
-    return None if row is None else (row.args[0].low, row.args[0].high)
 
 
 def linted(text: str, part: str) -> list[str]:

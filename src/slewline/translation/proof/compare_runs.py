@@ -51,7 +51,7 @@ class Compared:
         moves, outputs, inputs: how many of each were compared.
         differences: what is different beyond what the report states, in words; empty: it is proven.
         time_off: the greatest difference of the time of a move, as a fraction.
-        rate_off: the greatest difference of a greatest rate of a long move, as a fraction; None: there was no long move.
+        rate_off: the greatest difference of a greatest rate of a long move, as a fraction; None: there was none.
         pause_off_ps: the greatest difference of a pause, ps; None: no pauses were compared.
         stated: the bounds of the report.
         cut: one of the runs had no end and was cut off: as much was compared as both did.
@@ -84,8 +84,10 @@ class Compared:
         off = self.pause_off_ps
         pauses = "" if off is None else f"; pauses within {readable(round(off, -8))}"
         ended = "; cut off" if self.cut else ""
+        if self.proven and not what:
+            return "nothing moved and nothing was switched on either side: that proves nothing"
         if self.proven:
-            return f"the same: {what or 'nothing moved'}, in the same order; {times}; {rates}{pauses}{ended}"
+            return f"the same: {what}, in the same order; {times}; {rates}{pauses}{ended}"
         return f"different: {self.differences[0]}" + (
             f", and {len(self.differences) - 1} more" if len(self.differences) > 1 else ""
         )

@@ -7,7 +7,7 @@ from ..target_writer import Happened, PlayedTrace, WriterOptions
 MOST_EVENTS = 5_000
 MOST_STATEMENTS = 100_000
 MOST_CHANGES = 16  # of inputs
-IDLE_STATEMENTS = 500  # without anything that happens: the program waits
+IDLE_STATEMENTS = 250  # without anything that happens: the program waits
 
 
 class RefusedLine(Exception):

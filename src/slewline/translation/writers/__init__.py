@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from ..target_writer import Target
 
+REPEATS = (("repeats", "1 or more: how often a loop without end is written"),)
+
 TARGETS: dict[str, Target] = {
     target.name: target
     for target in (
-        Target("grbl", "; ", ".nc", "grbl 1.1h (wiki and documentation)", "grbl_writer:GrblWriter", "grbl_reader:read"),
+        Target(
+            "grbl",
+            "; ",
+            ".nc",
+            "grbl 1.1h (wiki and documentation)",
+            "grbl_writer:GrblWriter",
+            "grbl_reader:read",
+            settings=REPEATS,
+        ),
         Target(
             "linuxcnc",
             "; ",
@@ -35,9 +45,16 @@ TARGETS: dict[str, Target] = {
             "Arduino Uno with AccelStepper 1.64 or FastAccelStepper",
             "arduino:SketchWriter",
             "sketch:read",
+            settings=(("library", "accelstepper or fastaccelstepper"),),
         ),
         Target(
-            "python", "# ", ".py", "Python 3 with pySerial, grbl 1.1h", "host_script:ScriptWriter", "script_reader:read"
+            "python",
+            "# ",
+            ".py",
+            "Python 3 with pySerial, grbl 1.1h",
+            "host_script:ScriptWriter",
+            "script_reader:read",
+            settings=(("port", "a port, such as /dev/ttyUSB0 or COM3"),),
         ),
     )
 }

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from ...errors import UsageError
 from ..meaning import (
     Delay,
     EndProgram,
@@ -133,7 +134,10 @@ class GrblWriter(LanguageWriter):
         self.variable_distance = self.variable_sign = False  # loops are written out: both are known
         self.moved = False  # the line before this one is a move
         self.ended = False  # the stored program
-        self.repeats = max(1, int(options.values.get("repeats", "1")))
+        repeats = options.values.get("repeats", "1")
+        if not repeats.isdecimal() or not int(repeats):
+            raise UsageError(f"repeats {repeats}: allowed 1 or more")
+        self.repeats = int(repeats)
 
     def written(self) -> Written:
         self.tree(self.program.block(-1))

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+from ...chips import sheet_of
 from ...errors import UsageError
 from ..meaning import (
     Action,
@@ -30,7 +31,7 @@ from ..meaning import (
     SetTarget,
     WaitInput,
 )
-from ..program_facts import one_acceleration, outputs, runs, stored, variables
+from ..program_facts import counter_of, counts_positions, one_acceleration, outputs, runs, stored, variables
 from ..target_writer import Target, WriterOptions, Written
 from ..translation_report import OutLine
 from .source_sheet import Draft, Held, heading, lines_of, unspoken, wired, with_comments
@@ -85,7 +86,15 @@ class LanguageWriter(ABC):
     def finished(self, lines: Iterable[OutLine], assumed: Iterable[tuple[str, str]]) -> Written:
         """Return what was written, after the comments with which the program begins."""
         out = (*heading(self.program), *lines)
+        assumed = [*assumed, *self._counted()]
         return Written(out, tuple(self.sheet.verdicts), wired(self.program, self.wires()), tuple(assumed))
+
+    def _counted(self) -> list[tuple[str, str]]:
+        """Return what is assumed of positions: those of the source have ends, at which its counter begins again."""
+        ends = counter_of(sheet_of(self.program.part)) if counts_positions(self.program) else None
+        if ends is None:
+            return []
+        return [("positions", f"never beyond an end of the counter of the {self.program.part} ({ends[0]}..{ends[1]})")]
 
     def commented(self, block: int) -> list[OutLine]:
         """Return the lines written for a block, with the comments of the source."""
@@ -151,7 +160,7 @@ class LanguageWriter(ABC):
             case EnterProgram():
                 pass
             case _:
-                unspoken(sheet, action, self.keeps)
+                unspoken(sheet, action, self.keeps, self.target.language)
 
     def unknown(self, line: int, what: str, remedy: str = "write the command with a number") -> None:
         """Note that the text does not show a value."""

@@ -211,10 +211,10 @@ class Held:
         return None if distance is None or sign is None else distance * sign
 
 
-def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
+def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
     """Handle what no target has to do: the host's own directives, queries, saving; return whether it was one.
 
-    `keeps` says where the result is kept without power.
+    `keeps` says where the result is kept without power, `language` what the limits are those of.
     """
     match action:
         case HostDirective():
@@ -233,8 +233,8 @@ def unspoken(sheet: Draft, action: Action, keeps: str) -> bool:
             sheet.impossible(
                 action.line,
                 action.says,
-                "the target has no such command",
-                "see the manual of the source for what it does",
+                f"no such command in {language}",
+                action.remedy or "see the manual of the source for what it does",
             )
         case SetTarget() | SetEndless():
             sheet.same(action.line, "it is in the motion")

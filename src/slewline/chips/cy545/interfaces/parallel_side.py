@@ -20,7 +20,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from ....core.datasheet.channel import FlowBus
-from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, Stage, suspended
+from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, HandshakeStage, suspended
 from ....core.wires.waits import first_of, level, next_round, until
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ RISE = "waiting for io_request=1 (then BUSY rises)"
 EMPTY = 0xFF  # what a bus that nothing drives reads as, by its pull-ups
 
 
-class Reader(Protocol):
+class FlowReader(Protocol):
     """What makes commands of the bytes that come."""
 
     @property
@@ -63,7 +63,7 @@ class ParallelPort:
         self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
         self.awaited: tuple[tuple[Net, int | None], ...] = ()
         self.held: tuple[Net, ...] = ()
-        self.reader: Reader
+        self.reader: FlowReader
         self.exchange: Handshakes | None = None
         self.request.ends = (self,)
         self.reset()
@@ -76,7 +76,7 @@ class ParallelPort:
         self.come: deque[int] = deque()
         self.halfway: tuple[int, int, int] | None = None  # a byte that has been requested: tick, byte, changes
         self.rose: int | None = None  # when IO_REQUEST rose for a byte at whose end the chip is already (ps)
-        self.stage, self.awaiting, self.first, self.token = Stage.AWAITED, False, False, 0
+        self.stage, self.awaiting, self.first, self.token = HandshakeStage.AWAITED, False, False, 0
         self.open = False  # BUSY is low for a byte of the host
         self.host_is_next = False  # the chip waits for IO_REQUEST, in the middle of a command or of a message
         self.served = -1  # changes of IO_REQUEST when that byte was asked for
@@ -138,6 +138,8 @@ class ParallelPort:
         await chip.at_tick(tick)
         if not self.open:
             return
+        if self.exchange is not None and self.kernel.seen < self.kernel.now == request.changed_at:
+            await next_round(self.kernel)  # by then the host has answered, or somebody else holds IO_REQUEST low
         if request.changes == self.served:
             chip.waits(RISE)
             await self.until_request(False)
@@ -181,7 +183,7 @@ class ParallelPort:
         finally:
             self.awaiting = self.host_is_next = False
         if (coming := self.coming) is not None:  # it has not been withdrawn
-            self.reached(len(coming.data) - 1, Stage.TAKEN)
+            self.reached(len(coming.data) - 1, HandshakeStage.TAKEN)
             self.counted(False)
             self.exchange.taken()  # type: ignore[union-attr]
 
@@ -198,17 +200,17 @@ class ParallelPort:
         self.coming, self.was_idle = coming, self.chip.idle
         self.chip.idle = self.host_is_next = False
 
-    def reached(self, number: int, stage: Stage) -> int | None:
+    def reached(self, number: int, stage: HandshakeStage) -> int | None:
         """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
         chip, coming, self.stage = self.chip, self.coming, stage
-        self.coming, self.awaiting = None, stage is Stage.AWAITED and number == 0
+        self.coming, self.awaiting = None, stage is HandshakeStage.AWAITED and number == 0
         if coming is None:
             return None
-        taken = stage in (Stage.READ, Stage.TAKEN)
+        taken = stage in (HandshakeStage.READ, HandshakeStage.TAKEN)
         self.come.extend(coming.data[: number + taken])
         self._says(coming, number, taken)
         tick = coming.tick + number * self.byte_times.kept
-        if stage is Stage.AWAITED:
+        if stage is HandshakeStage.AWAITED:
             if self.awaiting:
                 chip.idle, self.host_is_next = self.was_idle, not self.first
                 return None
@@ -216,7 +218,7 @@ class ParallelPort:
         elif taken:
             chip.tick = tick + self.byte_times.busy
             busy = coming.instant(number, self.byte_times.busy)
-            self.rose = busy if stage is Stage.READ and busy <= self.kernel.seen else None
+            self.rose = busy if stage is HandshakeStage.READ and busy <= self.kernel.seen else None
         else:
             self.halfway = tick, coming.data[number], self.request.changes
         return self.kernel.now
@@ -229,7 +231,7 @@ class ParallelPort:
         """Take the next of the bytes that have come as a value."""
         byte = self.come.popleft()
         if not self.come:
-            self.open = self.stage in (Stage.READ, Stage.TAKEN)
+            self.open = self.stage in (HandshakeStage.READ, HandshakeStage.TAKEN)
         return byte
 
     def kept(self) -> bytes:
@@ -242,7 +244,7 @@ class ParallelPort:
         coming, seen, before = self.coming, self.kernel.seen, bytes(self.come).removeprefix(b"\xff").decode("latin-1")
         if coming is None or coming.start > seen:
             return before
-        number = coming.at(seen)
+        number = coming.current(seen)
         taken = coming.passed(seen, self.byte_times.busy)
         self._says(coming, number, taken > number)
         return coming.data[:taken].removeprefix(b"\xff").decode("latin-1")
@@ -253,7 +255,7 @@ class ParallelPort:
             self.chip.waits(RISE, coming.instant(number, self.byte_times.busy))
         elif number:
             what = LETTER if coming.data[:number] == b"\xff" else REST
-            self.chip.waits(f"waiting for {what}", coming.requested(number))
+            self.chip.waits(f"waiting for {what}", coming.request_of(number))
 
     # -------------------------------------------------------------------------------------------------------- bytes out
     async def send(self, message: bytes, each: bool) -> None:

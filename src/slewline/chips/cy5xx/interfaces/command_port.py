@@ -17,7 +17,7 @@ from typing import Protocol
 
 from ....core.context import ChipContext
 from ....core.time.kernel import Task
-from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, Stage, suspended
+from ....core.wires.handshake import ByteTimes, HandshakenBytes, Handshakes, HandshakeStage, suspended
 from ....core.wires.net import Net, Wave
 from ....core.wires.waits import first_of, level, until
 from .family_lines import line_in, line_out
@@ -26,7 +26,7 @@ from .readout import ReadOut
 COMMANDS = "a command", "a live command"
 
 
-class Reader(Protocol):
+class BusReader(Protocol):
     """What makes commands of the bytes that come."""
 
     @property
@@ -61,11 +61,11 @@ class BusPort:
         self.byte_times = ByteTimes(self.strobe, self.sample, self.sample + self.busy, ticks["letter"])
         self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
         self.awaited, self.held = (self.request.when_active,), (self.select, self.mode)
-        self.reader: Reader
+        self.reader: BusReader
         self.exchange: Handshakes | None = None
         self.coming: HandshakenBytes | None = None
         self.read = self.byte = self.token = 0
-        self.stage, self.awaiting, self.idle = Stage.AWAITED, False, False
+        self.stage, self.awaiting, self.idle = HandshakeStage.AWAITED, False, False
         self.request.ends = (self,)
         self.begin()
 
@@ -121,7 +121,7 @@ class BusPort:
         """
         chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
         while True:
-            letter, stage = self.reader.at_letter, Stage.AWAITED
+            letter, stage = self.reader.at_letter, HandshakeStage.AWAITED
             if request.value != request.active_level:
                 chip.idle = idle
                 chip.waits(f"waiting for {'the rest of a command' if not letter else COMMANDS[live]}")
@@ -141,7 +141,7 @@ class BusPort:
                 continue
             else:
                 self.early(live)
-            if stage is Stage.AWAITED:
+            if stage is HandshakeStage.AWAITED:
                 self.requested = chip.tick = tick = self.clock.ticks_from(kernel.now)
                 if self.select.value == 1:
                     await self.output_byte()
@@ -150,20 +150,20 @@ class BusPort:
                 at = ps(chip.tick)
                 self.instrobe.wave(self.strobed[1], (ps(tick + self.strobe), at), self.strobed)
                 await until(kernel, at)
-                stage = Stage.REQUESTED
-            if stage is Stage.REQUESTED:
+                stage = HandshakeStage.REQUESTED
+            if stage is HandshakeStage.REQUESTED:
                 if request.value == request.when_inactive[1]:
                     chip.finding("short-request", "I/O REQUEST rose before INSTROBE ended: the byte is lost")
                     continue
                 self.byte = self.accept(letter)
                 await until(kernel, self.busy_ps)
-                stage = Stage.ACCEPTED
-            if stage is Stage.ACCEPTED:
+                stage = HandshakeStage.ACCEPTED
+            if stage is HandshakeStage.ACCEPTED:
                 self.ready.put(self.ready.inactive_level)
-                stage = Stage.TAKEN
-            if stage is Stage.TAKEN:
+                stage = HandshakeStage.TAKEN
+            if stage is HandshakeStage.TAKEN:
                 return self.byte
-            if stage is Stage.READ:
+            if stage is HandshakeStage.READ:
                 await self.finish(self.requested + self.byte_times.kept)
 
     def early(self, live: bool) -> None:
@@ -198,15 +198,15 @@ class BusPort:
         """Does a command begin with the next byte?"""
         return self.reader.at_letter
 
-    async def _requested(self, asked: tuple[Net, int]) -> Stage:
+    async def _requested(self, asked: tuple[Net, int]) -> HandshakeStage:
         """Wait for I/O REQUEST, or for bytes that come as a value; return how far the last one of them is."""
-        self.awaiting, self.stage, self.token = True, Stage.AWAITED, self.task.token
+        self.awaiting, self.stage, self.token = True, HandshakeStage.AWAITED, self.task.token
         try:
             await (level(*asked) if self.exchange is None else suspended())
         finally:
             self.awaiting = False
         if (coming := self.coming) is not None:  # it has not been withdrawn
-            self.reached(len(coming.data) - 1, Stage.TAKEN)
+            self.reached(len(coming.data) - 1, HandshakeStage.TAKEN)
             self.counted(False)
             self.exchange.taken()  # type: ignore[union-attr]
         return self.stage
@@ -228,19 +228,19 @@ class BusPort:
         if self.reader.at_letter:
             self.ascii = self.mode.level == 1
 
-    def reached(self, number: int, stage: Stage) -> int | None:
+    def reached(self, number: int, stage: HandshakeStage) -> int | None:
         """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
-        chip, coming, self.stage, self.awaiting = self.chip, self.coming, stage, stage is Stage.AWAITED
+        chip, coming, self.stage, self.awaiting = self.chip, self.coming, stage, stage is HandshakeStage.AWAITED
         self.coming = None
         if coming is None:
             return None
-        self._keep(coming, number + (stage is Stage.READ))
-        self._says(coming, number, stage not in (Stage.AWAITED, Stage.REQUESTED))
+        self._keep(coming, number + (stage is HandshakeStage.READ))
+        self._says(coming, number, stage not in (HandshakeStage.AWAITED, HandshakeStage.REQUESTED))
         self.requested = coming.tick + number * self.byte_times.kept
-        if stage is Stage.AWAITED:
+        if stage is HandshakeStage.AWAITED:
             chip.idle = self.idle
             return None
-        if stage is Stage.REQUESTED:
+        if stage is HandshakeStage.REQUESTED:
             chip.tick = self.requested + self.sample
             return self.clock.ps(chip.tick)
         self.byte = coming.data[number]
@@ -256,7 +256,7 @@ class BusPort:
         """Take notice of what has come by now: somebody asks."""
         coming, seen = self.coming, self.kernel.seen
         if coming is not None and coming.start <= seen:
-            number, last = coming.at(seen), len(coming.data) - 1
+            number, last = coming.current(seen), len(coming.data) - 1
             self._keep(coming, min(coming.passed(seen, self.byte_times.busy), last))
             self._says(coming, number, coming.instant(number, self.sample) <= seen)
 
@@ -271,7 +271,7 @@ class BusPort:
         if accepted:
             self.chip.waits("handling a byte", coming.instant(number, self.sample))
         elif number:
-            self.chip.waits("waiting for the rest of a command", coming.requested(number))
+            self.chip.waits("waiting for the rest of a command", coming.request_of(number))
 
     async def output_byte(self) -> None:
         """Put the next byte of the verify group on the bus until I/O REQUEST rises (fig. 7.1)."""

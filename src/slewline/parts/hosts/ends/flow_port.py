@@ -12,7 +12,7 @@ it knows from the mode commands that it has sent itself; `heed` makes it go by o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ....core.datasheet.channel import FlowBus
 from ....core.wires.event import Event
@@ -66,7 +66,7 @@ class FlowPort:
         self.turn = Event(self.kernel, f"{self.name}.(turn)")
         self.taken = False  # the lines are in use
         self.listener: Task | None = None
-        self.bytes = SentBytes(self)
+        self.bytes = FlowSender(self)
         line("reset").watch(lambda _net: self.switched_on())
 
     def switched_on(self) -> None:
@@ -102,10 +102,12 @@ class FlowPort:
     def catch_up(self) -> None:
         """Take notice of what has been sent by now: somebody asks."""
         if (exchange := self.bytes.exchange) is not None and exchange.under_way:
+            self.queue.begun = True
             self.bytes.feed(exchange.under_way)
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
         """Return what it waits for at a byte of what it sends (handshake.py)."""
+        self.queue.begun |= number > 0
         self.bytes.feed(number)
         self.bytes.begins = self.shadow.at_letter
         return (*(self._flows if not low or self.bytes.begins else ()), (self.busy, 0 if low else 1))
@@ -199,11 +201,12 @@ class FlowPort:
                     await self._free()
                 asked = False
                 if exchange is not None and self.bytes.begin(data, at, begins, empty):
-                    self.queue.begun = True
+                    self.queue.begun |= not empty
                     try:
                         await exchange.end()
                     finally:
                         at += self.bytes.feed(exchange.through)
+                    self.queue.begun |= exchange.through > 0
                     begins, asked = self.bytes.begins, not exchange.by_value and exchange.low
                     if not asked and exchange.through != empty:
                         continue
@@ -272,8 +275,7 @@ class OfferedBytes(HandshakenBytes):
     __slots__ = ()
 
     def bus(self) -> Wave:
-        """Return what the host shows on the bus."""
-        falls = [self.requested(number) for number in range(len(self.data))]
+        falls = [self.request_of(number) for number in range(len(self.data))]
         rises = [self.instant(number, self.times.busy) for number in range(len(self.data))]
         times: list[int] = []
         levels: list[Level] = []
@@ -284,7 +286,7 @@ class OfferedBytes(HandshakenBytes):
         return Wave(None, tuple(times), tuple(levels))
 
 
-class SentBytes(Leader[Handshakes]):
+class FlowSender(Leader[Handshakes]):
     """Bytes that a host sends to a chip as a value, where that is possible.
 
     Attributes:
@@ -325,9 +327,10 @@ class SentBytes(Leader[Handshakes]):
         self.fed = gone
         return gone
 
-    def made(self, ends: tuple[object, ...]) -> Handshakes | None:
+    def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
         """Return what is possible with the chips whose IO_REQUEST this is; None: it is that of no chip, or of more."""
         port = self.port
-        if len(ends) != 1 or not isinstance(chip := ends[0], TakingEnd):
+        if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None
+        chip: TakingEnd = ends[0]
         return Handshakes(port, chip) if chip.ready.net is port.busy.root else None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ....core.datasheet.channel import BusHandshake
 from ....core.datasheet.command_rows import TextRow
@@ -63,7 +63,7 @@ class CommandPort:
             line("out_strobe"), line("motion_complete"), line("running"),
         )  # fmt: skip
 
-        self.bytes = SentBytes(self)
+        self.bytes = BusSender(self)
 
     @property
     def all_sent(self) -> int:
@@ -249,7 +249,7 @@ class CommandPort:
         return int.from_bytes(data, "big")
 
 
-class SentBytes(Leader[Handshakes]):
+class BusSender(Leader[Handshakes]):
     """Bytes that a host sends to a chip as a value, where that is possible."""
 
     def __init__(self, port: CommandPort) -> None:
@@ -272,9 +272,10 @@ class SentBytes(Leader[Handshakes]):
         coming = HandshakenBytes(sent, port.kernel.now, before, last, chip.byte_times, chip.clock)
         return exchange.send(coming)
 
-    def made(self, ends: tuple[object, ...]) -> Handshakes | None:
+    def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
         """Return what is possible with the chips whose I/O REQUEST this is; None: it is that of no chip, or of more."""
         port = self.port
-        if len(ends) != 1 or not isinstance(chip := ends[0], TakingEnd):
+        if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None
+        chip: TakingEnd = ends[0]
         return Handshakes(port, chip) if chip.ready.net is port.ready.root else None

@@ -1,0 +1,16 @@
+"""Commands that no other part need have: why nothing is needed in their place, and what a person can do instead."""
+
+from __future__ import annotations
+
+# by role
+NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move says which axis it is of"}
+
+ALIKE = "take SET_PRFL_TRAP with SET_ACC at the source, prove that, and translate it: such a ramp has a counterpart"
+TOGETHER = "here one axis moves after the other; let a host start parts of their own at the same time"
+REMEDIES = {  # by the form of the command
+    "MULTI_UPDATE": TOGETHER,
+    "SET_PRFL_S_CRV": ALIKE,
+    "SET_PRFL_VEL": "move to positions with SET_PRFL_TRAP, if the motion has an end",
+    "SET_PRFL_GEAR": "gear the axes by hand, or by a controller that follows an encoder",
+}
+AT_THE_START = "a program begins at its first line"
