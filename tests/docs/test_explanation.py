@@ -97,6 +97,7 @@ def x():
 
 
 def test_a_command_flows_through_the_code_as_the_page_says(x):
+    x.pin("ready").net.watch(lambda _net: None)  # else it goes as a value
     wanted = told("`host.send")
     assert len(wanted) > 20
     assert in_order(wanted, traced(lambda: x.send_and_run("R 100\r"))) is None
@@ -124,6 +125,7 @@ def c():
 
 
 def test_a_query_flows_through_the_code_as_the_page_says(c):
+    c.pin("busy").net.watch(lambda _net: None)  # else the command goes as a value
     wanted = told('`host.ask("? R")')
     assert len(wanted) > 10
     assert in_order(wanted, traced(lambda: c.host.ask("? R"))) is None
