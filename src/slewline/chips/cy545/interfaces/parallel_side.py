@@ -236,8 +236,7 @@ class ParallelPort:
 
     def kept(self) -> bytes:
         """Take those of the bytes that have come as a value that only become part of a command."""
-        kept = bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
-        return kept
+        return bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
 
     def catch_up(self) -> str:
         """Take notice of what has come by now, and return it as text: somebody asks."""

@@ -209,8 +209,8 @@ class FlowPort:
                     self.queue.begun |= exchange.through > 0
                     begins, asked = self.bytes.begins, not exchange.by_value and exchange.low
                     if not asked and exchange.through != empty:
-                        continue
-                    if asked and empty and not exchange.through:
+                        continue  # with the next byte
+                    if asked and empty and not exchange.through:  # withdrawn in the middle of the empty handshake
                         await self._empty_handshake(asked=True)
                         asked = False
                     byte, begins = data[at], self.shadow.at_letter if begins is None else begins
@@ -225,14 +225,13 @@ class FlowPort:
                 self.bus.drive(None)
             self._give_turn()
 
-    def _sent(self, data: bytes) -> int:
-        """Take notice of bytes that have been sent; return how many."""
+    def _sent(self, data: bytes) -> None:
+        """Take notice of bytes that have been sent."""
         self.sent += len(data)
         heeded = self.control.heeds
         self.shadow.take(data)
         if self.control.heeds != heeded:
             self.control.news.set()
-        return len(data)
 
     async def _byte(self, byte: int, begins: bool, asked: bool) -> None:
         """Offer a byte until the part takes it; the answer to another host may come before a letter.
