@@ -90,6 +90,7 @@ class Module:
         self.port, self.speech, self.may_move, self.say = port, speech, may_move, say
         self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
         self.entering = self._noticed = False
+        self.least_patience_s = 0.0  # an answer may come as late as this, whatever the part needs
 
     @property
     def name(self) -> str:
@@ -158,7 +159,7 @@ class Module:
             self._note_entry(command)
             return ModuleAnswer((), sent_ns, sent_ns, sent_ns)
         received, first_ns, last_ns = b"", 0, 0
-        patience = self.speech.patience(command)
+        patience = max(self.speech.patience(command), self.least_patience_s)
         characters = len(data) + (self.speech.longest(command) if longest is None else longest)
         for chunk in self.chunks(patience, self.speech.seconds(characters, patience), f"the answer to {command}"):
             received += chunk.data
@@ -331,5 +332,8 @@ class Module:
 
     def _strange(self, command: str, answer: str) -> str:
         if command in answer and not answer.startswith(f"{command} "):
-            return "it echoes what is sent, as a modem or a console does; name the port of the module"
+            return (
+                "this line echoes, as an adapter for two wires (RS-485) or a modem does; give --echo, or name the port "
+                "of the module"
+            )
         return "is this the right port, and --chip the right part?"

@@ -125,7 +125,7 @@ class CheckBoard(SettingOptions):
         header = DialogueHeader(self.part, "", None, speech.baud, speech.checked, speech.address)
         lines = dialogue_for(self.part, replace=self.replace, move=self.move)
         with module.port, DialogueFile(path, header, remark) as module.transcript:
-            play(exchanges_with(speech, lines), module, self.replace)
+            play(exchanges_with(speech, lines), module, self.replace, (self.tolerance or 0) / PS_PER_US / 1e6)
 
     def _compare(self, path: Path) -> int:
         """Compare the answers of the board with those of the model."""

@@ -6,7 +6,6 @@ from typing import Any
 
 import click
 
-from ..files import is_bench
 from ..options.command_kinds import HintingCommand
 from ..options.shared import CHIP, CRYSTAL, EXIT, JSON, path
 from ..options.values import FILE, FREQUENCY, WholeNumber
@@ -49,6 +48,8 @@ def translate_command(**options: Any) -> int:
 
     Run a result first without load.  Try it with --prove, which runs both sides.
     """
+    from ..files import is_bench
+
     if is_bench(options["file"]):
         from .translate_bench_command import translate_bench_file
 
