@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
@@ -79,6 +80,24 @@ class WorkerContext(SpawnContext):
 
 
 @contextmanager
+def cancelled_quietly() -> Iterator[None]:
+    """Keep the thread of a pool whose workers are killed quiet: it fails at a task that has been cancelled before."""
+    from concurrent.futures import InvalidStateError
+
+    before = threading.excepthook
+
+    def hook(found: threading.ExceptHookArgs) -> None:
+        if found.exc_type is not InvalidStateError:
+            before(found)
+
+    threading.excepthook = hook
+    try:
+        yield
+    finally:
+        threading.excepthook = before
+
+
+@contextmanager
 def processes(jobs: int) -> Iterator[Workers]:
     """Yield a pool of processes of this machine; with one job nothing is started.
 
@@ -100,7 +119,9 @@ def processes(jobs: int) -> Iterator[Workers]:
         try:
             yield Workers(pool, AHEAD * number, "a process of the pool has died; try fewer jobs")
         except BaseException:  # nobody waits for what is being computed
-            context.kill()
+            with cancelled_quietly():
+                context.kill()
+                pool.shutdown()
             raise
 
 
