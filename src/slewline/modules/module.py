@@ -90,7 +90,7 @@ class Module:
         self.port, self.speech, self.may_move, self.say = port, speech, may_move, say
         self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
         self.entering = self._noticed = False
-        self.least_patience_s = 0.0  # an answer may come as late as this, whatever the part needs
+        self.least_wait_s = 0.0  # an answer may come as late as this, whatever the part needs
 
     @property
     def name(self) -> str:
@@ -159,7 +159,7 @@ class Module:
             self._note_entry(command)
             return ModuleAnswer((), sent_ns, sent_ns, sent_ns)
         received, first_ns, last_ns = b"", 0, 0
-        patience = max(self.speech.patience(command), self.least_patience_s)
+        patience = max(self.speech.patience(command), self.least_wait_s)
         characters = len(data) + (self.speech.longest(command) if longest is None else longest)
         for chunk in self.chunks(patience, self.speech.seconds(characters, patience), f"the answer to {command}"):
             received += chunk.data

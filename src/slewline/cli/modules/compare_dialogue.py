@@ -154,8 +154,8 @@ class CompareDialogue(SettingOptions):
         with ExitStack() as stack:
             path = Path(self.report or Path(stack.enter_context(TemporaryDirectory(prefix="slewline-")), "now"))
             with self.module(path, dialogue.header, speech) as module:
-                patience_s = (self.tolerance or 0) / PS_PER_US / 1e6
-                play(exchanges_of(dialogue.said, speech), module, self.replace, patience_s)
+                wait_s = (self.tolerance or 0) / PS_PER_US / 1e6
+                play(exchanges_of(dialogue.said, speech), module, self.replace, wait_s)
             return RecordedDialogue.read(path)
 
     @contextmanager

@@ -40,14 +40,12 @@ def hazards(exchanges: Sequence[RecordedExchange], speech: Speech) -> Hazards:
     return found
 
 
-def play(
-    exchanges: Sequence[RecordedExchange], module: Module, may_replace: bool = False, patience_s: float = 0.0
-) -> None:
+def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: bool = False, wait_s: float = 0.0) -> None:
     """Send the commands of a dialogue to a module, whose transcript takes down what it answers.
 
     Args:
         may_replace: the program of the module may be lost.
-        patience_s: answers are awaited for as long as this at least.
+        wait_s: answers are awaited for as long as this at least.
 
     Raises:
         MotionRefused: one of them may make a step, and the module may not; nothing has been sent.
@@ -55,7 +53,7 @@ def play(
         NoAnswer: the line echoes.
         PortLost: the port is gone.
     """
-    module.least_patience_s = patience_s
+    module.least_wait_s = wait_s
     found = hazards(exchanges, module.speech)
     if found.moving and not module.may_move:
         raise MotionRefused(
