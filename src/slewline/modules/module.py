@@ -90,7 +90,6 @@ class Module:
         self.port, self.speech, self.may_move, self.say = port, speech, may_move, say
         self.transcript: DialogueRecord = NoRecord() if transcript is None else transcript
         self.entering = self._noticed = False
-        self.least_wait_s = 0.0  # an answer may come as late as this, whatever the part needs
 
     @property
     def name(self) -> str:
@@ -138,6 +137,7 @@ class Module:
         again: bool = False,
         enough: Callable[[bytes], bool] | None = None,
         longest: int | None = None,
+        wait_s: float = 0.0,
     ) -> ModuleAnswer:
         """Send a command once; return its answer, whatever it is.
 
@@ -146,6 +146,7 @@ class Module:
             again: it has not been answered before.
             enough: says of what has come whether more of it need not be waited for.
             longest: how many characters the answer may have; None: as the speech has it.
+            wait_s: wait this long at least, whatever the part needs.
 
         Raises:
             MotionRefused, NoAnswer, EndlessInput, DamagedAnswer, PortLost: as for `ask`.
@@ -159,7 +160,7 @@ class Module:
             self._note_entry(command)
             return ModuleAnswer((), sent_ns, sent_ns, sent_ns)
         received, first_ns, last_ns = b"", 0, 0
-        patience = max(self.speech.patience(command), self.least_wait_s)
+        patience = max(self.speech.patience(command), wait_s)
         characters = len(data) + (self.speech.longest(command) if longest is None else longest)
         for chunk in self.chunks(patience, self.speech.seconds(characters, patience), f"the answer to {command}"):
             received += chunk.data

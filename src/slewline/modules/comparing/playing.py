@@ -53,7 +53,6 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
         NoAnswer: the line echoes.
         PortLost: the port is gone.
     """
-    module.least_wait_s = wait_s
     found = hazards(exchanges, module.speech)
     if found.moving and not module.may_move:
         raise MotionRefused(
@@ -71,7 +70,7 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
             module.port.pause(min(max(exchange.at_us - before_us, 0) / 1e6, LONGEST_PAUSE_S))
         for command in commands(module.speech, exchange.sent):
             try:
-                module.once(command)
+                module.once(command, wait_s=wait_s)
             except (NoAnswer, DamagedAnswer) as failure:
                 module.transcript.note(str(failure))
             module.port.check_echo()
