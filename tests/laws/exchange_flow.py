@@ -5,8 +5,8 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from .exchange_handshakes import DB
-from .exchanges import MS, US, Dialogue, Disturber, World, edges_of, played
+from .exchange_handshakes import DB, Handshaken
+from .exchanges import MS, US, Dialogue, Disturber, edges_of, played
 
 LINES = ("io_request", "busy")
 MORE = ("usrb0", "usrb6", "jog", "cw_limit", "ccw")
@@ -18,12 +18,11 @@ ODD = ('"a"\r', "\n", "r 5\r", "N 99999999999999999999\r", "N  5\r", "?\r", "N 7
 BINARY = (b"N\x03\x05\x00\x00", b"R\x01\x20", b"?\x01P", b"+\x00", b"S\x01\x09", b"O\x01\x80", b"N\x00", b"G\x00")
 
 
-class Offered(World):
+class Offered(Handshaken):
     """A chip, perhaps with a memory, and its host."""
 
     wires = (*(f"x.{name}" for name in LINES), "x.usrb6", *DB)
     chip: Any
-    host: Any
 
     def furnish(self) -> None:
         options, bench = self.dialogue.options, self.bench
@@ -38,13 +37,6 @@ class Offered(World):
     def __init__(self, dialogue: Dialogue, shuffle: int | None) -> None:
         super().__init__(dialogue, shuffle)
         self.pins |= {f"x.{name}": self.bench.pin(f"x.{name}") for name in (*MORE, "reset", "rxd")}
-
-    def left(self) -> dict[str, Any]:
-        """What is left; that two outputs disagree is heard when somebody looks, which is more often in the twin."""
-        found = super().left()
-        for key in ("noted", "findings"):
-            found[key] = [note for note in found[key] if note[1] != "conflict"]
-        return found
 
     # ------------------------------------------------------------------------------------------------------------ acts
     def look(self) -> None:
@@ -65,13 +57,6 @@ class Offered(World):
 
     def heed(self, on: bool | None) -> None:
         self.host.heed(on)
-
-    def drop(self) -> None:
-        self.host.drop()
-
-    def halt(self) -> None:
-        """The program of the host is started again."""
-        self.host.clear()
 
     def state(self) -> dict[str, Any]:
         chip, host = self.chip, self.host

@@ -28,12 +28,31 @@ BINARY = (
 )  # fmt: skip
 
 
-class Strobed(World):
+class Handshaken(World):
+    """A chip and its host, which speak by handshakes."""
+
+    host: Any
+
+    def left(self) -> dict[str, Any]:
+        """What is left; that two outputs disagree is heard when somebody looks, which is more often in the twin."""
+        found = super().left()
+        for key in ("noted", "findings"):
+            found[key] = [note for note in found[key] if note[1] != "conflict"]
+        return found
+
+    def drop(self) -> None:
+        self.host.drop()
+
+    def halt(self) -> None:
+        """The program of the host is started again."""
+        self.host.clear()
+
+
+class Strobed(Handshaken):
     """A chip, or two that share a bus, and their host."""
 
     wires = (*(f"x.{name}" for name in LINES), *DB)
     chip: Any
-    host: Any
 
     def furnish(self) -> None:
         options, bench = self.dialogue.options, self.bench
@@ -53,13 +72,6 @@ class Strobed(World):
         names = [name for name in MORE if name in self.chip.pins]
         self.pins |= {f"x.{name}": self.bench.pin(f"x.{name}") for name in (*names, "reset")}
 
-    def left(self) -> dict[str, Any]:
-        """What is left; that two outputs disagree is heard when somebody looks, which is more often in the twin."""
-        found = super().left()
-        for key in ("noted", "findings"):
-            found[key] = [note for note in found[key] if note[1] != "conflict"]
-        return found
-
     # ------------------------------------------------------------------------------------------------------------ acts
     def look(self) -> None:
         """Look at what has come, unless it is in the very instant of an edge."""
@@ -76,13 +88,6 @@ class Strobed(World):
     def ask(self, timeout: int) -> None:
         """Read the registers, and give up early, perhaps."""
         self.note("asked", self.host.to("x").ask("V 3", timeout=timeout))
-
-    def drop(self) -> None:
-        self.host.drop()
-
-    def halt(self) -> None:
-        """The program of the host is started again."""
-        self.host.clear()
 
     def state(self) -> dict[str, Any]:
         return {

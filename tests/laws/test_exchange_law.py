@@ -22,7 +22,7 @@ FAMILIES: dict[str, tuple[ModuleType, type[World]]] = {
     "handshakes": (exchange_handshakes, exchange_handshakes.Strobed),
     "mc1451a": (exchange_mc, exchange_mc.Spoken),
 }
-BY_VALUE = {"flow": 100, "handshakes": 100}  # instants, in some quiet dialogues: a whole command has one
+BY_VALUE = {"flow": 60, "handshakes": 60}  # instants, in some quiet dialogues: a whole command has one
 TOLD = {  # seeds of base dialogues, each of which has shown a fault that is mended
     "flow": (0, 2, 4, 7, 13, 14, 17, 18, 28, 97, 98, 157, 174, 195, 1042, 1065, 1071, 1122, 1258, 1383, 1477),
     "handshakes": (5, 9, 13, 36, 62, 79, 95, 119, 1034, 1071, 1275, 2349, 2511),
@@ -85,7 +85,9 @@ def test_a_quiet_dialogue_goes_by_value_and_none_of_its_twin(family: str, twin: 
             self.bench.on_commit.add(self.count)
 
         def count(self, _ps: int) -> None:
-            by_value[any(pin.net.exchange is not None for pin in self.pins.values())] += 1
+            # Handshakes: by their own line; the bus of a CY545 is also that of its memory, which has exchanges as well.
+            wires = ["x.io_request"] if family in BY_VALUE else self.pins
+            by_value[any(self.pins[name].net.exchange is not None for name in wires)] += 1
 
     for seed in range(12):
         played(Counting, module.base(seed), twin)

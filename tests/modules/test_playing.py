@@ -72,3 +72,13 @@ def test_pauses_are_those_of_the_dialogue(module):
     one.port.pause = paused.append
     play(exchanges_of(recorded("gs-c200s", ["F", "F", "F"], pause_us=250_000).said, one.speech), one)
     assert paused == [pytest.approx(0.25, abs=0.002)] * 2
+
+
+def test_a_longer_timeout_than_that_of_the_part_is_used(module, monkeypatch):
+    one, waits = module("gs-c200s?chs=0"), []
+    chunks = one.chunks
+    monkeypatch.setattr(one, "chunks", lambda patience, *more: waits.append(patience) or chunks(patience, *more))
+    play(exchanges(one, "gs-c200s", ["F"]), one)
+    play(exchanges(one, "gs-c200s", ["F"]), one, wait_s=30.0)
+    usual = one.speech.patience("F")
+    assert waits == [usual, 30.0] and usual < 30.0
