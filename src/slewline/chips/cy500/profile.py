@@ -1,13 +1,13 @@
 r"""The law of motion of the CY500: parameters in, a plan out.  Rates, slopes: chips/cy5xx/stepping/slope.py.
 
     rate   R .......___           R ....../|          R ..
-                   /   \\                 / |               /|
-                  /     \\               /  |              / |
+                   /   \                 / |               /|
+                  /     \               /  |              / |
                  |       |             |   |             |  |
            N: ramp + slew + ramp      2 ramps > N       ramp >= N
 
-The chip knows where to turn only when R is reached: a move too short for that ends abruptly, in the way down or, where
-R is never reached, at full speed.  The user must see to N > 2 R (art. T.2 S).
+The chip does not know where to decelerate before R is reached: a shorter move ends abruptly, during the ramp down or,
+if R is never reached, at full speed.  The user must make sure that N > 2 R (art. T.2 S).
 """
 
 from __future__ import annotations

@@ -167,7 +167,7 @@ class Motion(Stepping):
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
         return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, self.endless)
 
-    # ------------------------------------------------------------------------------------------------------- the looks
+    # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
         """The inputs whose change matters now; on the way down to the first rate INHIBIT_ABORT does not."""
         pairs = super().watched()
