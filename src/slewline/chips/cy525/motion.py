@@ -97,7 +97,7 @@ class Motion(motion.Motion):
             return f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, abort being low from the start'}"
         return f"{self.text} in motion, {self.number} steps"
 
-    # -------------------------------------------------------------------------- what the chip decides between two steps
+    # -------------------------------------------------------------------------------------- decisions between two steps
     async def look(self, plan: Plan, step: int) -> Plan:
         """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion, empty for a stop."""
         chip = self.chip

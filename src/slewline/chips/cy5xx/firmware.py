@@ -134,7 +134,7 @@ class Cy5xx(Chip):
         clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
         self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 µs at 11 MHz
 
-    # ------------------------------------------------------------------------------------------------- as others see it
+    # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
         """Return the unfinished input of a host: a line, and a program without its end."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]

@@ -142,7 +142,7 @@ class Program:
             self.buffer[self.pc - 1] = address
         return address
 
-    # ------------------------------------------------------------------------------------------------ as others see it
+    # ----------------------------------------------------------------------------------------------- public properties
     def began(self) -> None:
         """Report the instruction in progress."""
         if self.chip.on_instruction:

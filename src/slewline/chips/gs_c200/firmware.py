@@ -262,7 +262,7 @@ class GsC(InLines, Chip):
         """Send the answer to a line that has got none so far."""
         self.line.take(self._framed(answer, self._late_checked)[0])
 
-    # ------------------------------------------------------------------------------------------------- as others see it
+    # ------------------------------------------------------------------------------------------------ public properties
     @property
     def powered(self) -> bool:
         """Is the supply on?"""

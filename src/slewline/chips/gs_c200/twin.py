@@ -192,7 +192,7 @@ class Stepwise:
         squared = 4 * SECOND**2 * self.ramp // (low * self.ramp + (high - low) * index)
         return nearest(isqrt(squared), 2)
 
-    # --------------------------------------------------------------------------------------------------------- looks
+    # ------------------------------------------------------------------------------------------------------- samples
     async def may_step(self, limit: int) -> bool:
         """Just before a step: is there one to be made?  Returns when it may be made."""
         stop, enable = self.stop.net, self.lines.enable

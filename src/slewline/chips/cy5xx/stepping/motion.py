@@ -66,7 +66,7 @@ class Motion:
         self.fresh = False  # a sample requires a new train
         self.playing: Playing | None = None
 
-    # ------------------------------------------------------------------------------------- what a part brings
+    # -------------------------------------------------------------------------------------- defined by a part
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return a function for the parameters of a motion that begins now, on request."""
         raise NotImplementedError

@@ -75,7 +75,7 @@ class Stepwise:
         self.sign = 1
         self.number = self.made = 0  # steps of the move, and steps output so far
 
-    # ------------------------------------------------------------------------------------------ what a part brings
+    # ------------------------------------------------------------------------------------------- defined by a part
     held_high = False  # PULSE while STEP INHIBIT delays a step
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:

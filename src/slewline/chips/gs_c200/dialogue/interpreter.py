@@ -98,7 +98,7 @@ class Interpreter:
             self.task = None
         self.motion.cut()
 
-    # --------------------------------------------------------------------------------------------------- what is run
+    # ----------------------------------------------------------------------------------------------------- execution
     async def execute(self) -> None:
         """Perform instruction after instruction, from location 0 to the end of the program."""
         chip, program = self.chip, self.program

@@ -97,7 +97,7 @@ class Program:
             known |= {row.form} & set(SPEEDS)
         return ""
 
-    # ------------------------------------------------------------------------------------------------ as others see it
+    # ----------------------------------------------------------------------------------------------- public properties
     def rows(self) -> list[ProgramRow]:
         """Return the program, an instruction a row: location, bytes and text."""
         from ....language.disassemble import program_rows
