@@ -26,9 +26,7 @@ class Program:
         """Clear program and loops, for RESET and I."""
         self.running = self.immediate = self.entering = False  # entering: the host stores a program
         self.at = 0
-        self.loops: dict[
-            str, tuple[int, int]
-        ] = {}  # by letter: the loop command's address, passes left
+        self.loops: dict[str, tuple[int, int]] = {}  # by letter: the loop command's address, passes left
         self.told: set[str] = set()  # findings of this run
 
     @property

@@ -204,7 +204,7 @@ class Instructions(instructions.ParameterHandlers):
         return self.registers.values[name]
 
     async def do_string(self, data: bytes) -> None:
-        """ ": send characters to the display device."""
+        """Send characters to the display device, for the command that begins with a quotation mark."""
         await self.display.put(data)
 
     async def do_display(self, address: int, _count: int, data: bytes) -> None:
