@@ -33,8 +33,7 @@ def lacking() -> dict[str, list[str]]:
 def needs(what: str, extra: str) -> str:
     """Return the message that a feature needs an extra, with the command that installs it and all other missing extras.
 
-    Args:
-        what: the feature, as the beginning of a sentence: "bench files need".
+    `what` is the feature, as the beginning of a sentence: "bench files need".
     """
     lacks = lacking()
     own = lacks.pop(extra, [name for name, _ in EXTRAS[extra]])

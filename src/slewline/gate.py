@@ -246,7 +246,7 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
 
 @contextmanager
 def refusals(path: str | PathLike[str]) -> Iterator[None]:
-    """Raise errors of the system as errors of ours."""
+    """Raise errors of the system as errors of slewline."""
     try:
         yield
     except BenchFileError:

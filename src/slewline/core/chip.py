@@ -342,13 +342,13 @@ class Chip(Component, OneAxis):
 
     @property
     def waiting(self) -> str:
-        """The activity of the chip, or what it waits for, and since when, in words."""
+        """The current activity or wait of the chip, and since when, in words."""
         text, since = self._does()
         rest = f"; {self.unfinished!r} has arrived without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
 
     def _does(self) -> tuple[str, int]:
-        """Return the activity of the chip, or what it waits for, and since when (ps)."""
+        """Return the current activity or wait of the chip, and since when (ps)."""
         return self._waiting
 
     @property

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class ProgramRow:
     """An instruction of a stored program.
 
-    A byte that is not an instruction has a row of its own, with ??? and the value of the byte as text.
+    A byte that is not an instruction has a row of its own; its text is three question marks and the value.
 
     Attributes:
         address: the address of its first byte.

@@ -1,4 +1,4 @@
-"""By how much an axis leaves the ideal of its motion."""
+"""The deviation of an axis from the ideal of its motion."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Deviation(NamedTuple):
 
 
 def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return by how much an axis has left an ideal, from its start to its stop, or up to now."""
+    """Return the greatest deviations of an axis from an ideal, from its start to its stop, or up to now."""
     import numpy as np
 
     start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
