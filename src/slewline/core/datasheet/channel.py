@@ -18,7 +18,7 @@ T = TypeVar("T")
 class Channel:
     """A channel to a part.  `name` is the argument in `bench.host(x, over=name)`, `says` the wording in messages.
 
-    The pins that every such channel has are found by their roles; the channel names those that only some parts have.
+    The pins that every such channel has are found by their roles; the channel names pins that only some parts have.
     `instead` is the remedy in a message about a directive for another channel.
     """
 

@@ -37,7 +37,7 @@ def deviation(axis: Axis, ideal: Ideal) -> Deviation:
     bends = ideal.bends[ideal.bends <= stop]
 
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
-        """Both go one way between these instants: so the greatest difference is at one of them, or just before it."""
+        """Return the greatest difference: between these instants both are monotonic, so it is at one or just before."""
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]
         differ = of(at)

@@ -162,7 +162,7 @@ class History:
         return self._held[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """Note the value from an instant on (ps), not before the one noted last; the last one of an instant counts."""
+        """Record the value from an instant on (ps), not earlier than the last one; the last at an instant counts."""
         times, held = self._times, self._held
         if times[-1] == ps:
             held[-1] = value

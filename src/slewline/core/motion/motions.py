@@ -118,7 +118,7 @@ class MotionParameters(NamedTuple):
 
 @dataclass(slots=True)
 class _Started:
-    """A motion as it is stored: its parameters and its ideal are computed on request."""
+    """A motion in storage: its parameters and its ideal are computed on request."""
 
     time_ps: int
     text: str
@@ -181,7 +181,7 @@ class Motions:
             self._started[-1].asked_to_stop = True
 
     def end(self, why: Why | None = None) -> None:
-        """End the motion under way, if there is one; without a reason it was ordered to stop, or is done."""
+        """End the motion in progress, if any; by default as "stopped" if it was ordered to stop, else as "done"."""
         if not self.under_way:
             return
         started = self._started[-1]

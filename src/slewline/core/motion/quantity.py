@@ -188,7 +188,7 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """The first wrap between two instants each, all turns being among them: there are both ends of the register."""
+        """Return the first wrap between each two instants, which include all turns, at both ends of the register."""
         import numpy as np
 
         axis = self.axis
