@@ -1,4 +1,4 @@
-"""Texts where not every letter can be shown: in files of plain ASCII, and on terminals with a code page without µ."""
+"""Texts in plain ASCII, for files and for terminals that cannot show all letters, such as µ."""
 
 from __future__ import annotations
 
