@@ -245,7 +245,7 @@ class BufferedStore:
         OSError: the store could not be written.
     """
 
-    CLOSE = 16  # gap between bytes that are written together; a separate piece costs as much
+    CLOSE = 16  # bytes between two that are written together; a separate piece costs as much
 
     def __init__(self, store: Store, content: bytes) -> None:
         found = store.read()

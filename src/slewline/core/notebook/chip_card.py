@@ -1,4 +1,4 @@
-"""What a notebook shows of a chip: package and levels, registers, the program around its counter, the last findings."""
+"""The view of a chip in a notebook: package and levels, registers, the current part of the program, latest findings."""
 
 from __future__ import annotations
 

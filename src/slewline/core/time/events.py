@@ -82,7 +82,7 @@ class Events(Protocol):
         """Return the instants of events first ... last, which must all exist: (n,) int64 ps, ascending."""
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some events (ps), ascending, all of which come: fewer than are worth an array."""
+        """Return the instants of a few events (ps), ascending, which must all exist; faster than an array."""
         return [at for k in numbers if isinstance(at := self.time(k), int)]
 
 

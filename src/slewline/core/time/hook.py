@@ -83,7 +83,7 @@ missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "li
 
 
 class CommandHook(Hook[[str]]):
-    """What a chip works on; "" is nothing, reported once, whatever ends the work first: its end, reset, supply."""
+    """The hook for the current command of a chip; "" means none, reported once, after completion or a reset."""
 
     __slots__ = ("text",)
 

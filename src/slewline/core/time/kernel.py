@@ -109,9 +109,8 @@ class Kernel:
     Attributes:
         now: the instant being run, ps.
         seen: the last instant whose changes are visible, ps.
-        on_commit: hook, called with an instant (ps) when all its rounds have been run, or a run ends at it.  Everything
-            before it is final; at the instant itself an input from outside may follow, and then the hook is called
-            again.
+        on_commit: hook, called with an instant (ps) when all its rounds have been run, or a run ends at it.  All before
+            it is final; at the instant itself an input from outside may follow, and then the hook is called again.
     """
 
     def __init__(self, shuffle: Shuffler | None = None) -> None:
@@ -166,9 +165,9 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Move on to a later instant (ps) if until then only the task that runs would do anything; else return false.
+        """Advance to a later instant (ps) if until then only the running task has work; otherwise return False.
 
-        It is what a wait would come to: the instant is quiet, and the next event is the end of the wait.
+        The result is the same as that of a wait: the instant is quiet, and the next event is the end of the wait.
         """
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
@@ -182,7 +181,7 @@ class Kernel:
         return True
 
     def pass_round(self) -> bool:
-        """Advance to the next round if no task except the running one has work in this one; otherwise return False."""
+        """Advance to the next round if only the running task has work in this one; otherwise return False."""
         if not self.sole or self.pending or self.woken:
             return False
         self.seen = self.now
@@ -266,7 +265,7 @@ class Kernel:
             self._rest()
 
     def _instant(self, time: int, who: Any) -> None:
-        """An instant with several causes.  Round 1: the tasks whose time has come; everything reads as before."""
+        """Run an instant with several causes.  Round 1: the tasks whose timers have expired; levels are still old."""
         heap = self.heap
         ready: list[Any] = []
         edges: list[Any] = []

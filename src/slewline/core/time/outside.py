@@ -65,7 +65,7 @@ class Outside:
 
     @contextmanager
     def nested(self) -> Iterator[None]:
-        """Report no inputs made in this block: they follow from one that was reported.  Calls of hosts only queue."""
+        """Report no inputs made in this block, as they follow from a reported one.  Calls of hosts only queue."""
         self._inside += 1
         try:
             with self.queued():

@@ -20,7 +20,7 @@ MAX_BITS = 8
 
 
 class FrameTable:
-    """The characters of a word format at a rate, worked out once: instants of the bits, levels, what levels say."""
+    """The characters of a word format at a rate, computed once: instants of the bits, levels, meaning of levels."""
 
     __slots__ = ("_levels", "_read", "byte_mask", "length", "mark", "times", "word")
 
@@ -40,7 +40,7 @@ class FrameTable:
         return self._levels[byte]
 
     def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
-        """Return what the levels in the middle of the bits say: byte; is the parity wrong, is there no stop bit?"""
+        """Return the byte in levels sampled in the middle of the bits, and whether parity or framing is wrong."""
         if seen not in self._read:
             word, bits = self.word, [int(level == self.mark) for level in seen]
             byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))

@@ -608,7 +608,7 @@ class Bus(Net):
 
     @staticmethod
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
-        """Return what drivers of eight wires, each (mask, value), add up to, and whether two disagree on a wire."""
+        """Return the combined level of drivers of eight wires, each (mask, value), and whether two disagree."""
         level: Level = None
         contention = False
         for own in levels:

@@ -202,7 +202,7 @@ class Receiver:
 
     # -------------------------------------------------------------------------------------------------- a whole line
     def _line_on_wire(self, now: int) -> Characters | None:
-        """Return the line, in this format, of which a character begins now (ps); None: the wire shows no such line."""
+        """Return the line, in this format, with a character that begins now (ps); None: there is no such line."""
         active = self.net.active
         promise = active[0].promise if len(active) == 1 else None
         if type(promise) is not Characters or promise.frames is not self.frames:
@@ -229,7 +229,7 @@ class Receiver:
         return len(line.data) if number < 0 else number
 
     def _comes(self, line: Characters) -> bool:
-        """Return whether a line still comes in as planned; a type checker does not know that a wait may change it."""
+        """Return whether a line is still received as planned; type checkers ignore that a wait may change it."""
         return self.line is line
 
     async def _line(self, line: Characters) -> None:
@@ -249,7 +249,7 @@ class Receiver:
                 self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
-        """Take the characters of a line up to one; `acts` is the next at which the owner acts, no earlier one."""
+        """Take the characters of a line up to `number`; `acts` is the next one at which the owner acts."""
         at, data = self.at, line.data
         self.at = number + 1
         if self.at == len(data):

@@ -306,7 +306,7 @@ class Gated(Combined):
 
 
 class Delayed(View):
-    """What a wire has shown, later: `pieces` say from which instants on it showed what, ascending."""
+    """The waveform of a wire, delayed: `pieces` are (instant from which on it holds, waveform), ascending."""
 
     __slots__ = ("lag_ps", "pieces")
 
