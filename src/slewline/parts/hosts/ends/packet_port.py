@@ -75,7 +75,7 @@ class PacketPort:
     ) -> None:
         host, self.kernel, self.chip, self.delay_ps = queue.name, queue.kernel, chip.name, delay_ps
         self.queue, self.received, self.finding = queue, received, finding
-        self.sheet = chip.sheet
+        self.sheet, self.rows = chip.sheet, chip.sheet.rows(PacketRow).by_code
         self.crystal_hz = chip.crystal_hz  # of the board: what a rate in seconds, and a cycle, go by
         self.pins = pins = chip.pins
         self.select, self.reading, self.writing, self.command = (
@@ -144,12 +144,12 @@ class PacketPort:
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
-        elif (row := self.sheet.rows(PacketRow).by_code.get(code)) is not None and row.buffered:
+        elif (row := self.rows.get(code)) is not None and row.buffered:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Note which axis is the current one after a packet, of which these words were read."""
-        row = self.sheet.rows(PacketRow).by_code.get(code)
+        row = self.rows.get(code)
         if row is None:
             return
         if row.name == RESET:
