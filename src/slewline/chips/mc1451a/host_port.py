@@ -51,9 +51,7 @@ class Port:
         self.ready_driver, self.bus, self.bus_driver = chip.drivers["hostrdy"], chip.bus, chip.bus_driver
         names = ("hostslct", "hostcmd", "hostwrite", "hostread")
         self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
-        self.told: set[str] = (
-            set()
-        )  # reported commands that need a missing encoder; whether a servo program was reported
+        self.told: set[str] = set()  # reported: commands without their encoder, a program for a servo
         self.watches = ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select))
         for net, told in self.watches:
             net.watch(told)
