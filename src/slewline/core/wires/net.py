@@ -197,7 +197,18 @@ class Driver:
 
 
 class TakesWhole(Protocol):
-    """A reader that takes data from a net as a whole, and late, while it is not observed (characters.py)."""
+    """A receiver that takes a line of characters as a whole (characters.py).
+
+    Attributes:
+        rests: True while it waits for a line, with nothing on the wire.
+        frames: the characters that it receives, `characters.FrameTable`.
+    """
+
+    rests: bool
+    frames: Any
+
+    def take_over(self, line: Any) -> None:
+        """Receive a line (`characters.Characters`) that begins now, from a sender that has promised it."""
 
     def one_by_one(self) -> None:
         """Take each item at its instant from now on, while the net has observers."""

@@ -26,7 +26,7 @@ from ..time.timebase import Clock
 from .characters import Characters, frames_of
 from .net import Level, Net
 from .serial import OVERSAMPLING, CharacterFormat
-from .waits import level, until
+from .waits import edge_from_rest, level, until
 
 
 class Character(NamedTuple):
@@ -87,6 +87,9 @@ class Receiver:
         self.acts: Callable[[bytes, int], int] | None = None
         self.line: Characters | None = None  # the line received as a value
         self.at = 0  # the number of its next character that has not been taken
+        self.acts_at = 0  # the number of its next character at which the owner acts
+        self.due = 0  # the instant at which that is complete, or the line
+        self.rests = False
         self.acting = False  # the owner acts, in the task
         net.sample(self.before_change)
         net.readers = (*net.readers, self)
@@ -128,10 +131,9 @@ class Receiver:
         if passed is not None:
             self.passed = passed
         while True:
-            if not self.looks:
-                await self._start_bit()
+            planned = not self.looks and await self._start_bit()
             if self.line is not None:
-                await self._line(self.line)
+                await self._line(self.line, planned)
             elif self.looks and (character := await self._character()) is not None:
                 taken(character)
 
@@ -144,18 +146,39 @@ class Receiver:
                 return character
 
     # ------------------------------------------------------------------------------------------ character by character
-    async def _start_bit(self, alone: bool = False) -> None:
-        """Wait for a start bit; plan the reception of the line that begins with it, or the samples of a character."""
-        mark = self.mark
+    async def _start_bit(self, alone: bool = False) -> bool:
+        """Wait for a start bit; plan the reception of the line that begins with it, or the samples of a character.
+
+        Return whether a sender has handed over the line meanwhile: the wait was then until the owner acts.
+        """
+        net, mark = self.net, self.mark
         if self.broken:
-            await level(self.net, mark)
+            await level(net, mark)
             self.broken = False
-        await level(self.net, 1 - mark)
+        if not alone and self.whole_lines and self._at_rest():
+            self.rests = True
+            await edge_from_rest(net, mark)
+            if not self.rests:
+                return True
+            self.rests = False
+        else:
+            await level(net, 1 - mark)
         now = self.kernel.now
         if not alone and self.whole_lines and (line := self._line_on_wire(now)) is not None:
             self.line, self.at = line, (now - line.start) // self.frames.length
         else:
             self._begin(now)
+        return False
+
+    def _at_rest(self) -> bool:
+        """Return whether the wire is at mark, and no edge of it is foreseen."""
+        net = self.net
+        promise = net.promise
+        if promise is None:
+            return bool(net.value == self.mark)
+        if type(promise) is not Characters or len(net.active) > 1:
+            return False
+        return promise.last <= self.kernel.seen and promise.frames.mark == self.mark
 
     def _begin(self, start: int) -> None:
         """Compute the sampling points of a character that begins at an instant (ps)."""
@@ -232,21 +255,33 @@ class Receiver:
         """Return whether a line is still received as planned; type checkers ignore that a wait may change it."""
         return self.line is line
 
-    async def _line(self, line: Characters) -> None:
+    def _plan(self, line: Characters) -> int:
+        """Return the instant (ps) at which the owner next acts at a character of a line, or the line is complete."""
+        self.acts_at = self._acts_next(line)
+        self.due = self._complete_at(line, min(self.acts_at, len(line.data) - 1))
+        return self.due
+
+    def take_over(self, line: Characters) -> None:
+        task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
+        self.line, self.at, self.rests = line, 0, False
+        task.token += 1
+        self.kernel.wake_at(self._plan(line), task)
+
+    async def _line(self, line: Characters, planned: bool) -> None:
         """Receive a line; return when it is complete, or withdrawn."""
-        kernel, last = self.kernel, len(line.data) - 1
+        kernel = self.kernel
         while self._comes(line):
-            acts = self._acts_next(line)
-            number = min(acts, last)
-            complete = self._complete_at(line, number)
-            await until(kernel, complete)
-            if self._comes(line):
-                self.acting = True
-                if kernel.now == complete:
-                    self._take(line, number, acts)
-                else:
-                    self._take_until(line, kernel.now)
-                self.acting = False
+            if not planned:
+                await until(kernel, self._plan(line))
+                if not self._comes(line):
+                    return
+            planned = False
+            self.acting = True
+            if kernel.now == self.due:
+                self._take(line, min(self.acts_at, len(line.data) - 1), self.acts_at)
+            else:
+                self._take_until(line, kernel.now)
+            self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
         """Take the characters of a line up to `number`; `acts` is the next one at which the owner acts."""

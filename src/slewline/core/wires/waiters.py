@@ -31,6 +31,12 @@ def wait_for(net: Net, wanted: int | None) -> None:
         net.follow()
 
 
+def wait_at_rest(net: Net, rest: int) -> None:
+    """Register the running task for the end of a level, 0 or 1, of a net of which no edge is foreseen."""
+    net.value = rest  # while nothing waited for it, it did not follow its promise
+    net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
+
+
 def wait_for_first(
     kernel: Kernel, ps: int | None, wanted: tuple[tuple[Net, int | None], ...]
 ) -> tuple[bool, Net | None]:

@@ -9,7 +9,7 @@ from collections.abc import Generator
 from types import coroutine
 from typing import TYPE_CHECKING, Any
 
-from .waiters import wait_for, wait_for_first, wait_until
+from .waiters import wait_at_rest, wait_for, wait_for_first, wait_until
 
 if TYPE_CHECKING:
     from ..time.kernel import Kernel
@@ -37,6 +37,13 @@ def level(net: Net, wanted: int) -> Generator[None, Any, None]:
     if net.level != wanted:
         wait_for(net, wanted)
         yield
+
+
+@coroutine
+def edge_from_rest(net: Net, rest: int) -> Generator[None, Any, None]:
+    """Wait until a net leaves a level, 0 or 1, at which it is, and no edge of which is foreseen."""
+    wait_at_rest(net, rest)
+    yield
 
 
 @coroutine
