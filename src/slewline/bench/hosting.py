@@ -168,7 +168,7 @@ def _on_bus(request: HostRequest, kind: type[OnBus]) -> OnBus:
     for chip in request.chips[1:]:
         request.chips[0].bus.join(chip.bus)
     host = kind(request.circuit.kernel, name, request.connections(), delay_ps)
-    request.tell(name, delay_ps=delay_ps)  # when the checks have passed
+    request.tell(name, delay_ps=delay_ps)  # only now: the host can be made
     request.circuit.place(host)
     request.circuit.kernel.settle()
     return host

@@ -252,7 +252,7 @@ class Runner:
         Nothing is reported while a host still has data to send.
         """
         if all(part.idle for part in self.parts.values() if part.queue is not None) and any(
-            [chip.conclude() for chip in self.chips.values()]  # from every bench
+            [chip.conclude() for chip in self.chips.values()]  # no short circuit
         ):
             self.outside.tell("conclude")
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ...record.style import TimeAxis
     from .waveform_files import FilePath
 
-AROUND = 20  # of the motion is shown before and after it: 1/20
+AROUND = 20  # 1/20 of the motion is shown before and after it
 MAX_PHASED = 100  # with more motions, their phases would be narrower than their names
 MAX_NOTES = 4  # lines of parameters
 MOST_PINS = 12  # with more recorded pins a notebook shows none: use bench.plot
@@ -247,10 +247,7 @@ class Pictures:
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
     def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
-        """Return the tracks of the moving axes, or of one axis if none moves, and those of parts below them.
-
-        The window is `start` to `stop`, in ps of the picture.
-        """
+        """Return the tracks of the moving axes, or of one axis if none moves, and those of parts below them."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(options["axes"])
         around = self._parts(options["parts"], chosen)
