@@ -136,7 +136,7 @@ class Window:
         return Lane(trace.name, label or trace.name, SignalEdges.of_trace(trace, self.start, self.stop))
 
     def _characters(self, chip: Chip, name: str) -> list[Written]:
-        """Return the characters on a serial line, including those that only begin or end in the window."""
+        """Return the characters on a serial line, including characters that only begin or end in the window."""
         from ...record.measuring.sampled_characters import characters, shown
         from ...record.pictures.diagram import LaneText as Written
 
