@@ -29,7 +29,7 @@ PIECE = 250  # points of such a line, or of the area below it, drawn at a time
 
 
 def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[TrackCurve]]:
-    """Return the curves of each panel: a quantity after the other, and apart what would be flat next to the rest."""
+    """Return the curves of each panel, quantity by quantity; curves that would be flat next to others are separate."""
     kinds: dict[tuple[str, str], list[TrackCurve]] = {}
     for number_, track in enumerate(tracks):
         start, stop = track.window(axis)

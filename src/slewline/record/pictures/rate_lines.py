@@ -84,7 +84,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Return spans in order, (n, 2), joined where they are no farther apart than `apart`."""
+    """Return spans in order, (n, 2), joined where the gap is at most `apart`."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T

@@ -1,7 +1,7 @@
 r"""The picture of a tuned ramp: the results in the grid, torque against its limit, and the lag of the rotor.
 
     v |. . x x        T |\_ pull-out       lag |    _
-      |. * x x          | o\_                   |  _/ \_ _
+      |. * x x          | o\_               |  _/ \_ _
       |_______ a        |_o___\__ rate      |_/_____v__ time
 
 The curve is only a guide.  The points in the map were simulated.

@@ -51,7 +51,7 @@ Probe: TypeAlias = Net | Terminal | Wires  # a net, or a pin (also one wire of a
 FLOATING = -1
 LEVELS = frozenset((int, tuple, type(None)))  # types of entries that are not promises
 TRIM_FROM = 1024  # entries; shorter logs are not worth trimming
-CHUNK_EDGES = 1 << 17  # time that an export expands at once
+CHUNK_EDGES = 1 << 17  # time that an export expands in one piece
 FIRST_CHUNK_PS = 10**10
 LONGEST_CHUNK_PS = 10**12  # limits the cost of a burst after a long silence
 

@@ -146,7 +146,10 @@ def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
 
 
 def _columns(signals: list[int], names: list[str], channels: list[str], own: list[list[str]]) -> dict[str, int]:
-    """The columns of the signals by name: of channels, of the preamble where heads do not differ, or D0, D1 ..."""
+    """Return the columns of the signals by name.
+
+    Names are those of the columns, if these differ, else of channels or of the preamble, else D0, D1 ...
+    """
     alike = len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals)
     if own and alike and not channels:
         channels = [name for name in own[-1] if name]

@@ -157,5 +157,5 @@ def _add(header: Header, words: list[str]) -> None:
         name = match[1] + match[2]
     name = ".".join([*filter(None, header.scopes), name])
     for unused in chain((name, name + bits), (f"{name}#{number}" for number in count(2))):
-        if header.names.setdefault(unused, identifier) == identifier:  # else it is the name of something else
+        if header.names.setdefault(unused, identifier) == identifier:  # else it is the name of another variable
             break
