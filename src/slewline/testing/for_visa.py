@@ -88,7 +88,7 @@ class ModuleSession(SerialSession):
         return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
 
     def unended(self) -> str:
-        """Return the received characters, and what the read still waits for."""
+        """Return the characters received by an incomplete read, and the end that it waits for."""
         if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
             return f"{self.part!r} has come, and nothing more"
         end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])

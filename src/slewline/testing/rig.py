@@ -334,7 +334,7 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     inputs = {row.name for row in sheet.pins if row.way == "in"}
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}
     own = {row.name for row in OWN}
-    rows = [*OWN, *(row for row in sheet.options if row.name not in own)]  # what both have is ours: a store is a file
+    rows = [*OWN, *(row for row in sheet.options if row.name not in own)]  # the URL's keys take precedence
     rest = {key: text for key, text in query.items() if key not in inputs}
     known = {row.name for row in rows}
     if unknown := {key: text for key, text in rest.items() if key.partition(".")[0] not in known}:
