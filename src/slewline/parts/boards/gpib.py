@@ -72,7 +72,7 @@ class GpibListener(Part):
         self.add_pin("motion_complete", "in", "MOTION COMPLETE of the chip", pull=1)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for name in ("dio", "dav", "atn", "ifc", "ready", "motion_complete"):
             self.pin(name).net.watch(self._react)
         self._react()
@@ -164,7 +164,7 @@ class Talks:
     _source: SourceHandshake
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self._source.rewired()
 
     @property

@@ -64,7 +64,7 @@ class GpibDevice(Part):
         self._task: Task | None = None
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.pin("ifc").net.watch(self._interface_clear)
         self.pin("atn").net.watch(self._attention)
         self._begin()
@@ -344,7 +344,7 @@ class GpibInterrupts(Part):
         self.add_pin("srq", "both", "SRQ of the bus, open collector", pull=1)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for name, active, inhibit in (("clear", 1, 1), ("reset", 1, 1), ("limit", 0, 1), ("trigger", 1, 0)):
             self.pin(name).net.watch(
                 lambda net, active=active, inhibit=inhibit: self._set(inhibit) if net.level == active else None  # type: ignore[misc]

@@ -69,7 +69,7 @@ class Isa(Board):
         self._reset_until = 0  # a write to base + 8 holds the chipset in reset so long
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.pin("reset_drv").net.watch(self._put_reset)
         self._put_reset()
 
