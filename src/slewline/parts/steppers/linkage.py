@@ -24,9 +24,9 @@ class Linkage:
     behind: bool = False
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
-        """Return the places of all linkages, this one last, as a run begins with the rotor at a place (full steps).
+        """Return the positions of all linkages, this one last, at the start of a run from a rotor position.
 
-        Both may be arrays where no linkage has a play.
+        Positions are in full steps, and may be arrays if no linkage has a play.
         """
         below = self.under.begun(place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, None)
@@ -50,7 +50,7 @@ class Linkage:
         return not self.play and (self.under is None or self.under.simple)
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
-        """Return factor, bound and direction such that it passes a place where factor times the rotor passes that."""
+        """Return factor, bound and direction: the load passes a position as factor times the rotor passes the bound."""
         pushed = place - self.offset + (command if self.behind else 0.0)
         if self.play and not rising:
             pushed -= self.play

@@ -141,7 +141,7 @@ class Passings:
         return self.linkage.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)
 
     def _go(self, mark: Milestone, ps: int, times: list[int], counts: list[int]) -> tuple[tuple[float, ...], int]:
-        """Go from a mark to an instant (ps), and add the changes; return places at the last grid point, and count."""
+        """Find the changes from a milestone to an instant (ps); return positions at the last grid point, and count."""
         run = self.run
         run.reach(ps)
         going = Going(
