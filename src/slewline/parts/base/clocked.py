@@ -81,7 +81,7 @@ class Clocked(Follower):
         super().go_by_edges()
 
     def _take_edge(self) -> None:
-        """Drive the outputs to the levels that follow from those of the inputs."""
+        """Process the edge of an input, and drive the outputs to the levels that follow."""
         self.advance(self.kernel.seen)
         self._sample_clock()
         self.follow(NoEvents())

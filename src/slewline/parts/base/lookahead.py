@@ -47,7 +47,7 @@ class Lookahead:
         return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:
-        """Return what the wire shows from now on: a promise, or a level; the same object while nothing has changed."""
+        """Return the promise or level of the wire from now on; the same object while nothing has changed."""
         net = self.pin.net
         told = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
         if self._told is None or len(told) != len(self._told) or not all(map(alike, told, self._told)):

@@ -32,7 +32,7 @@ class Strobes(NamedTuple):
 
 
 class Strobed:
-    """The instants of an operation (ps), and what its lines show; those of single strobes are worked out when asked."""
+    """Instants of an operation (ps), and levels of its lines; those of single strobes are computed on demand."""
 
     __slots__ = ("end", "first", "how", "last", "number", "start")
 
@@ -96,7 +96,7 @@ class PortEnd(End, Protocol):
     let_go_ps: int  # from its rise until it is off
 
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether it waits for an operation of so many bytes that begins now, its first strobe at an instant."""
+        """Return whether the port waits for an operation of `number` bytes that begins now; `ps`: its first strobe."""
 
     def shows(self, number: int) -> bytes:
         """Return the bytes that a read operation returns."""

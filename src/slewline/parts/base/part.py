@@ -97,7 +97,7 @@ class Part(Component):
         return f"<{type(self).__name__} {self.name}>"
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the shaft, turning as it has turned, what else it shows; None: its `repr`."""
+        """Return the HTML for a notebook: the shaft and its past motion, the state of the part; None: use `repr`."""
         shows = self.shows()
         if not shows:
             return None

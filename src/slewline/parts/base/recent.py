@@ -32,7 +32,7 @@ class Recent:
         return self.dropped + len(self.what)
 
     def place(self, number: int) -> int:
-        """Return where in `what` one is that so many came before; the first one, if it is gone."""
+        """Return the index in `what` of the element after the first `number`, or of the first kept one if dropped."""
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:

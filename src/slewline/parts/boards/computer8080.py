@@ -165,7 +165,7 @@ class Ppi8255(Part):
             raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
 
     def _write(self, port: int, value: int) -> None:
-        """OUT: a byte to port A, or a set/reset code of port C to EF: bit number times two, plus the level."""
+        """Perform an OUT: a byte to port A, or a set/reset code of port C to EF: 2 * bit number + level."""
         self._checked(port, value)
         if port == DATA:
             self._latched = value

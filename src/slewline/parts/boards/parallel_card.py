@@ -51,7 +51,7 @@ class ParallelCard(Board):
         return FLOATING & ~low
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Do a cycle; the register has what is written at the end of clock 4, when a byte is read, too."""
+        """Perform a cycle; a register changes at the end of clock 4, the time at which a byte is also read."""
         await until(self.kernel, self._clock(5))
         if byte is None:
             return self._read(register)

@@ -1,10 +1,10 @@
-"""Where interface boards have their registers: a row for each card that is known, and text for any other one.
+"""Registers of interface boards: a row for each known card, and text for any other one.
 
 pmd          the ISA board of the chipset's application note
-pi-c842      a card of Physik Instrumente; as a host program for it uses it: it polls +1 and writes commands there,
-             data go over +0, and +2 is set once, to 0F.  What bits 0 to 6 of its status are is not known: they read 1.
+pi-c842      a card of Physik Instrumente, as used by a host program for it: it polls +1 and writes commands there,
+             data go over +0, and +2 is set once, to 0F.  Bits 0 to 6 of its status are not known; they read 1.
 data=0,command=1,status=1,reset=8,base=0x300
-             a card of the user's; reset and base may be left out
+             a user-defined card; reset and base may be left out
 """
 
 from __future__ import annotations

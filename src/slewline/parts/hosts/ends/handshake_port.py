@@ -104,7 +104,7 @@ class CommandPort:
         raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
 
     def group_size(self, group: int) -> int:
-        """Bytes of a verify group in the present mode: the position has five digits, or two bytes in binary mode."""
+        """Return the bytes of a verify group in the present mode: position 5 digits, or 2 bytes in binary mode."""
         return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
