@@ -62,7 +62,7 @@ class StrappedUart(HostUart):
 
     def follow_straps(self) -> None:
         """Use the rate that the module has read from its straps."""
-        baud = self.fixed_baud or self.straps.setting.baud
+        baud = self.fixed_baud or self.straps.rate
         if baud != self.baud:
             self.set_line(baud, self.word)
 
