@@ -33,7 +33,7 @@ FORMS = "a range such as 3..10, 1..254/8 (eight of them) or 4..40 by 4, or a lis
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Parameters with their values, ascending; a place is a number from 0 to `size` - 1, the last parameter first."""
+    """Parameters with their values, ascending; points are numbered from 0 to `size` - 1, the last parameter first."""
 
     names: tuple[str, ...]
     values: tuple[tuple[Value, ...], ...]

@@ -92,7 +92,7 @@ NOMINAL = Perturbation("nominal")
 WORST = tuple((what, 1 + percent / 100) for what, percent in {
     "load": 20, "inertia": 20, "supply": -10, "current": -20, "friction": 25, "drag": -30,
 }.items())  # fmt: skip
-USUAL = (  # tried first before any count is known: those that lost most steps in trials
+USUAL = (  # tried first before any count is known: the perturbations that lost most steps in trials
     Perturbation("all that is bad", WORST),
     alone("current", -20),
     alone("inertia", 20),

@@ -47,7 +47,7 @@ class BestFirst:
 
     Args:
         runs: the runs to be judged.
-        scenarios: all those that a move must hold under.
+        scenarios: all scenarios that a move must hold under.
         switching: the same with a switching chopper, for the recommended move; or none.
         whole: judge every candidate, the nominal scenarios first; that is a map.
     """

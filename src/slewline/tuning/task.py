@@ -145,7 +145,7 @@ class Tuned:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Effects that may decide the result beside the ramps, such as a great ripple of the chopper, in words."""
+        """Effects that may decide the result besides the ramps, such as a great ripple of the chopper, in words."""
         return chopper_notes(self.task.motor, self.task.driver, self.task.said.get("driver"))
 
     @property

@@ -23,7 +23,7 @@ MOST_TURNS = 10
 COLUMNS = 400  # in which changes are searched
 PICTURES = 80  # positions between which the shaft turns at a constant rate
 PLAY_S = 6.0  # approximate duration of the playback
-STILL = 1 / 3600  # turns; less is no motion
+STILL = 1 / 3600  # turns; less does not count as motion
 
 
 class Turned(NamedTuple):

@@ -134,7 +134,7 @@ class Board(Part):
         return byte
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Perform the next cycle, which begins within one clock, as far as it is observed.
+        """Perform the next cycle, which begins within one clock, and promise its unobserved part.
 
         Without a byte it is a read cycle; its byte is returned in clock 5.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 12  # grid points that plain Python computes per call
 ROOM = 1 << 17  # and Numba, at most
-SOON = 20_000  # so many steps in plain Python take less time than compiling by Numba
+SOON = 20_000  # steps in plain Python that take less time than compiling by Numba
 
 
 class Integrable(Protocol):

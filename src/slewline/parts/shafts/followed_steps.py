@@ -148,7 +148,7 @@ class FollowedSteps(Events):
         self._known += run
 
     def _pulse(self, k: int) -> int:
-        """Return the number of the pulse that makes step k."""
+        """Return the number of the pulse for step k."""
         i = bisect_right(self._before, k - 1) - 1
         return self._firsts[i] + k - 1 - self._before[i]
 

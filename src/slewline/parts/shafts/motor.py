@@ -211,7 +211,7 @@ class Motor(Part):
 
     @property
     def lost(self) -> int:
-        """Number of pulses that made no step."""
+        """Number of pulses without a step."""
         return self._now.lost
 
     @property

@@ -81,7 +81,7 @@ class Shaft:
         self._take(ShaftMotion(drive, since, motion.place, sign, motion.step, motion.unit, motion.slack, None))
 
     def step(self, ps: int, sign: int) -> None:
-        """Make a step at an instant (ps), not before the last `cut`."""
+        """Take a step at an instant (ps), not before the last `cut`."""
         self.cut(ps - 1)
         self.turn(Once(ps), sign, ps - 1)
         self.cut(ps)
@@ -223,7 +223,7 @@ class Shaft:
         del self.past[: max(0, n)]
 
     def _keep(self, motion: ShaftMotion, ps: int) -> None:
-        """Keep the past: the instants of single steps in one direction, nothing of a shaft at rest."""
+        """Keep the past: the instants of single steps in one direction; none for a shaft at rest."""
         if len(self.past) > 2 * KEPT:
             del self.past[:-KEPT]
         last = self.past[-1] if self.past else None

@@ -147,7 +147,7 @@ class ShaftMotion:
         )
 
     def geared(self, ratio: Fraction) -> ShaftMotion:
-        """Return the motion of a shaft behind a gear: `ratio` times as far; negative: in the opposite direction."""
+        """Return the motion of a geared shaft: `ratio` times as far; negative: in the opposite direction."""
         n, d = abs(ratio.numerator), ratio.denominator
         sign = 1 if ratio > 0 else -1
         return replace(

@@ -86,7 +86,7 @@ class Feed:
 
     @property
     def now(self) -> Piece:
-        """Present state of the pins; empty as long as they are not wired."""
+        """Present state of the pins; empty before they are wired."""
         return self.pieces[-1] if self.pieces else Piece(0, ())
 
     def edges(self, start: int, stop: int, command: int, code: int) -> Edges:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MARKS = 512  # milestones kept for when the future has been cut
 FIRST_PS = 1_000_000_000  # first distance that is searched ahead; then twice as far
 MOST_PS = 100_000_000_000
-SOON = 30_000  # so many changes take plain Python less time than compiling takes
+SOON = 30_000  # changes that take plain Python less time than compiling
 AHEAD_PS = 400_000_000_000  # how far one query looks ahead at most
 
 

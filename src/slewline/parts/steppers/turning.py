@@ -97,7 +97,7 @@ class LinkageMotion:
         return self
 
     def geared(self, ratio: Fraction) -> LinkageMotion:
-        """Return the motion of a shaft behind a gear: `ratio` times as far; negative: in the opposite direction."""
+        """Return the motion of a geared shaft: `ratio` times as far; negative: in the opposite direction."""
         return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
@@ -220,5 +220,4 @@ class MotorShaft(Shaft):
         return Polyline(self.kernel, name, unit, lambda times: motion.places(times) * scale, changes, from_zero=False)
 
     def forget(self, before: int) -> None:
-        """Drop the past before an instant (ps)."""
         self.run.forget(before)

@@ -133,7 +133,7 @@ class OwnWriter:
 
     # ------------------------------------------------------------------------------------------------- what is learned
     def _used(self) -> dict[str, set[int]]:
-        """Return the inputs and outputs that the program uses; a branch on all inputs uses those that it needs low."""
+        """Return the inputs and outputs that the program uses; a branch on all inputs uses the inputs it needs low."""
         inputs, outputs = set(), set()
         for action in self.program.actions:
             if isinstance(action, WaitInput):
@@ -205,7 +205,7 @@ class OwnWriter:
         return found
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """Return the instructions of a step; before the end of a program, those that end it."""
+        """Return the instructions of a step; before the end of a program, also its last command."""
         action = step.action
         if action is None:
             return []

@@ -90,7 +90,7 @@ def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
 
 
 def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
-    """Return a step as a command of a host; its comment is beside the first of its lines alone."""
+    """Return a step as a command of a host; only the first of its lines has the comment."""
     action: Action | None = step.action
     return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 

@@ -107,7 +107,7 @@ def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
 
 
 def _nested(items: list[Action], wanted: Counter[str]) -> tuple[Node, ...]:
-    """Return the tree of a part of a program; the jumps found in it are removed from those that are `wanted`."""
+    """Return the tree of a part of a program; the jumps found in it are removed from `wanted`."""
     out: list[Node] = []
     place = 0
     while place < len(items):

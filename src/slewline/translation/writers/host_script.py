@@ -1,6 +1,6 @@
 """A host script in Python, for loops, waits and branches, which G-code cannot do; it sends grbl each command.
 
-Inputs are those that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
+Inputs are the pins that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ class Draft:
 
 
 def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
-    """Return a result with the comments of the source: beside the same code, or before the code that follows them."""
+    """Return a result with the comments of the source: next to the same code, or before the code that follows them."""
     found = list(out)
     for line in lines:
         if not line.comment:
