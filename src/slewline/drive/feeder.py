@@ -6,7 +6,7 @@
 
 Each turn fits records to the steps that the model has made since the last one.  The last record is kept back as long as
 the board has three quarters of the horizon before it, so that steps of the next turns may join it.  While the model
-makes no steps, pauses fill the time up to its present, so that an underrun always means trouble.  The end of a motion
+is at rest, pauses fill the time up to its present, so that an underrun always means trouble.  The end of a motion
 is followed by a pause after which the motor may stop (REST).
 
 Ticks with the suffix 16 are 1/65536 tick.  `base16` is calculated as the board calculates it: errors do not accumulate.

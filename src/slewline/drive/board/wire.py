@@ -133,8 +133,8 @@ class ResetFlag(IntFlag):
 class PowerFlag(IntFlag):
     """Flags of ANSWER for the driver.
 
-    UNSURE: the position of the motor may differ from the count, because of steps without current, or a stop without a
-    ramp, or because the board has switched its driver off.  LOCKED: the board has done so by itself, and only RESET unlocks it.
+    UNSURE: the position of the motor may differ from the count, after steps without current, a stop without a ramp,
+    or a driver that the board has switched off.  LOCKED: the board has done so by itself, and only RESET unlocks it.
     """
 
     ENERGISED = 1
