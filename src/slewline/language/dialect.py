@@ -71,7 +71,7 @@ R = TypeVar("R", bound=Row)
 
 
 class Dialect(Generic[R]):
-    """How commands are written, sent and stored.  Instructions are tokens, opcode and arguments, unless overridden."""
+    """Form of commands, written, sent and stored.  Instructions are tokens, opcode and arguments, unless overridden."""
 
     name = ""
     row_type: type[Row] = Row  # type of its commands

@@ -7,7 +7,7 @@ from .command_text import CR, OPEN_BUS
 
 
 class Entry:
-    """Distinguishes the letter that ends program entry from the same letter within a program.
+    """Detector of the end of program entry: its letter also occurs within programs.
 
     In ASCII the letter counts as the first character of a line, in binary in the place of an opcode, so counts are
     followed.

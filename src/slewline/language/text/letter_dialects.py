@@ -101,7 +101,7 @@ class Letters(ReadAlike, TextDialect):
 
     @property
     def rules(self) -> Sequence[Check]:
-        """Return the linter's rules."""
+        """Rules for programs that are stored as opcodes."""
         from .rules import FOR_TOKENS  # running a chip does not load the linter
 
         return FOR_TOKENS
@@ -225,7 +225,7 @@ class Verbatim(ReadAlike, TextDialect):
 
     @property
     def rules(self) -> Sequence[Check]:
-        """Return the linter's rules."""
+        """Rules for programs that are stored as text."""
         from .rules import FOR_TEXT  # running a chip does not load the linter
 
         return FOR_TEXT
