@@ -26,7 +26,8 @@ FOLDERS = ("howto", "tutorial", "explanation", "reference")
 GENERATED = "<!-- Written by tools/describe_docs.py"
 MEASURED = "reference/performance.md"  # figures that change with each measurement
 KINDS = ("code", "option", "command", "figure", "link")
-FENCE = re.compile(r"^( *)(```+|~~~+)(?!\{warning)[^\n]*\n(.*?)^\1\2 *$", re.MULTILINE | re.DOTALL)
+WARNING = re.compile(r"^```\{warning\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^( *)(```+|~~~+)[^\n]*\n(.*?)^\1\2 *$", re.MULTILINE | re.DOTALL)
 PROMPT = re.compile(r"^(?:\$|PS>) (.+)$", re.MULTILINE)
 PROGRAMS = (
     "slewline|python|pip|make|pytest|pyserial|cc|cl|avrdude|socat|qemu|sudo|VBoxManage|com2tcp|install|cat|gtkwave"
@@ -47,10 +48,11 @@ FIGURE = re.compile(rf"(?<![\w.,])({NUMBER})\s?({UNITS})(?![\w/²])")
 
 def facts(page: str, folder: str = "") -> Iterator[tuple[str, str]]:
     """Yield the facts of a page, each with its kind; `folder`: where the page is, for links to other pages."""
+    page = WARNING.sub(r"\1", page)
     for option in OPTION.findall(page):
         yield "option", option
     blocks = [found[3] for found in FENCE.finditer(page)]
-    prose = re.sub("^ *```.*", "", FENCE.sub("", page), flags=re.MULTILINE)
+    prose = FENCE.sub("", page)
     for command in (found for part in (*blocks, prose) for found in (*PROMPT.findall(part), *COMMAND.findall(part))):
         yield "command", re.sub(r" {3,}.*", "", command).strip()
     for _, code in CODE.findall(prose):
