@@ -1,7 +1,7 @@
-"""Data of the socket that the parts with 40 pins share: pins, commands, times as a manual of 1984 prints them.
+"""Data of the socket of the parts with 40 pins: pins, commands, and the times printed in a manual of 1984.
 
-The sheets of the parts begin with it and say what is other; the two whose rate grows by S with each step (sloped.py)
-begin with the same registers and half steps as well.  Data only.
+The sheets of the parts begin with this data and state their differences; the two parts whose rate grows by S with each
+step (sloped.py) also share registers and half steps.  Data only.
 
 Times are stated at the crystal that the manual names beside them; the chip counts crystal clocks, so every time
 scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
@@ -60,8 +60,8 @@ PINS = (
 # fmt: on
 
 # ------------------------------------------------------------------------------------------------- commands, Table V
-# Commands without argument: Table V gives letter plus terminator, of which the letter takes LETTER_US; with argument
-# it gives the busy time of the last byte.  `time_us` is the busy time of the last byte in both cases.
+# Commands without argument: Table V states letter plus terminator, of which the letter takes LETTER_US; with argument
+# it states the busy time of the last byte.  `time_us` is the busy time of the last byte in both cases.
 LETTER_US = 187
 _BUSY_US = 26  # from the request to READY low
 TARGET = Arg("target", 1, 0, BUFFER_BYTES - 1, label=True)
@@ -130,7 +130,7 @@ TIMES = MappingProxyType({
 # fmt: on
 NS, US = 1000, 1_000_000  # ps
 # fmt: off
-# What the manual prints, between edges.  The step period is that of the highest rate of Table VII; O above 127 pulses as
+# The manual's limits between edges.  The step period is that of the highest rate of Table VII; O above 127 pulses as
 # well, with SLEW high.
 LIMITS = (
     Limit("reset falls", "reset rises", "RESET low while running", "s.9", least=15 * US, mhz=6, keeper="host"),
@@ -173,7 +173,7 @@ OPTIONS = (
     Option("cold", "bool", False, "start without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
 )
 
-# How the manual prints commands
+# The manual's notation of commands
 SLIPS = MappingProxyType(
     {
         "\u00d8": "the manual prints \u00d8 for the digit zero: write 0",

@@ -124,7 +124,7 @@ class Chipset(Chip):
         self.idle = True
         self.waits("waiting for its supply")
 
-    # ------------------------------------------------------------------------------------------------- as others see it
+    # ------------------------------------------------------------------------------------------------ public properties
     @property
     def powered(self) -> bool:
         """Is the supply on?"""

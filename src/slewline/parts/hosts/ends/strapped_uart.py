@@ -62,7 +62,7 @@ class StrappedUart(HostUart):
 
     def follow_straps(self) -> None:
         """Take the rate that the module is strapped for, and has looked at."""
-        baud = self.fixed_baud or self.straps.setting.baud
+        baud = self.fixed_baud or self.straps.rate
         if baud != self.baud:
             self.set_line(baud, self.word)
 
