@@ -32,9 +32,10 @@ if TYPE_CHECKING:
     from .record.waveforms.read_vcd import read_vcd
     from .record.waveforms.read_waveforms import read_waveforms
     from .translation.translate import translate
+    from .translation.whole_bench import translate_bench
     from .tuning.tune_ramp import tune
 
-_FROM = {  # loaded when first asked for, so that `import slewline` costs nothing
+_FROM = {  # loaded on first use, so that `import slewline` is quick
     "bench": ("Bench", "load", "replay"),
     "bench.files.images": ("read_image", "write_image"),
     "bench.ramp_calculator": ("find_ramps", "ramp"),
@@ -58,6 +59,7 @@ _FROM = {  # loaded when first asked for, so that `import slewline` costs nothin
     "record.waveforms.read_vcd": ("read_vcd",),
     "record.waveforms.read_waveforms": ("read_waveforms",),
     "translation.translate": ("translate",),
+    "translation.whole_bench": ("translate_bench",),
     "tuning.tune_ramp": ("tune",),
 }
 __all__ = [
@@ -85,13 +87,14 @@ __all__ = [
     "read_waveforms",
     "replay",
     "translate",
+    "translate_bench",
     "tune",
     "write_image",
 ]
 
 
 _ON_A_BENCH = 'bench = slewline.Bench(), x = bench.add("PART"), then '
-_MEANT = {  # names that there are not, and what to write
+_MEANT = {  # names that do not exist, and what to write instead
     **dict.fromkeys(("bench", "new", "create", "Simulator", "Simulation", "Emulator"), "slewline.Bench()"),
     **dict.fromkeys(("add", "chip", "make", "part", "controller", "Controller"), 'slewline.Bench().add("PART")'),
     **dict.fromkeys(("run", "simulate", "run_until_idle", "start"), f"{_ON_A_BENCH}bench.run_until_idle()"),
@@ -107,7 +110,7 @@ _MEANT = {  # names that there are not, and what to write
 
 
 def _instead(name: str) -> str:
-    """What there is instead of a name that there is not: a chip, or a name like it."""
+    """Return the remedy for a name that does not exist: a chip, or a similar name."""
     from .core.messages.near import hint
 
     if name in _MEANT:

@@ -1,10 +1,10 @@
-"""What chips and parts of one's own are built with, in one place that stays where it is.
+"""The names for building chips and parts, in one module that does not change.
 
-from slewline.build import Arg, LineChip, Lines, Pin, Row, Sheet, Table     a chip: its sheet, and what it does
-from slewline.build import Option, Part, edge, until                        a part beside it
+from slewline.build import Arg, LineChip, Lines, Pin, Row, Sheet, Table     a chip: its sheet and its behaviour
+from slewline.build import Option, Part, edge, until                        a part next to it
 from slewline.build import assemble, lint, listing, sheet_of                programs
 
-Other modules move these names about among themselves; here they keep their place.  Each is loaded when it is asked for.
+The modules that define these names may change; import the names from here.  Each is loaded on first use.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is opened and closed: closed twice it is closed, and a `with` block closes it."""
+"""Base classes for objects that are closed: `close` may be called twice, and a `with` block calls it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Self
 
 
 class WholeOrNothing:
-    """What a `with` block completes at its end, and discards when an error leaves the block."""
+    """A result that a `with` block completes at its end, and discards if an error leaves the block."""
 
     def close(self) -> None:
-        """Complete it."""
+        """Complete the result."""
         raise NotImplementedError
 
     def discard(self) -> None:
-        """Drop it, unless it is complete."""
+        """Discard the result, unless it is complete."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:
@@ -31,18 +31,18 @@ class WholeOrNothing:
 
 
 class Closing:
-    """What has an end; a class says in `_shut` what that is."""
+    """An object that can be closed; a class implements `_shut`."""
 
     closed = False
 
     def close(self) -> None:
-        """End it; to close it again does nothing."""
+        """Close the object; a second call does nothing."""
         if not self.closed:
             self.closed = True
             self._shut()
 
     def _shut(self) -> None:
-        """End it; called once."""
+        """Release what the object uses; called once."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:

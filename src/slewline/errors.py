@@ -1,9 +1,9 @@
-"""Every exception that slewline raises on purpose: what *our user* did wrong.
+"""Every exception that slewline raises on purpose: mistakes of *our user*.
 
-What a *host* does wrong is chip behaviour and never an exception; it is answered as the chip answers and kept as
-a finding.  Each class also inherits the built-in that it resembles, so callers may catch either.
+A mistake of a *host* is never an exception: the chip answers as the real one does, and a finding records it.  Each
+class also inherits the similar built-in one, so callers may catch either.
 
-Whatever comes from outside, a name, a line, a file, may be quoted in a message, so its length is limited.
+Messages may quote names, lines and files from outside, so their length is limited.
 """
 
 import re
@@ -14,24 +14,24 @@ CUT = re.compile(r" \.\.\. \((\d+) characters in all\) \.\.\. ")
 
 
 def shortened(text: str, most: int) -> str:
-    """Return a text; of one with more than so many characters start and end, and how many there are."""
+    """Return a text; if it has more than `most` characters, only its start and end, and their number."""
     if len(text) <= most:
         return text
     half = most // 2
     out = text[half:-half]
-    count = len(CUT.sub("", text)) + sum(int(number) - 2 * half for number in CUT.findall(out))  # of one cut before
+    count = len(CUT.sub("", text)) + sum(int(number) - 2 * half for number in CUT.findall(out))  # shortened before
     return f"{text[:half]} ... ({count} characters in all) ... {text[-half:]}"
 
 
 class SlewlineError(Exception):
-    """The base class of the exceptions of slewline; each is also derived from the built-in one that it resembles."""
+    """The base class of the exceptions of slewline; each also inherits the similar built-in one."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(_lines(each) if isinstance(each, str) else each for each in args))
 
 
 def _lines(text: str) -> str:
-    """Return a message, whose lines are as long as they may be."""
+    """Return a message with its lines shortened to the longest allowed."""
     if len(text) <= LONGEST_LINE:
         return text
     return "\n".join(shortened(line, LONGEST_LINE) for line in text.split("\n"))
@@ -46,18 +46,18 @@ class TimeError(UsageError):
 
 
 class UnknownName(SlewlineError, KeyError):
-    """A name of a chip, pin, register or part that does not exist; the message lists those that do."""
+    """A name of a chip, pin, register or part that does not exist; the message lists the existing ones."""
 
     def __str__(self) -> str:  # KeyError would print the repr of the message
         return str(self.args[0]) if self.args else ""
 
 
 class NoSuchAttribute(SlewlineError, AttributeError):
-    """An attribute that an object does not have, or that cannot be set; the message says what to write instead."""
+    """An attribute that an object does not have, or that cannot be set; the message names the one to use instead."""
 
 
 class WiringError(SlewlineError, ValueError):
-    """Pins that cannot be connected as asked."""
+    """Pins that cannot be connected as requested."""
 
 
 class SheetError(SlewlineError, ValueError):
@@ -77,23 +77,23 @@ class BenchFileError(SlewlineError, ValueError):
 
 
 class JournalWarning(UserWarning):
-    """A journal is replayed, but the run may differ from the recorded one, or end before it."""
+    """A journal whose replay may differ from the recorded run, or end before it."""
 
 
 class OtherLaws(JournalWarning):
-    """The parts of a journal behaved differently when it was recorded: the replay may differ."""
+    """A journal of parts that behaved differently when it was recorded: the replay may differ."""
 
 
 class TornJournal(JournalWarning):
-    """The last line of a journal is cut off; the replay ends before it."""
+    """A journal whose last line is cut off: the replay ends before it."""
 
 
 class LongPast(UserWarning):
-    """The past of a bench takes much memory; `Bench(keep=)` says how far back it is kept."""
+    """The past of a bench uses much memory; `Bench(keep=)` limits it."""
 
 
 class WaveformError(SlewlineError, ValueError):
-    """A waveform file that cannot be read; the message has file, line and what was expected."""
+    """A waveform file that cannot be read; the message has the file, the line and the expected content."""
 
 
 class NotRecorded(SlewlineError, LookupError):
@@ -105,7 +105,7 @@ class NoSuchStep(SlewlineError, IndexError):
 
 
 class Timeout(SlewlineError, TimeoutError):
-    """A wait has exceeded its timeout; the message lists what each chip, part and host waits for, since when."""
+    """A wait that has exceeded its timeout; the message lists what each chip, part and host waits for."""
 
 
 class Endless(SlewlineError, RuntimeError):

@@ -1,14 +1,14 @@
-"""What the extras of the package bring, and a line that says so to whoever lacks one.
+"""The packages in each extra, and the message for a user who lacks one.
 
-The line installs the packages by their own names: that works beside a clone and beside a wheel, and asks no index
-for slewline.
+The message installs the packages by their own names. That works next to a clone or a wheel, and needs no package
+index that has slewline.
 """
 
 from __future__ import annotations
 
 from itertools import chain
 
-EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
+EXTRAS = {  # by extra: packages, each by its names for installation and for import
     "cli": (("click", "click"), ("rich", "rich")),
     "dask": (("distributed", "distributed"),),
     "epics": (("caproto", "caproto"),),
@@ -23,7 +23,7 @@ EXTRAS = {  # by extra: packages, each as it is installed and as it is imported
 
 
 def lacking() -> dict[str, list[str]]:
-    """Return the packages that are not here, by extra."""
+    """Return the packages that are not installed, by extra."""
     from importlib.util import find_spec
 
     found = {extra: [name for name, module in rows if find_spec(module) is None] for extra, rows in EXTRAS.items()}
@@ -31,10 +31,9 @@ def lacking() -> dict[str, list[str]]:
 
 
 def needs(what: str, extra: str) -> str:
-    """Return a line for the user: what he asked for needs an extra; and all that he will need beside it.
+    """Return the message that a feature needs an extra, with the command that installs it and all other missing extras.
 
-    Args:
-        what: who needs it, as the beginning of a sentence: "bench files need".
+    `what` is the feature, as the beginning of a sentence: "bench files need".
     """
     lacks = lacking()
     own = lacks.pop(extra, [name for name, _ in EXTRAS[extra]])

@@ -1,4 +1,4 @@
-"""Folders of the user's own, by the custom of the system: what programs remember, and what can be made again."""
+"""Folders of the user, as the system defines them: for the state of programs, and for files that can be made again."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .errors import UsageError
 
 
 def state_folder() -> Path:
-    """Return where this system keeps what programs remember: the folder of slewline there.
+    """Return the folder of slewline where this system keeps the state of programs.
 
     Raises:
         UsageError: the user has no home.
@@ -22,9 +22,9 @@ def state_folder() -> Path:
 
 
 def cache_folder() -> Path | None:
-    """Return where what can be made again is kept: SLEWLINE_CACHE, or the folder of slewline in that of this system.
+    """Return the folder for files that can be made again: SLEWLINE_CACHE, or slewline's folder in the system's cache.
 
-    None: SLEWLINE_CACHE is empty, and nothing is to be kept.
+    None: SLEWLINE_CACHE is empty, and no file is kept.
 
     Raises:
         UsageError: the user has no home.
@@ -47,7 +47,8 @@ def _home(variables: str) -> Path:
     """Return the home of the user.
 
     Raises:
-        UsageError: he has none, as a user of a container that only has a number; it names the variables to set.
+        UsageError: there is none, as for a user of a container that has only a number; the message names the variables
+            to set.
     """
     try:
         return Path.home()
@@ -58,11 +59,11 @@ def _home(variables: str) -> Path:
 
 
 def keep_source(text: str) -> Path | None:
-    """Return a file with this text, in the cache, under its SHA-256; None: none can be there.
+    """Return a file with this text, in the cache, named by its SHA-256; None: no such file can be made.
 
-    What lies beside it may be run: nobody but the user may be able to write there.
+    Files next to it may be run, so the folder must not be writable for others.
     """
-    with suppress(OSError, UsageError):  # UsageError: he has no home
+    with suppress(OSError, UsageError):  # UsageError: the user has no home
         folder = cache_folder()
         if folder is None:
             return None
@@ -75,20 +76,20 @@ def keep_source(text: str) -> Path | None:
         if not path.is_file() or path.read_bytes() != data:
             part = path.with_suffix(f".{os.getpid()}.part")
             part.write_bytes(data)
-            os.replace(part, path)  # whole, whoever else writes it now
+            os.replace(part, path)  # complete, even if another process writes it now
         return path
     return None
 
 
 def drop_source(path: Path) -> None:
-    """Remove what `keep_source` has kept, and what was made of it."""
+    """Remove the file that `keep_source` has made, and the files compiled from it."""
     with suppress(OSError):
         for each in (*path.parent.glob(f"{path.stem}.*"), *path.parent.glob(f"__pycache__/{path.stem}.*")):
             each.unlink(missing_ok=True)
 
 
 def _is_private(folder: Path) -> bool:
-    """Is a folder the user's own, and closed to the writing of all others?  On Windows his profile sees to that."""
+    """Return whether a folder belongs to the user and nobody else can write to it; Windows profiles ensure that."""
     if not hasattr(os, "geteuid"):
         return True
     found = folder.stat()

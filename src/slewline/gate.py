@@ -1,15 +1,15 @@
-"""The gate: every file of the user's is read here, and what a file names is allowed or refused here.
+"""The gate: all files of the user are read here, and the names in them are allowed or refused here.
 
-A bench file, a journal, a dialogue, a log, a black box, a backup, an image of a memory may come from anybody.  What it
-names is of three classes, and the code that reads it asks its `FileGate`:
+A bench file, a journal, a dialogue, a log, a black box, a backup, an image of a memory may come from anybody.  The
+names in it are of three classes, and the code that reads it checks them with a `FileGate`:
 
     of the folder    a file in the folder of the naming file or below, wherever links lead; a link for a pty there, with
                      a name that no tool runs, and no link on the way; a serial device of this system
     elsewhere        any other file, link, device; only with `anywhere` (--anywhere)
     code             a chip or part as module:Class, whose import runs it; only with `allow_code` (--allow-code)
 
-What a user names on the command line or in Python is his own word, and passes.  The bounds are for both: a file is a
-regular one and has a length, so has a line; JSON has a depth, a number of values, and finite numbers.
+A name given on the command line or in Python is trusted.  The bounds apply to both: a file is a regular one and has a
+maximum length, as has a line; JSON has a maximum depth and number of values, and finite numbers.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ T = TypeVar("T")
 
 MAX_BYTES = 10_000_000  # of a file that is read whole
 MAX_LINE = 1 << 20  # bytes of a line of a log
-MAX_VALUES = 1 << 20  # of JSON in one line; the longest list of ours is a memory, 64K
+MAX_VALUES = 1 << 20  # of JSON in one line; our longest list is a memory, 64K
 UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
 UTF16 = "is text in UTF-16; save it as UTF-8 (Notepad: Save as, Encoding UTF-8; PowerShell: Set-Content -Encoding utf8)"
 NUL = "contains NUL bytes, so it is not text; name the right file"
 BOM = b"\xef\xbb\xbf"  # which editors and tools put before text in UTF-8
-LATEST_PS = 1 << 63  # instants are less: what is plotted and recorded has 64 bits
+LATEST_PS = 1 << 63  # instants are less: plots and records have 64 bits
 
 ERRNO = re.compile(r"\(([0-9]+), '")  # as pySerial writes it, twice or as a tuple
-KINDS = {  # what may be in the place of a file
+KINDS = {  # what may be found instead of a file
     stat.S_IFDIR: "a directory",
     stat.S_IFIFO: "a FIFO",
     stat.S_IFSOCK: "a socket",
@@ -49,7 +49,7 @@ KINDS = {  # what may be in the place of a file
 }
 LINK_NAME = re.compile(r"(?P<stem>[A-Za-z0-9][\w+-]*)(?:\.(?:pty|tty|port|serial))?", re.ASCII)
 RUN = re.compile(r".*file|configure|sconstruct|sconscript|build|workspace", re.IGNORECASE)  # by make, docker, scons ...
-RUN_IN = ("bin", "sbin", "scripts", "hooks")  # folders in which any name is one of a program
+RUN_IN = ("bin", "sbin", "scripts", "hooks")  # folders in which a file of any name is a program
 FILE_THERE = "copy it there, or allow files anywhere (--anywhere, load(path, anywhere=True))"
 LINK_THERE = "name a link in that folder or below, or allow links anywhere (--anywhere, load(path, anywhere=True))"
 SERIAL = re.compile(  # of Linux, of macOS and the BSDs, of Windows
@@ -57,11 +57,11 @@ SERIAL = re.compile(  # of Linux, of macOS and the BSDs, of Windows
 )
 
 
-# ---------------------------------------------------------------------------------------------------- what a file names
+# -------------------------------------------------------------------------------------------------- the names in a file
 class LinkPlace(NamedTuple):
     """The place of a link for a pty, as a file names it.
 
-    `folder` may be reached by links; on the way through the folders `below` it none is followed.
+    `folder` may be reached by links; in the folders `below` it no link is followed.
     """
 
     folder: Path
@@ -73,10 +73,10 @@ class LinkPlace(NamedTuple):
 
 
 class FileGate:
-    """What a file may name.
+    """The check of the names in a file.
 
     Args:
-        path: the file, from whose folder its names count.
+        path: the file; its names are relative to its folder.
         anywhere: it may name files, links and devices elsewhere.
         allow_code: it may name chips and parts as module:Class, whose import runs the code of the module.
     """
@@ -85,11 +85,11 @@ class FileGate:
         self.folder, self.anywhere, self.allow_code = Path(path).parent, anywhere, allow_code
 
     def file(self, name: Any) -> Path:
-        """Return the path of a file that is to be read.
+        """Return the path of a file to read.
 
         Raises:
             SlewlineError: it is outside the folder, wherever links lead.
-            OSError, ValueError: no path.
+            OSError, ValueError: not a path.
         """
         path = self.folder / self._text(name)
         if not self.anywhere and not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
@@ -97,10 +97,10 @@ class FileGate:
         return path
 
     def link(self, name: Any) -> LinkPlace:
-        """Return the place of a link for a pty, which `links.ports.symbolic_link` makes; it follows no link on the way.
+        """Return the place of a link for a pty, which `links.ports.symbolic_link` creates without following links.
 
         Raises:
-            SlewlineError: it is outside the folder, or a tool would run what has this name.
+            SlewlineError: it is outside the folder, or a tool would run a file of this name.
         """
         path = PurePath(self._text(name))
         if self.anywhere:
@@ -132,7 +132,7 @@ class FileGate:
         """Return the name of a serial port of this machine.
 
         Raises:
-            SlewlineError: it is no serial device: to open another one may do anything.
+            SlewlineError: it is not a serial device: opening another device can have any effect.
         """
         device = self._text(name)
         if not self.anywhere and not SERIAL.fullmatch(device if os.name == "nt" else os.path.realpath(device)):
@@ -143,14 +143,14 @@ class FileGate:
         return device
 
     def code(self, find: Callable[..., type[T]], name: Any) -> type[T]:
-        """Return the class of a chip or part; module:Class is imported only with leave.
+        """Return the class of a chip or part; module:Class is imported only if code is allowed.
 
         Args:
             find: `chip_class` or `part_class`.
 
         Raises:
             UnknownName: there is none.
-            UsageError: it is code, without leave; or no class.
+            UsageError: it is code, which is not allowed; or not a class.
         """
         return find(self._text(name), allow_code=self.allow_code)
 
@@ -163,12 +163,12 @@ class FileGate:
         return SlewlineError(f"found {name!r}, outside the folder of the bench file; {remedy}")
 
 
-# --------------------------------------------------------------------------------------------------- how files are read
+# -------------------------------------------------------------------------------------------------------- reading files
 def read_file(path: str | PathLike[str]) -> bytes:
     """Return the bytes of a regular file.
 
     Raises:
-        BenchFileError: there is no such file, it is no regular file, or it is too long.
+        BenchFileError: the file does not exist, is not a regular file, or is too long.
     """
     with refusals(path), opened(path) as file:
         return _bounded(path, file.read(MAX_BYTES + 1))
@@ -178,10 +178,10 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
     """Return the text of a file.
 
     Args:
-        data: what it holds, if that has been read.
+        data: the content of the file, if it has been read already.
 
     Raises:
-        BenchFileError: there is no such file, or it is no text.
+        BenchFileError: the file does not exist, or is not text.
     """
     data = read_file(path) if data is None else _bounded(path, data)
     try:
@@ -198,7 +198,7 @@ def read_text(path: str | PathLike[str], data: bytes | None = None) -> str:
 
 
 def _is_utf16(data: bytes) -> bool:
-    """Return whether bytes are text in UTF-16: by its mark at the beginning, or as every second one is 0."""
+    """Return whether bytes are text in UTF-16: they begin with its mark, or every second one is 0."""
     return data.startswith(UTF16_BOMS) or (len(data) > 1 and not (any(data[1::2]) and any(data[::2])))
 
 
@@ -209,10 +209,10 @@ def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
 
 
 def opened(path: str | PathLike[str]) -> BinaryIO:
-    """Open a regular file, to read its bytes; to open a FIFO is to wait, and to open a device may do anything.
+    """Open a regular file, to read its bytes; opening a FIFO would block, and opening a device can have any effect.
 
     Raises:
-        BenchFileError: there is no such file, or it is no regular file.
+        BenchFileError: the file does not exist, or is not a regular file.
     """
     with refusals(path):
         kind = stat.S_IFMT(Path(path).stat().st_mode)
@@ -246,7 +246,7 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
 
 @contextmanager
 def refusals(path: str | PathLike[str]) -> Iterator[None]:
-    """Raise what the system refuses as an error of ours."""
+    """Raise errors of the system as errors of slewline."""
     try:
         yield
     except BenchFileError:
@@ -258,10 +258,10 @@ def refusals(path: str | PathLike[str]) -> Iterator[None]:
 
 # ----------------------------------------------------------------------------------------------------------------- JSON
 def from_json(line: bytes) -> Any:
-    """Return what a line of JSON in UTF-8 stands for.
+    """Return the value of a line of JSON in UTF-8.
 
     Raises:
-        ValueError: no JSON; or nested too deeply, too many values, a number that is not finite, half a character.
+        ValueError: not JSON; or nested too deeply, too many values, a number that is not finite, half a character.
     """
     if len(line) > MAX_VALUES and sum(_BARE.sub(b"", line).count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
         raise ValueError(f"more than {MAX_VALUES} values")
@@ -275,7 +275,7 @@ def from_json(line: bytes) -> Any:
 
 
 def error_number(error: Exception) -> int | None:
-    """Return the number of an error of the system: its own, or the one in the text of a package that passed it on."""
+    """Return the number of an error of the system: its own, or the one in the text of the package that reported it."""
     inside = ERRNO.search(str(error))
     return getattr(error, "errno", None) or (int(inside[1]) if inside else None)
 
@@ -284,7 +284,7 @@ _BARE = re.compile(rb'"(?:[^"\\]|\\.)*+"')
 
 
 def _finite(text: str) -> float:
-    """Return a number."""
+    """Return a number; ValueError if it is not finite."""
     value = float(text)
     if not isfinite(value):
         raise ValueError(f"{text} is no finite number")

@@ -1,4 +1,4 @@
-"""Names of a module that are loaded when somebody asks for them (PEP 562)."""
+"""Names of a module that are loaded on first use (PEP 562)."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ def lazily(
     """Return `__getattr__` and `__dir__` of a module that exports names of others.
 
     Args:
-        module: its `globals()`; a name that has been asked for stays there.
+        module: its `globals()`; a name stays there after its first use.
         places: the names, by the module of slewline that has them: {"core.chip": ("Chip", "Finding")}.
-        instead: returns what is there instead of a name, "; ...", or "".
+        instead: a function that returns the remedy for a name that does not exist, "; ...", or "".
     """
     where = {name: place for place, names in places.items() for name in names}
 

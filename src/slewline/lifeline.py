@@ -1,8 +1,8 @@
-"""Processes that are started here, and end with the one that started them, whatever ends that one.
+"""Processes that are started here, and end with the process that started them, however that one ends.
 
-The parent keeps one end of a pipe and does nothing with it.  The system closes it when the parent ends, on every
-system and by SIGKILL as well; the child waits for that at the other end.  Signals that a terminal or a supervisor sends
-to all processes of a command mean nothing to a child: the parent obeys them.
+The parent keeps one end of a pipe open and does nothing with it.  The system closes it when the parent ends, on every
+system and after SIGKILL as well; the child waits for that at the other end.  A child ignores signals that a terminal
+or a supervisor sends to all processes of a command: the parent obeys them.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from typing import IO, TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import subprocess
 
-SENT_TO_ALL = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")  # as far as the system has them
+SENT_TO_ALL = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")  # if the system has them
 
 
 def start(
     command: Sequence[str], environment: Mapping[str, str], errors: IO[bytes] | None = None
 ) -> subprocess.Popen[bytes]:
-    """Start a program whose standard input is the pipe that ends it, and whose standard output is read.
+    """Start a program whose standard input is the pipe that ends it; its standard output is a pipe to read.
 
     Args:
         environment: of the program.
-        errors: where its standard error goes; None: to ours.
+        errors: the file for its standard error; None: ours.
     """
     import subprocess
 
-    pipe, group = subprocess.PIPE, getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # which Ctrl-C does not reach
+    pipe, group = subprocess.PIPE, getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # Ctrl-C does not reach it
     with held_back():
         return subprocess.Popen(
             command, stdin=pipe, stdout=pipe, stderr=errors, env=dict(environment), creationflags=group
@@ -40,7 +40,7 @@ def start(
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Start processes inside: these signals mean nothing to them, ever; here they are obeyed a moment later."""
+    """Block the signals sent to all while processes are started; afterwards only this process obeys them."""
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is None:  # on Windows
         yield
@@ -53,7 +53,7 @@ def held_back() -> Iterator[None]:
 
 
 def obey_termination() -> None:
-    """Let SIGTERM end this process although it was held back when it was started."""
+    """Let SIGTERM end this process although the signal was blocked when it was started."""
     mask: Any = getattr(signal, "pthread_sigmask", None)
     if mask is not None:
         mask(signal.SIG_UNBLOCK, [signal.SIGTERM])
@@ -63,8 +63,8 @@ def follow(wait: Callable[[], object], end: Callable[[], object] = lambda: os._e
     """End this process when the one that started it has ended.
 
     Args:
-        wait: returns when that has happened; it is called in a thread.
-        end: is called then.
+        wait: returns when the other process has ended; called in a thread.
+        end: called after that.
     """
 
     def run() -> None:
@@ -75,14 +75,14 @@ def follow(wait: Callable[[], object], end: Callable[[], object] = lambda: os._e
 
 
 def end_of_input() -> None:
-    """Wait until the standard input ends; what comes before is not looked at."""
+    """Wait until the standard input ends, and ignore its content."""
     with suppress(OSError):
         while os.read(0, 4096):
             pass
 
 
 def end_of_parent() -> None:
-    """Wait until the process has ended that started this one by `multiprocessing`."""
+    """Wait until the process that started this one by `multiprocessing` has ended."""
     from multiprocessing import parent_process
     from multiprocessing.connection import wait
 
@@ -92,5 +92,5 @@ def end_of_parent() -> None:
 
 
 def how(status: int) -> str:
-    """Return in words how a process has ended."""
+    """Return how a process has ended, in words."""
     return f"signal {-status}" if status < 0 else f"exit status {status}"

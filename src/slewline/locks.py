@@ -1,4 +1,4 @@
-"""The lock of an open file, by which one process at a time writes to it: flock, on Windows msvcrt.locking."""
+"""The lock of an open file, so that only one process at a time writes to it: flock; on Windows msvcrt.locking."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import os
 from importlib import import_module
 from typing import Any
 
-BEHIND = 1 << 40  # a byte that no file of ours has: on Windows nobody else may read what is locked
+BEHIND = 1 << 40  # a byte beyond the end of our files: on Windows nobody else may read locked bytes
 
 
 def lock(file: int) -> bool:
-    """Lock an open file until it is closed; return False if it has been locked by whoever opened it before."""
+    """Lock an open file until it is closed; return False if another process has locked it."""
     try:
         import fcntl
     except ImportError:

@@ -1,4 +1,4 @@
-"""Folders for the files of one process: gone when it has ended, or, if it was killed, when the next one begins."""
+"""Folders for the files of one process, removed when it ends, or, if it was killed, when the next one starts."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from tempfile import TemporaryDirectory, gettempdir
 from .locks import lock
 
 PREFIX = "slewline-"
-LOCK = ".lock"  # of a folder whose process lives
-LONGEST = 60  # bytes of the path of a folder in which folders are made: that of a socket in one has 103 at most
+LOCK = ".lock"  # of a folder whose process is alive
+LONGEST = 60  # bytes of the path of the parent folder: the path of a socket has 103 at most
 
 
 class TemporaryFolder(TemporaryDirectory[str]):
-    """A new folder of this user alone, in which sockets have short paths as well.
+    """A new folder that only this user can access, with a path short enough for sockets.
 
-    Its copies of this process keep it, too: what is left in it late is removed by the next process.
+    Forked copies of this process also keep it: files that they leave late are removed by the next process.
     """
 
     def __init__(self) -> None:
@@ -28,11 +28,11 @@ class TemporaryFolder(TemporaryDirectory[str]):
         name = os.path.join(self.name, LOCK)
         self._held = os.open(f"{name}.new", os.O_RDWR | os.O_CREAT, 0o600)
         lock(self._held)
-        with suppress(PermissionError):  # on Windows, where an open file keeps its name, and the folder then stays
-            os.rename(f"{name}.new", name)  # only now: a lock that nobody holds is that of a dead process
+        with suppress(PermissionError):  # on Windows an open file cannot be renamed, and the folder stays
+            os.rename(f"{name}.new", name)  # only now: a lock without an owner is that of a dead process
 
     def cleanup(self) -> None:
-        """Remove it; a second call does nothing."""
+        """Remove the folder; a second call does nothing."""
         if self._held >= 0:
             os.close(self._held)
             self._held = -1
@@ -40,7 +40,7 @@ class TemporaryFolder(TemporaryDirectory[str]):
 
 
 def _remove_dead(place: Path) -> None:
-    """Remove what processes of this user have left that were killed."""
+    """Remove the folders that killed processes of this user have left."""
     for folder in place.glob(f"{PREFIX}*"):
         with suppress(OSError):
             if os.name == "posix" and folder.lstat().st_uid != os.geteuid():

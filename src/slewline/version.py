@@ -1,3 +1,3 @@
-"""The version of the project, which a journal names as well."""
+"""The version of the project, which journals also record."""
 
 __version__ = "0.1.0"

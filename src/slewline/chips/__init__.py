@@ -1,6 +1,6 @@
-"""The chips: ours, an explicit list without scanning, and guests, which are found by module:Class or by an entry point.
+"""The chips: built-in ones, in an explicit list without scanning, and plug-ins, found by module:Class or entry point.
 
-A guest is a class whose `sheet` is all that it must have.  What the tools take beside it, it names likewise:
+A plug-in is a class that must have a `sheet`.  It may name further things that the tools use:
 
     class Mx10(LineChip):
         sheet = MX10
@@ -8,29 +8,30 @@ A guest is a class whose `sheet` is all that it must have.  What the tools take 
         ramps = Mx10Ramps(MX10)          # its ramp calculator (language/ramp_answers.py, Calculator)
         quirks = (Quirk(...),)           # what its manual leaves open (core/datasheet/quirk.py)
 
-A chip of ours is a folder, with the files that it needs:
+A built-in chip is a folder, with the files that it needs:
 
     sheet.py         pins, commands, registers, times, LIMITS between edges, OPTIONS, dialect, channels, each with its
                      section of the manual; describe, asm, dis and lint read nothing else
-    firmware.py      the class: its objects, and what a user sees of them; other behaviour is an object in a file of
+    firmware.py      the class: its objects, and their public properties; other behaviour is an object in a file of
                      its own, and the picture at the head shows which object knows which
     instructions.py  a method for each command, found by the name of its row (`do_divisor`); a command that only sets,
                      loads or shows a register is a column of its row instead
-    motion.py        what moves the motor
+    motion.py        moves the motor
     profile.py       the law of motion: pure functions, parameters in, a plan out; a run is checked before it is
                      promised (core/motion/plan.py, mc1451a/axis/verified.py)
     twin.py          the same motion step by step, the reference with which tests/laws compares the fast path
     checks.py        rules for its linter alone
-    ramps.py         its ramp calculator; for `slewline tune`, `tried` and `measure` of a `RampParameter` are where a
-                     search looks, and `script` is what a host sends for a move
-    quirks.py        what it does where the manual is silent, with the test that pins it
+    ramps.py         its ramp calculator; `slewline tune` searches the `tried` values and `measure` of each
+                     `RampParameter`, and `script` returns the commands that a host sends for a move
+    quirks.py        the model's choices where the manual is silent, each with the test that pins it
 
 Whatever several parts of a family share is in the folder of the family (cy5xx); a letter with another meaning in a
 sister part is a column of cy5xx/letters.py.  A mistake of a host is `self.finding(code, text)` where the chip detects
-it, with a line on the page of findings.  An axis in a homing says so (`axis.homing`), and names the pin that it seeks
-where the command decides which one that is (`axis.sought`).
+it, with a line on the page of findings.  An axis sets `axis.homing` while it homes, and `axis.sought` to the pin that
+it seeks if the command selects that pin.
 
-A new chip is a folder, a line in PARTS below, and the facts of its manual in conformance/.  No other file of the package names a chip.
+A new chip is a folder, a line in PARTS below, and the facts of its manual in conformance/.  No other file of the
+package names a chip.
 """
 
 from __future__ import annotations
@@ -54,11 +55,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListedChip:
-    """A chip of ours: what it is, and where its things are, as `module:name` within its folder.
+    """A built-in chip: its name, and the places of its objects, as `module:name` within its folder.
 
-    `checks` is a function of the sheet: what only the linter of this chip knows; `ramps` one that returns its ramp
-    calculator; `quirks` are what its manual leaves open; `fitted` a function of the sheet and options of the part, all
-    of them, that returns the sheet by which tools go then.
+    `checks` is a function of the sheet that returns the rules of this chip's linter; `ramps` one that returns its ramp
+    calculator; `quirks` are the gaps in its manual; `fitted` is a function of the sheet and all options of the part,
+    and returns the sheet for the tools to use.
     """
 
     says: str
@@ -100,10 +101,10 @@ CATALOGUE = Catalogue(
 
 
 def listed(part: str) -> ListedChip:
-    """Return the row of a part of ours by its number, for example "cy525".
+    """Return the row of a built-in part by its number, for example "cy525".
 
     Raises:
-        UnknownName: no such part; the message says which there are.
+        UnknownName: no such part; the message lists the parts.
     """
     row = PARTS.get(CATALOGUE.canonical(part))
     if row is None:
@@ -119,7 +120,7 @@ def chip_class(part: str, *, allow_code: bool = True) -> type[Chip]:
         allow_code: allow module:Class, whose import runs the code of the module.
 
     Raises:
-        UnknownName: there is no such part; the message lists those there are.
+        UnknownName: there is no such part; the message lists the parts.
         UsageError: module:Class is not allowed, does not name the class of a chip with a sheet, or the module cannot be
             imported.
     """
@@ -133,7 +134,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
 
     Args:
         part, allow_code: as for `chip_class`; or the class itself.
-        options: options of the part; what they change in the sheet, such as the rates, is changed.
+        options: options of the part; the sheet includes the changes that they make, for example to rates.
 
     Raises:
         UnknownName: as `chip_class`.
@@ -151,7 +152,7 @@ def sheet_of(part: str | type[Chip], *, allow_code: bool = True, options: Mappin
 
 
 def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check, ...]:
-    """Return the lint rules that only this part has, for its own sheet or another one; raise as `chip_class`."""
+    """Return the lint rules of this part alone, for its own sheet or another one; raise as `chip_class`."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.checks)(sheet or sheet_of(part))  # type: ignore[no-any-return]
@@ -162,7 +163,7 @@ def checks_of(part: str | type[Chip], sheet: Sheet | None = None) -> tuple[Check
 
 
 def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -> Calculator:
-    """Return the ramp calculator of a part, as options of the part make it.
+    """Return the ramp calculator of a part, with the part's options applied.
 
     Raises:
         UnknownName, UsageError: as `sheet_of`; the part has no ramp calculator.
@@ -182,7 +183,7 @@ def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -
 
 
 def quirks_of(part: str | type[Chip]) -> tuple[Quirk, ...]:
-    """Return what the manual of a part leaves open, and what the model does; raises as `chip_class`."""
+    """Return the gaps in the manual of a part, with the model's choices; raise as `chip_class`."""
     row = _ours(part)
     if row is not None:
         return _of(row, row.quirks)  # type: ignore[no-any-return]
@@ -190,7 +191,7 @@ def quirks_of(part: str | type[Chip]) -> tuple[Quirk, ...]:
 
 
 def _ours(part: str | type[Chip]) -> ListedChip | None:
-    """The row of a part of ours; None: it is a guest."""
+    """Return the row of a built-in part; None for a plug-in."""
     return PARTS.get(CATALOGUE.name_of(part) if isinstance(part, type) else CATALOGUE.canonical(part))
 
 
@@ -200,7 +201,7 @@ def _of(row: ListedChip, place: str) -> Any:
 
 
 def _named(part: str | type[Chip], attribute: str, default: Any) -> Any:
-    """What the class of a guest names."""
+    """Return an attribute that the class of a plug-in names, or the default."""
     return getattr(part if isinstance(part, type) else chip_class(part), attribute, default)
 
 

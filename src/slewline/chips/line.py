@@ -1,11 +1,11 @@
-"""What chips on a serial line share: lines in, answers out, one line in progress at a time.
+"""The common base of chips on a serial line: lines in, answers out, one line in progress at a time.
 
-    rxd   ... characters ... CR                               characters go into a line until its carriage return;
-    txd                         |<- turnround ->| answer CR   then the line is obeyed; its effect shows with it
+    rxd   ... characters ... CR                               a carriage return ends a line; then
+    txd                         |<- turnround ->| answer CR   the line is executed, and takes effect with its answer
 
-While an answer is on its way one further line is kept; what comes beyond that is lost.  Such a chip has a
-`LineInterface`.  A `LineChip` has no more: it brings its sheet (with a serial line among its channels, and the dialect
-of lines), and a method for each command or an `obey` of its own.
+While an answer is being sent, one further line is kept; any more are lost.  Such a chip has a `LineInterface`.  A
+`LineChip` has no other: it brings its sheet (with a serial line among its channels, and the dialect of lines), and a
+method for each command or an `obey` of its own.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class Line(NamedTuple):
 
     Attributes:
         text: the characters.
-        faulty: a character had a parity or framing error.
-        first_faulty: the first character had one.
-        too_long: the line was longer than the part takes.
-        checked: checksums were selected when its carriage return came; this holds for the answer as well.
+        faulty: True if a character had a parity or framing error.
+        first_faulty: True if the first character had one.
+        too_long: True if the line was longer than the part accepts.
+        checked: True if checksums were selected when its carriage return came; this applies to the answer as well.
         end_ps: the end of its carriage return, ps.
     """
 
@@ -56,7 +56,7 @@ class Line(NamedTuple):
 
 
 class LineOwner(Protocol):
-    """A chip, as its line interface sees it."""
+    """The part of a chip that its line interface uses."""
 
     kernel: Kernel
     name: str
@@ -73,7 +73,7 @@ class LineOwner(Protocol):
 
     @property
     def under_way(self) -> str:
-        """What the chip does besides executing a line of the host, in words; "" for nothing."""
+        """Work in progress besides a line of the host, in words; "" for none."""
 
     def finding(self, code: str, text: str) -> None:
         """Add a finding."""
@@ -85,25 +85,25 @@ class LineOwner(Protocol):
         """Wait for a tick of the crystal."""
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Do what a line says; return the answers, without their carriage returns."""
+        """Execute a line; return the answers, without their carriage returns."""
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None: it has none, or is for another chip."""
+        """Return the command in a line, without address and checksum; None if it has none, or is for another chip."""
 
     def busy(self, on: bool) -> None:
-        """Show that the chip begins or ends to work on a line."""
+        """Show that the chip begins or ends to execute a line."""
 
     def refresh_idle(self) -> None:
-        """Note whether the chip has nothing to do."""
+        """Record whether the chip is idle."""
 
 
 class LineInterface:
-    """The serial side of a chip that is spoken to in lines: characters in, answers out.
+    """The serial side of a chip whose commands are lines: characters in, answers out.
 
     Args:
-        longest: a line has at most so many characters.
-        turnround_ps: from the carriage return to the effect of a line, and its answer.
-        lenient: forgive a line feed between two lines.
+        longest: the greatest number of characters of a line.
+        turnround_ps: the time from the carriage return to the effect of a line, and its answer.
+        lenient: ignore a line feed between two lines.
     """
 
     def __init__(
@@ -112,35 +112,35 @@ class LineInterface:
         self.owner, self.kernel, self.straps = owner, owner.kernel, straps
         self.longest, self.turnround_ps, self.lenient = longest, turnround_ps, lenient
         self.word = CharacterFormat(port.bits, port.parity, port.stop)
-        self.baud = 0  # the rate at which it listens
-        self.work: deque[Line | bytes] = deque()  # lines to obey, and answers that came late
+        self.baud = 0  # the rate of reception
+        self.work: deque[Line | bytes] = deque()  # lines to execute, and late answers
         self.worker: Task | None = None
         self.listener: Task | None = None
         self.receiver: Receiver | None = None
         self._coming = bytearray()
         self._faulty = self._first_faulty = self._too_long = False
-        self.line_feeds = False  # one has come, and been reported
+        self.line_feeds = False  # a line feed has been reported
 
     @property
     def answering(self) -> bool:
-        """Is a line in progress, or its answer on its way?"""
+        """True while a line is in progress, or its answer is being sent."""
         return self.worker is not None
 
     @property
     def coming(self) -> bytearray:
-        """The line that has not ended."""
+        """Characters of the line that has not ended."""
         if self.receiver is not None:
             self.receiver.catch_up()
         return self._coming
 
     @property
     def unfinished(self) -> str:
-        """The line that has come so far."""
+        """The part of a line received so far."""
         return self.coming.decode("latin-1")
 
     @property
     def odd(self) -> str:
-        """What to add about a line that has come without its end, where its characters are odd ones, or ""."""
+        """Remark about a line without its end whose characters are unprintable; "" for none."""
         odd = any(not 0x20 <= byte < 0x7F for byte in self.coming.replace(b"\n", b""))
         in_full = self.straps.setting.in_full
         return f"; such characters indicate another rate or format than {in_full}" if odd else ""
@@ -154,7 +154,7 @@ class LineInterface:
         self.owner.refresh_idle()
 
     def hang_up(self) -> None:
-        """No line any more: the supply is off."""
+        """Discard the line in progress: the supply is off."""
         for task in (self.listener, self.worker):
             if task is not None:
                 task.kill()
@@ -173,13 +173,13 @@ class LineInterface:
         await self.receiver.receive(self._receive, self._passed, _line_end)
 
     def _passed(self, data: bytes) -> None:
-        """Take good characters, neither carriage returns nor line feeds."""
+        """Add good characters, neither carriage returns nor line feeds, to the line."""
         room = self.longest - len(self._coming)
         self._coming += data[: max(room, 0)]
         self._too_long |= len(data) > room
 
     def _receive(self, character: Character) -> None:
-        """Take a character; a carriage return ends a line."""
+        """Add a character; a carriage return ends a line."""
         byte, text, good = character.byte, self._coming, character.good
         if byte == LF and good:
             self._line_feed(bool(text))
@@ -200,7 +200,7 @@ class LineInterface:
     def _line_feed(self, within: bool) -> None:
         """Report once that the host sends line feeds."""
         if self.line_feeds or (self.lenient and not within) or (self.straps.checked and not self.straps.kept):
-            return  # the last: it may be a checksum
+            return  # the last character may be a checksum
         self.line_feeds = True
         ends = (
             "with LF, but this part expects CR"
@@ -210,7 +210,7 @@ class LineInterface:
         self.owner.finding("line-end", f"the host ends its lines {ends}: send \\r alone, without \\n")
 
     def take(self, item: Line | bytes) -> None:
-        """A line is complete, or an answer that took its time is ready."""
+        """Process a complete line, or a late answer."""
         if isinstance(item, Line) and len(self.work) > 1:
             self.owner.finding(
                 "line-lost", f"{item.text!r} was lost: one line was being processed and another was waiting"
@@ -245,38 +245,38 @@ class LineInterface:
         self.owner.refresh_idle()
 
     async def _send(self, data: bytes) -> None:
-        """Put characters on the line, then let go of it."""
+        """Send characters, then release the line."""
         driver = self.owner.drivers["txd"]
         await transmit(driver, self.frames, data)
         driver.release()
 
 
 def _line_end(data: bytes, at: int) -> int:
-    """Return the number of the next character that is looked at by itself: a carriage return, or a line feed; or -1."""
+    """Return the index of the next carriage return or line feed; -1 if there is none."""
     end = data.find(b"\r", at)
     feed = data.find(b"\n", at)
     return end if feed < 0 else feed if end < 0 else min(end, feed)
 
 
 class InLines:
-    """What users and hosts ask of a chip about its line; it stands before `Chip` among the bases."""
+    """Mixin of a chip with a line, for users and hosts; it precedes `Chip` among the bases."""
 
     _for_users: ClassVar[tuple[str, ...]] = ("baud", "checked")
     line: LineInterface
 
     @property
     def answering(self) -> bool:
-        """Is a line in progress, or its answer on its way?"""
+        """True while a line is in progress, or its answer is being sent."""
         return self.line.answering
 
     @property
     def unfinished(self) -> str:
-        """The line that has come so far."""
+        """The part of a line received so far."""
         return self.line.unfinished
 
     @property
     def _how_to_end(self) -> str:
-        """What to do about a line that has come without its end; one of odd characters was sent in another format."""
+        """Remedy for a line that has not ended; unprintable characters were sent in another format."""
         return f"{super()._how_to_end}{self.line.odd}"  # type: ignore[misc]  # of Chip
 
     @property
@@ -290,12 +290,12 @@ class InLines:
         return self.line.straps.checked
 
     def strapped_address(self) -> int:
-        """Return the address that stands in front of its lines, as the pins say; 0: none."""
+        """Return the address that the pins select for the start of its lines; 0 for none."""
         return self.line.straps.address
 
 
 class LineChip(InLines, Chip):
-    """A chip that takes commands as lines of text over RS-232.
+    """A chip that receives commands as lines of text over RS-232.
 
     Attributes:
         straps: the levels of the pins that select rate, address and checksums.
@@ -325,7 +325,7 @@ class LineChip(InLines, Chip):
     async def obey(self, line: Line) -> Sequence[bytes]:
         """Execute a line; return the answers, without their carriage returns.
 
-        By default the method named after the row of the command (do_loop for LOOP) is called; its result is the answer.
+        The default calls the method named after the row of the command (do_loop for LOOP); its result is the answer.
         """
         command = parse(self.sheet, line.text.decode("ascii", "replace"))
         if isinstance(command, Refusal):
@@ -338,19 +338,19 @@ class LineChip(InLines, Chip):
         return [self.done if answer is None else str(answer).encode("ascii")]
 
     def meant(self, line: Line) -> bytes | None:
-        """Return the command in a line, without address and checksum; None: it has none, or is for another chip."""
+        """Return the command in a line, without address and checksum; None if it has none, or is for another chip."""
         return line.text
 
     @property
     def under_way(self) -> str:
-        """What the chip does besides executing a line of the host, in words; "" for nothing."""
+        """Work in progress besides a line of the host, in words; "" for none."""
         return ""
 
     def busy(self, on: bool) -> None:
-        """Show on a pin, if the chip has one for it, that it begins (True) or has finished (False) executing a line."""
+        """Show on a pin, if there is one for it, that the chip begins (True) or has finished (False) a line."""
 
     def refresh_idle(self) -> None:
-        """Set `idle` again, because something has begun or ended."""
+        """Update `idle` after something has begun or ended."""
         self.idle = not self.answering
 
     def listen(self) -> None:
@@ -366,7 +366,7 @@ def serial_line(sheet: Sheet) -> SerialLine:
     """Return the serial line among the channels of a sheet.
 
     Raises:
-        UsageError: it has none.
+        UsageError: the sheet has no serial line.
     """
     port = sheet.channel(SerialLine)
     if port is None:

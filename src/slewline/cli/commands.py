@@ -1,4 +1,4 @@
-"""The commands: what they are called, what they take, and which module does the work."""
+"""The commands: names, options, and the module that does the work."""
 
 from __future__ import annotations
 
@@ -50,17 +50,17 @@ def _show_version(context: click.Context, _option: click.Parameter, asked: bool)
 def cli() -> None:
     """Programmable stepper motor controllers, as software.
 
-    A file holds what a host computer would send to the chip, a command a line.  Try: slewline demo
+    A file holds what a host computer would send to the chip, one command per line.  Try: slewline demo
 
-    CHIP is a part number such as cy525 (slewline chips lists them), or a chip of your own, module:Class.  The module is
-    looked for wherever Python looks, then in the current directory.
+    CHIP is a part number such as cy525 (slewline chips lists them), or a chip of your own, module:Class.  Python
+    searches its usual path for the module, then the current directory.
     """
 
 
 @cli.command(
     "run", cls=CommandWithGuide, short_help="Run a program, or a bench file of several chips and parts.", epilog=EXIT
 )
-@click.argument("file", required=False, type=FILE, is_eager=True)  # other options speak of its chip
+@click.argument("file", required=False, type=FILE, is_eager=True)  # other options refer to its chip
 @CHIP
 @CRYSTAL
 @click.option("--over", metavar="CHANNEL", help="The channel of a chip that has several, such as serial.")
@@ -115,9 +115,9 @@ def run_command(**options: Any) -> int:
     FILE holds what a host would send; - is the standard input.  The bytes of a .hex file go to a chip in binary mode.
     A GS-C module is strapped for 9600 baud without checksums, unless --strap sets others.
 
-    What a chip refuses is a finding, and findings alone do not fail a run; --strict lets them.  The exit status is 1
-    also if the program is not for the chip: no line of it is a command of the chip, or most are none and another chip
-    has them all.
+    A command refused by the chip is a finding.  Findings alone do not fail a run, except with --strict.  The exit
+    status is also 1 if the program is for another chip: none of its lines is a command of this chip, or most are not
+    and another chip has them all.
     """
     from .run import RunCommand
 
@@ -140,7 +140,7 @@ def run_command(**options: Any) -> int:
 def asm_command(**options: Any) -> int:
     """Assemble a stored program: address, bytes and source of every instruction, or the bytes alone.
 
-    The program is what is between the commands that begin and end its entry, such as E and Q.
+    The program is the part between the commands that begin and end program entry, such as E and Q.
     """
     from .programs import asm
 
@@ -175,9 +175,9 @@ def dis_command(**options: Any) -> int:
 @JSON
 @OPTIONS
 def lint_command(**options: Any) -> int:
-    """Look for mistakes in programs, or in the scripts of bench files (BENCH.toml); exit status 1 if there are errors.
+    """Check programs, or the scripts of bench files (BENCH.toml), for mistakes; exit status 1 if there are errors.
 
-    Nothing is run; what `run` would refuse to begin with is an error.
+    Nothing is run.  A line that `run` would refuse from the start is an error.
     """
     from .programs import lint
 
@@ -208,7 +208,7 @@ cli.add_command(translate_command)
 @path("--plot", metavar="F.svg", help="Draw velocity and position of the move (SVG, PNG or PDF).")
 @OPTIONS
 def ramp_command(**options: Any) -> int:
-    """Calculate a ramp of a chip: its time, its steps, its acceleration, and which moves reach its rate.
+    """Calculate a ramp of a chip: its time, steps and acceleration, and the moves that reach its rate.
 
     Parameters have the names of the commands that set them: F, R, S, Z (CY525); F, R, S (CY545); S, T, R and law
     (GS-C); SET_VEL, SET_ACC, SET_START_VEL and output, or profile=s-curve with SET_VEL, SET_MAX_ACC, SET_JERK and
@@ -216,11 +216,11 @@ def ramp_command(**options: Any) -> int:
 
     A list of values, S=1,100,200, compares ramps; --plot draws them in one picture.
 
-    A number is what the command takes; "SET_VEL=12345 steps/s" or "R=6000 steps/s" is the nearest to a rate, and
-    "SET_ACC=20000 steps/s2" to an acceleration.  With --time, --accel or --steps these may be left out: S and Z, R,
-    SET_ACC, one of SET_MAX_ACC and SET_JERK.  The nearest of all ramps that they can give are listed, the slower first
-    of two that are equally near.  Of those with the same time (acceleration, steps) only one is listed: the slowest,
-    then that with the least Z, then with the least S, R, acceleration or jerk.
+    A bare number is the value of the command; "SET_VEL=12345 steps/s" or "R=6000 steps/s" selects the value nearest to
+    a rate, and "SET_ACC=20000 steps/s2" the value nearest to an acceleration.  With --time, --accel or --steps these
+    may be left out: S and Z, R, SET_ACC, one of SET_MAX_ACC and SET_JERK.  The nearest of all possible ramps are
+    listed; of two equally near ones the slower comes first.  Of several ramps with the same time (acceleration, steps)
+    only one is listed: the slowest, then the one with the lowest Z, then with the lowest S, R, acceleration or jerk.
     """
     from .ramp import ramp
 
@@ -275,7 +275,7 @@ def check_capture_command(**options: Any) -> int:
     """Check a recording of STEP and DIR: pulse widths, set-up and hold of DIR, glitches, jitter, skew between axes.
 
     CAPTURE is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).  Exit
-    status 1 if a limit is violated by more than the sampling explains, or there is a glitch.
+    status 1 if a limit is violated by more than the sampling interval explains, or if there is a glitch.
     """
     from .recordings.capture import capture
 
@@ -320,7 +320,7 @@ for live in (
 @click.argument("command", required=False)
 @click.pass_context
 def help_command(ctx: click.Context, command: str | None) -> int:
-    """Print the help of a command, or of all."""
+    """Print the help of a command, or of all commands."""
     if command is None:
         click.echo((ctx.parent or ctx).get_help())
         return 0
@@ -350,8 +350,8 @@ def demo_command(output: str) -> int:
 def examples_command(**options: Any) -> int:
     """List the examples and lessons that come with the package, or copy one out.
 
-    NAME is a file, whose folder and ending may be left out, or a folder such as drill: all that is in it is copied.  A
-    bench file comes with its folder.  The lessons are notebooks: open the folder in Jupyter.
+    NAME is a file, without its folder and extension if you like, or a folder such as drill, which is copied whole.  A
+    bench file is copied with its folder.  The lessons are notebooks: open the folder in Jupyter.
     """
     from .examples import examples
 

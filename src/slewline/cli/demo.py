@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 MACHINE, PROGRAM = "weld.toml", "weld.cy525"
 TITLE = "CY525: six welds on each of two workpieces"
-AROUND_PS = 10**11  # what the plot shows before the first workpiece and after the end
-TIMESCALE = "1 us"  # no pulse is shorter; PulseView takes a sample for every unit
+AROUND_PS = 10**11  # shown in the plot before the first workpiece and after the end
+TIMESCALE = "1 us"  # no pulse is shorter; PulseView stores one sample per unit
 SAYS = (
     "the machine",
     "its program",
@@ -40,7 +40,7 @@ PINS = ("x.wait", "x.dowhile", "x.run", "x.programmable_output", "x.slew")
 
 
 def demo(output: str) -> int:
-    """Run the machine; returns the exit status."""
+    """Run the machine; return the exit status."""
     from ..bench.file import BenchFile
 
     folder = made(output)
@@ -74,7 +74,7 @@ def demo(output: str) -> int:
 
 
 def made(output: str) -> Path:
-    """Return a folder, made if there is none."""
+    """Return a folder, created if it does not exist."""
     try:
         Path(output).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -84,25 +84,25 @@ def made(output: str) -> Path:
 
 
 def called_as() -> str:
-    """Return what calls this very slewline from a shell in this folder: its name, or else the path of its script."""
+    """Return the shell command that calls this slewline from this folder: its name, or else the path of its script."""
     own = shutil.which("slewline", path=sysconfig.get_path("scripts"))
-    if own is None:  # the package is next to the caller, and was never installed
+    if own is None:  # the package is next to the caller, not installed
         return f"{word(sys.executable)} -m slewline"
-    # What `uv run` puts on the PATH is gone when it ends.
+    # The additions of `uv run` to the PATH are lost when it ends.
     found = None if "UV_RUN_RECURSION_DEPTH" in os.environ else shutil.which("slewline")
     if found and os.path.samefile(found, own):
         return "slewline"
-    script = Path(own).with_suffix("")  # as it is typed: no .exe
+    script = Path(own).with_suffix("")  # as typed, without .exe
     return word(script.relative_to(Path.cwd()) if script.is_relative_to(Path.cwd()) else script)
 
 
 def word(path: str | Path) -> str:
-    """Return a path as one word of a shell."""
+    """Return a path quoted as one word of a shell."""
     return f'"{path}"' if " " in str(path) else str(path)
 
 
 class Show:
-    """Tells what the machine does while it does it, a line a spot."""
+    """Live report of the machine, one line per spot."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.chip = bench, bench.chips["x"]
@@ -113,18 +113,18 @@ class Show:
         click.echo(f"{'seconds':>10}   {'position':>8}")
 
     def say(self, text: str, **style: Any) -> None:
-        """Print a line: when, where, what."""
+        """Print a line with the time and the pin."""
         click.echo(f"{seconds(self.bench.now_ps)[:-3]:>10}   {self.chip.position:>8}   {click.style(text, **style)}")
 
     def ran(self, net: Net) -> None:
-        """Report RUN: the program begins or ends."""
+        """Report RUN: the program starts or ends."""
         if net.level == 0:
             self.say(f"the program, {len(self.chip.program)} bytes, runs and waits for a workpiece")
         else:
             self.say("no other workpiece: the program ends")
 
     def placed(self, net: Net) -> None:
-        """Report WAIT: a workpiece comes or goes."""
+        """Report WAIT: a workpiece arrives or leaves."""
         if net.level == 1:
             self.started = self.started or self.bench.now_ps
             self.piece += 1

@@ -1,8 +1,8 @@
-"""Programs that are not for the chip that they were given to: no command in them is one of it, or most are none.
+"""Programs passed to the wrong chip: no line is a command of the chip, or most lines are not.
 
-A command that a chip refuses, for its value or at that moment, is a finding, and a run with findings has gone well
-unless it is strict.  But where no line of a program is a command of the chip, or most lines are none and another chip
-takes them all, the run was not what its user meant: `slewline run` ends with status 1 and says so.
+A command that a chip refuses, for its value or at that moment, is a finding, and a run with findings succeeds unless
+it is strict.  But where no line of a program is a command of the chip, or most lines are not and another chip has them
+all, the program was meant for another chip: `slewline run` reports it and ends with status 1.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from ..core.datasheet.table import Sheet
 
 FORM = {"unknown-command", "bad-argument", "bad-number", "extra-argument", "missing-argument", "too-long"}
-MOST_NAMED = 3  # chips whose dialect it may be
-FEW = 4  # no more than every fourth line is strange to a chip for which a program may be
+MOST_NAMED = 3  # chips that a program may be for
+FEW = 4  # a program may be for a chip if at most every fourth line is unknown to it
 
 
 def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
-    """Return that a program is not for a chip, and for which it may be; empty: it is.
+    """Return a message that a program is not for a chip, and for which chip it may be; empty if it is for the chip.
 
     Args:
-        text: what a host sends, a command a line.
-        where: the name of the program, whose ending may name a chip.
-        chip: what it was given to.
-        sheet: of that chip.
+        text: the text that a host sends, one command per line.
+        where: the name of the program, whose extension may name a chip.
+        chip: the chip that received it.
+        sheet: the sheet of that chip.
     """
     if where.lower().endswith(".hex"):
         return ""
@@ -47,7 +47,7 @@ def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
 
 
 def commands(text: str, sheet: Sheet) -> set[int]:
-    """Return the lines of a text that a host sends."""
+    """Return the line numbers of a text that a host sends."""
     from ..language.dialect import dialect_of
     from ..language.source import host_lines
 
@@ -56,7 +56,7 @@ def commands(text: str, sheet: Sheet) -> set[int]:
 
 
 def strange(text: str, sheet: Sheet, part: str | type[Chip]) -> set[int]:
-    """Return the lines of a text that are no commands of a part, whatever their values and the state of the chip."""
+    """Return the line numbers that are not commands of a part, whatever their values and the state of the chip."""
     from ..language.lint import lint
 
     found = lint(text, sheet, checks_of(part, sheet))
@@ -64,7 +64,7 @@ def strange(text: str, sheet: Sheet, part: str | type[Chip]) -> set[int]:
 
 
 def meant(text: str, where: str, given: str) -> list[str]:
-    """Return the parts to which the fewest lines are strange, if these are few; if the file is named for one, that."""
+    """Return the parts with the fewest unknown lines, if these are few; preferably the part of the file extension."""
     counts = {part: len(strange(text, sheet_of(part), part)) for part in CATALOGUE.ours if part != given}
     least, lines = min(counts.values()), len(commands(text, sheet_of(given)))
     if FEW * least > lines:

@@ -1,4 +1,4 @@
-"""slewline examples: lists them, and copies one out; the package brings them along."""
+"""slewline examples: list the examples that come with the package, or copy one out."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..errors import UsageError
 from ..record.whole_file import WholeFile
 from .demo import made
 
-LEAN = (".toml", ".c")  # on files next to them, which come along
+LEAN = (".toml", ".c")  # may use files next to them, which are copied too
 
 
 def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
-    """Return the files that a name means: a folder, a file, or a file without its folder or its ending.
+    """Return the files that a name selects: a folder, a file, or a file without its folder or its extension.
 
     Raises:
-        UsageError: none; the message names the command that lists them.
+        UsageError: there is no such file; the message names the command that lists them.
     """
     name = name.replace("\\", "/").rstrip("/")
     exact = [path for place, path in everything.items() if place == name or place.startswith(f"{name}/")]
@@ -35,15 +35,15 @@ def find(everything: Mapping[str, Path], name: str) -> dict[str, Path]:
 
 
 def path_words(place: str) -> tuple[str, ...]:
-    """Return the names by which an example is found: its place, its folders, its file."""
+    """Return the names by which an example is found: its path, its folders, its file name."""
     return (place, *Path(place).parts)
 
 
 def copied(found: Mapping[str, Path], output: str) -> Iterator[Path]:
-    """Copy files with their folders; yield where each has gone.
+    """Copy files with their folders; yield the path of each copy.
 
     Raises:
-        UsageError: another file is there; nothing is written then.
+        UsageError: a different file exists already; no file is written then.
     """
     places = {made(output) / name: path for name, path in found.items()}
     for place, path in places.items():
@@ -58,7 +58,7 @@ def copied(found: Mapping[str, Path], output: str) -> Iterator[Path]:
 
 
 def examples(name: str | None, output: str) -> int:
-    """List the examples, or copy one out; returns the exit status."""
+    """List the examples, or copy one out; return the exit status."""
     everything = named()
     if name is not None:
         for written in copied(find(everything, name), output):

@@ -1,4 +1,4 @@
-"""Files of the command line: programs that are read, and outputs that are checked before anything runs."""
+"""Files of the command line: programs to read, and outputs that are checked before anything runs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ STDIN = "-"
 
 
 class Refused(click.ClickException):
-    """Something that cannot be run at all."""
+    """An error in the command line or its files: nothing is run."""
 
     exit_code = 2
 
@@ -41,7 +41,7 @@ class Refused(click.ClickException):
         click.echo(f"slewline: {self.message}", err=True)
 
 
-NO_PROGRAMS = {  # by the endings of names
+NO_PROGRAMS = {  # by file extension
     **dict.fromkeys(
         ("vcd", "csv", "sr"),
         "a recording; slewline compare MODEL.vcd MEASURED reads it, and so do check-capture and decode",
@@ -60,7 +60,7 @@ NO_PROGRAMS = {  # by the endings of names
 VCD = re.compile(r"\s*\$(comment|date|scope|timescale|var|version)\s")
 LISTING = re.compile(r"[0-9A-F]{2,5}  [0-9A-F]{2}( [0-9A-F]{2})*  +\S")
 NOTEBOOK = re.compile(r'\s*\{\s*"(cells|nbformat|metadata)":')
-BEGINNINGS = {  # of texts, whatever their names are
+BEGINNINGS = {  # of texts, whatever their file names
     "; slewline raw ": "raw",
     '{"slewline":': "dialogue",
     '{"do":': "journal",
@@ -74,7 +74,7 @@ def read_program(path: str, source: bool = False) -> str:
     """Return the text of a program file, or of the standard input for "-".
 
     Args:
-        source: commands are needed; the bytes of a .hex file are refused.
+        source: the text must be commands; the bytes of a .hex file are refused.
     """
     if source and is_named_hex(path):
         raise BenchFileError(
@@ -99,15 +99,15 @@ def read_program(path: str, source: bool = False) -> str:
 
 
 def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None = None) -> str:
-    """Return the part that a file is for: named by --chip, or by the ending of its name.
+    """Return the part that a file is for: named by --chip, or by the file extension.
 
     Args:
-        path: of the file.
-        chip: what --chip names.
-        fits: raises UsageError for a part that the command does not take, which the message then does not name.
+        path: the path of the file.
+        chip: the value of --chip.
+        fits: raises UsageError for a part that the command does not support; the message does not list such parts.
 
     Raises:
-        UsageError: neither of the two.
+        UsageError: neither of them names a part.
     """
     if chip is not None:
         return chip
@@ -131,21 +131,21 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
 
 
 def is_bench(path: str) -> bool:
-    """Return whether a file is a bench file, by its name."""
+    """Return whether the name of a file is that of a bench file."""
     return path.lower().endswith(".toml")
 
 
 def is_program(path: str) -> bool:
-    """Return whether a file is a program for one of our chips, or a bench file, by its name."""
+    """Return whether the name of a file is that of a program for one of our chips, or of a bench file."""
     return is_bench(path) or Path(path).suffix[1:].lower() in CATALOGUE.ours
 
 
 def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
-    """Return the options of a part in a TOML file; none without a file.
+    """Return the options of a part from a TOML file; no options without a file.
 
     Raises:
-        BenchFileError: the file cannot be read, is no TOML, or is a bench file, whose chips have options of their own.
-        UsageError: an option that the part has not, or a value that is not allowed.
+        BenchFileError: the file cannot be read, is not TOML, or is a bench file, whose chips have options of their own.
+        UsageError: the part has no such option, or a value is not allowed.
     """
     if path is None:
         return {}
@@ -166,7 +166,7 @@ def _fits(name: str, fits: Callable[[Sheet], object]) -> bool:
 
 
 def sheet_for(path: str, chip: str | None, fits: Callable[[Sheet], object] | None = None) -> Sheet:
-    """Return the data sheet of that part."""
+    """Return the data sheet of the part that a file is for."""
     return sheet_of(chip_of(path, chip, fits))
 
 
@@ -174,7 +174,7 @@ def say_replaced(journal: str | None) -> None:
     """Warn on the standard error that a journal will be replaced.
 
     Raises:
-        BenchFileError: a file that is not a journal would be.
+        BenchFileError: the file is not a journal.
     """
     from ..bench.files.journal import replaced
 
@@ -183,7 +183,7 @@ def say_replaced(journal: str | None) -> None:
 
 
 class Outputs:
-    """Files that a command will write.  Each is checked when it is claimed and appears whole or not at all.
+    """Files that a command will write.  Each is checked when it is claimed, and is written completely or not at all.
 
     Args:
         inputs: files that must not be overwritten.
@@ -197,13 +197,13 @@ class Outputs:
     def claim(
         self, path: str | None, endings: tuple[str, ...] = (), bare: bool = False, own: bool = False
     ) -> str | None:
-        """Check that a file can be written, under a name that has one of these endings; `bare`: or none.
+        """Check that a file can be written, and that its name has one of these extensions; `bare`: or none.
 
         Args:
-            own: the name was made here, not by the user.
+            own: the name was made by the command, not by the user.
 
         Raises:
-            UsageError: it cannot; or it is an input, or claimed already.
+            UsageError: the file cannot be written, is an input, or is claimed already.
         """
         from ..record.whole_file import WholeFile, check_suffix
 
@@ -221,7 +221,7 @@ class Outputs:
         return path
 
     def write(self, path: str, text: str) -> None:
-        """Write a text, to the standard output for "-"."""
+        """Write a text to a claimed file, or to the standard output for "-"."""
         if path == STDIN:
             click.echo(text, nl=False)
         else:
@@ -236,14 +236,14 @@ class Outputs:
         self.written.append(path)
 
     def save(self, path: str | None, write: Callable[[str], object]) -> None:
-        """Let a function write a claimed file, if there is one."""
+        """Call a function to write a claimed file, if there is one."""
         if path is not None:
             write(path)
             self.written.append(path)
 
     # --------------------------------------------------------------------------------------------------- the journal
     def partial(self, path: str | None) -> str | None:
-        """Return a name for a file that grows during a run, until `keep` puts it in place."""
+        """Return a temporary name for a file that grows during a run, until `keep` renames it."""
         from ..record.whole_file import WholeFile
 
         if path is None:
@@ -255,7 +255,7 @@ class Outputs:
         return str(self._growing.part)
 
     def keep(self) -> None:
-        """Put the growing file in place."""
+        """Give the growing file its final name."""
         if self._growing is not None:
             self._growing.close()
             self.written.append(str(self._growing.path))

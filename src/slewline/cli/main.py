@@ -1,6 +1,6 @@
-"""The entry point: calls the command line and turns whatever goes wrong into a message and an exit status.
+"""The entry point: runs the command line, and turns every error into a message and an exit status.
 
-0: all is well; 1: a problem was found in what was run or read, or time ran out; 2: wrong use.
+0: all is well; 1: a problem was found in the program or file, or time ran out; 2: wrong use.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import partial
 
 from . import FOUND, WRONG_USE, Terminated
 
-TYPE_CHECKING = False  # nothing is loaded here that can be loaded later: see `main`
+TYPE_CHECKING = False  # imports are delayed as long as possible: see `main`
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from typing import NoReturn
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 INTERRUPTED = "interrupted; files that were not finished are as they were"
 AGAIN_S = 0.01
-ENDS = ("SIGTERM", "SIGHUP", "SIGQUIT")  # as far as the system has them
+ENDS = ("SIGTERM", "SIGHUP", "SIGQUIT")  # if the system has them
 
 
 def main() -> None:
     """Run the command line, as the console script `slewline` does, and exit with its status."""
     _open_closed()
     if default := signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _interrupted)  # an exception would show what is being loaded
+        signal.signal(signal.SIGINT, _interrupted)  # an exception would show a traceback of the imports
     try:
         from ..errors import SlewlineError  # noqa: F401
         from .commands import cli  # noqa: F401
-    except ModuleNotFoundError:  # which `invoke` tells
+    except ModuleNotFoundError:  # `invoke` reports it
         pass
     codecs.register_error("slewline", _plainer)
     for stream in (sys.stdout, sys.stderr):
@@ -48,22 +48,22 @@ def main() -> None:
         warnings.showwarning = _shown  # type: ignore[assignment]
         sys.unraisablehook = _dropped
         status = invoke(sys.argv[1:])
-    except KeyboardInterrupt:  # before the command began, or after it
+    except KeyboardInterrupt:  # before or after the command
         _interrupted()
     if default:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes its time to end
-    exec("")  # `python -m` ends by SIGINT if the last text that was executed, as of a dataclass, was interrupted
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python takes a while to exit
+    exec("")  # `python -m` ends by SIGINT if the last `exec`, as in a dataclass, was interrupted
     sys.exit(status)
 
 
 def _end_in_order() -> None:
-    """Let SIGTERM, SIGHUP and SIGQUIT end the command as Ctrl-C does; one that is ignored, as by nohup, stays so."""
+    """Make SIGTERM, SIGHUP and SIGQUIT end the command as Ctrl-C does, except signals that are ignored, as by nohup."""
     own = os.getpid()
     numbers = [number for name in ENDS if (number := getattr(signal, name, None)) is not None]
     numbers = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
 
     def end(number: int, _frame: object) -> None:
-        if os.getpid() != own:  # a copy of the process
+        if os.getpid() != own:  # a forked copy of the process
             signal.signal(number, signal.SIG_DFL)
             signal.raise_signal(number)
         for each in numbers:
@@ -75,30 +75,30 @@ def _end_in_order() -> None:
 
 
 def _dropped(failed: sys.UnraisableHookArgs) -> None:
-    """Interrupt once more if Python has dropped the interrupt, as in `__del__` and in what a weak reference calls."""
+    """Interrupt again if Python has dropped the interrupt, as in `__del__` and in callbacks of weak references."""
     if not isinstance(failed.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(failed)
         return
     import threading
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    main, kill = threading.main_thread().ident, getattr(signal, "pthread_kill", None)  # that thread may be asleep
+    main, kill = threading.main_thread().ident, getattr(signal, "pthread_kill", None)  # the main thread may be asleep
     again = partial(signal.raise_signal, signal.SIGINT) if kill is None else partial(kill, main, signal.SIGINT)
-    threading.Timer(AGAIN_S, again).start()  # when this place has been left
+    threading.Timer(AGAIN_S, again).start()  # after this function has returned
 
 
 def _open_closed() -> None:
-    """Let standard streams that are closed lead nowhere: the next file that is opened would take their place."""
+    """Connect closed standard streams to the null device: the next file opened would take their number."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
-            nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
             os.set_inheritable(nowhere, True)
             mode = "w" if number else "r"
             setattr(sys, name, open(nowhere, mode, encoding="utf-8"))  # noqa: SIM115  # it stays open
 
 
 def _plainer(error: UnicodeError) -> tuple[str, int]:
-    """Write us for µs on a terminal or into a file whose encoding has no µ, as some code pages of Windows."""
+    """Write us for µs if the encoding of a terminal or a file has no µ, as some code pages of Windows."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     from ..core.messages.plain import ascii_of
@@ -114,7 +114,7 @@ def _interrupted(*_: object) -> NoReturn:
 
 
 def invoke(arguments: Sequence[str]) -> int:
-    """Run a command line; returns the exit status.  Nothing is raised but what is our own mistake."""
+    """Run a command line; return the exit status.  An exception from here is a fault in slewline."""
     from ..extras import needs
 
     try:
@@ -133,7 +133,7 @@ def invoke(arguments: Sequence[str]) -> int:
         status = _called(cli, arguments)
         sys.stdout.flush()
         return status
-    except BrokenPipeError:  # the reader has seen enough, as in `slewline run FILE | head`
+    except BrokenPipeError:  # the reader has closed the pipe, as in `slewline run FILE | head`
         _let_go()
         return FOUND
     except OSError as error:
@@ -143,12 +143,12 @@ def invoke(arguments: Sequence[str]) -> int:
 
 
 def _let_go() -> None:
-    """Standard output cannot be written: what is left must not trouble the interpreter when it ends."""
+    """Discard unwritten standard output, so that the interpreter does not fail on it at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _shown(message: Warning | str, *_: object) -> None:
-    """Print a warning as a message of ours."""
+    """Print a warning in the format of our messages."""
     sys.stderr.write(f"slewline: {message}\n")
 
 
@@ -159,7 +159,7 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     from ..extras import needs
 
     try:
-        # None: colours where there is a terminal (https://no-color.org)
+        # None: colours on a terminal (https://no-color.org)
         colours = False if os.environ.get("NO_COLOR") else None
         return int(cli.main(list(arguments), prog_name="slewline", standalone_mode=False, color=colours) or 0)
     except click.ClickException as error:
@@ -175,24 +175,24 @@ def _called(cli: click.Command, arguments: Sequence[str]) -> int:
     except SlewlineError as error:
         click.echo(f"slewline: {error}", err=True)
         return FOUND if isinstance(error, (Timeout, Endless, ProgramError)) else WRONG_USE
-    except Exception as error:  # the interrupt may have come where Python or a library makes another one of it
+    except Exception as error:  # Python or a library may have replaced the interrupt by another exception
         if not any(isinstance(each, KeyboardInterrupt) for each in _before(error)):
             raise
         return _told()
 
 
 def _told(interrupt: BaseException | None = None) -> int:
-    """Say that the command was interrupted, in the words of the interrupt if it has some; return its status."""
+    """Report that the command was interrupted, with the text of the interrupt if there is one; return its status."""
     import click
 
-    sys.unraisablehook = lambda _failed: None  # what was being made is not whole, and cannot be taken apart
+    sys.unraisablehook = lambda _failed: None  # half-built objects cannot be finalised
     says = str(interrupt) if isinstance(interrupt, KeyboardInterrupt) else ""
     click.echo(f"slewline: {says or INTERRUPTED}", err=True)
     return FOUND
 
 
 def _before(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield an exception, and those that it came from."""
+    """Yield an exception and the exceptions that caused it."""
     while error is not None:
         yield error
         error = error.__cause__ or error.__context__

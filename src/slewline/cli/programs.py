@@ -1,4 +1,4 @@
-"""asm, dis, lint, describe, chips: what can be reported of programs and parts without running anything."""
+"""asm, dis, lint, describe, chips: reports on programs and parts, without a run."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from ..parts.hosts.host import Host
 
 SOURCE = "this is a program text, not program bytes; slewline asm makes bytes of it"
-FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by the ending of a name
-HOLD_BYTES = ("eeprom", "raw")  # endings of files that are no programs, but may hold the bytes of one
+FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by file extension
+HOLD_BYTES = ("eeprom", "raw")  # extensions of files that may hold the bytes of a program
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
 
 
@@ -152,16 +152,16 @@ def dis(
 
 
 def line_object(line: Instruction) -> dict[str, Any]:
-    """Return an instruction as data; the name is null where the byte is no opcode."""
+    """Return an instruction as data; the name is null if the byte is not an opcode."""
     name = line.row.name if line.row else None
     return {"address": line.address, "data": line.data.hex(), "name": name, "values": list(line.values)}
 
 
 def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
-    """Return the bytes of a hex or binary file, or of an image; without `form`, by its content.
+    """Return the bytes of a hex or binary file, or of an image; without `form`, the content decides.
 
     Raises:
-        BenchFileError: the file cannot be read, is empty, is not whole hex, or is a program text.
+        BenchFileError: the file cannot be read, is empty, has incomplete hex digits, or is a program text.
     """
     raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
     if not raw:
@@ -171,7 +171,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
     if form is None and (says := no_bytes(file, raw)):
         raise BenchFileError(f"{file}: has no program bytes: it is {says}")
     if form is None and not is_named_hex(file):
-        text = raw.removeprefix(BOM)  # with which a binary file may begin by chance
+        text = raw.removeprefix(BOM)  # a binary file may begin with these by chance
         digits = b"".join(re.sub(rb";[^\r\n]*", b"", text).split())
         if not is_hex(text) and re.fullmatch(rb"[0-9A-Fa-f]+", digits) is None:
             if looks_like_source(raw, sheet):
@@ -188,7 +188,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
 
 
 def no_bytes(file: str, raw: bytes) -> str:
-    """Return what a file is that has no program bytes, by its name or its first line; empty: that is not known."""
+    """Return the kind of a file without program bytes, by its name or its first line; empty if unknown."""
     ending = Path(file).suffix[1:].lower()
     if LISTING.match(raw.decode("latin-1")):
         return NO_PROGRAMS["listing"]
@@ -196,7 +196,7 @@ def no_bytes(file: str, raw: bytes) -> str:
 
 
 def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
-    """Return whether it is text of which most lines are commands of this part."""
+    """Return whether a file is text of which most lines are commands of this part."""
     from ..language.source import host_lines, read
 
     try:
@@ -216,7 +216,7 @@ def looks_like_source(raw: bytes, sheet: Sheet) -> bool:
 def lint(
     files: tuple[str, ...], chip: str | None, strict: bool, allow_code: bool, as_json: bool, options: str | None = None
 ) -> int:
-    """Print what is odd about programs."""
+    """Print the problems of programs."""
     from ..language.problems import picture
 
     if allow_code and not any(is_bench(file) for file in files):
@@ -242,7 +242,7 @@ def lint(
 
 
 class LintResult(NamedTuple):
-    """A text, its place, what is odd about it, and for which chip it is, if it is not for its own."""
+    """A text, its name, its problems, and the message that it is for another chip, if it is."""
 
     where: str
     text: str
@@ -251,13 +251,13 @@ class LintResult(NamedTuple):
 
 
 def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str | None = None) -> list[LintResult]:
-    """Return a program file, or the scripts of a bench file, with what is odd about each.
+    """Return a program file, or the scripts of a bench file, with the problems of each.
 
     Args:
         options: a file with options of the chip.
 
     Raises:
-        SlewlineError: the file cannot be read, or does not make a bench.
+        SlewlineError: the file cannot be read, or is not a valid bench.
     """
     from ..bench import Bench
     from ..bench.file import BenchFile
@@ -277,7 +277,7 @@ def texts_of(file: str, chip: str | None, allow_code: bool = False, options: str
 
 
 def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
-    """Return what is odd about a script, and whether it is for its chip."""
+    """Return the problems of a script, and whether it is for its chip."""
     from .dialects import foreign
 
     chip = bench.chips[host.chip.name]
@@ -287,7 +287,7 @@ def linted(bench: Bench, host: Host, script: Script, where: str) -> LintResult:
 
 
 def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
-    """Return what is odd about a script, and whatever `run` would refuse; a line that is an error is listed once.
+    """Return the problems of a script, including all that `run` would refuse; a line with an error is listed once.
 
     Commands to several chips are not followed: of such a script only the lines that cannot be played are listed.
     """
@@ -300,7 +300,7 @@ def problems_of(bench: Bench, host: Host, script: Script) -> list[Problem]:
         sheet = host.chip.sheet
         found = check(script.text, sheet, checks_of(type(bench.chips[host.chip.name]), sheet))
     unsent = refused(bench, host, script)
-    odd = {problem.line for problem in unsent if problem.code == "line"}  # what no host sends, whatever it might mean
+    odd = {problem.line for problem in unsent if problem.code == "line"}  # never sent by a host
     found = [problem for problem in found if problem.line not in odd]
     wrong = {problem.line for problem in found if problem.severity == "error"}
     return sorted([*found, *(problem for problem in unsent if problem.line not in wrong)])
@@ -332,7 +332,7 @@ def describe(chip: str, command: str | None, as_json: bool, options: str | None 
 
 
 def sheet_object(sheet: Sheet, command: str | None) -> dict[str, Any]:
-    """Return a data sheet as data; the commands alone, or one of them, when one is named."""
+    """Return a data sheet as data; only the one command if a command is named."""
     from ..core.datasheet.command_rows import row_object
     from ..language.dialect import dialect_of
     from ..language.lookup import find

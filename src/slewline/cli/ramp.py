@@ -1,4 +1,4 @@
-"""ramp: what a ramp takes, and which parameters give the ramp that is wanted."""
+"""ramp: the time and steps of a ramp, and the parameters of the ramp that the user needs."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from ..record.pictures.tracks import Track
 
 UNREACHED = 10**18  # ps, steps or steps/s^2: more than any ramp has
-BEST = 5  # ramps that are listed, where no other number is given
-MAX_COMPARED = 8  # ramps, of a list of values
+BEST = 5  # ramps listed by default
+MAX_COMPARED = 8  # ramps compared in one list of values
 MAX_DRAWN = 5_000_000  # steps
 
 
@@ -44,7 +44,7 @@ def ramp(
     plot: str | None,
     options: str | None = None,
 ) -> int:
-    """Print a ramp, or the ramps that come nearest to what is wanted."""
+    """Print a ramp, or the ramps nearest to the requested values."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
     fitting = read_options(options, chip) or None
@@ -92,7 +92,7 @@ def bound(
     options: Mapping[str, Any] | None,
     found: Sequence[Ramp],
 ) -> Iterator[str]:
-    """Yield the limit, where no ramp has as little, or as much, as is wanted."""
+    """Yield the limit, if no ramp reaches the requested value."""
     name, goal = next((name, value) for name, value in wanted.items() if value is not None)
     has = [getattr(each, {"acceleration_sps2": "acceleration"}.get(name, name)) for each in found]
     if min(has) <= goal <= max(has):
@@ -116,7 +116,7 @@ def nearest(
     values: Mapping[str, str],
     options: Mapping[str, Any] | None = None,
 ) -> list[Ramp]:
-    """Return the ramps that come nearest to what is wanted; the time in whole ps."""
+    """Return the ramps nearest to the requested values; the time in whole ps."""
     time, accel, steps = wanted.values()
     duration = None if time is None else f"{time} ps"  # a bare number below 1000 would be refused
     goal = {"time": duration, "acceleration": accel, "steps": steps}
@@ -124,11 +124,11 @@ def nearest(
 
 
 def several(calculator: Calculator, parameters: Sequence[str]) -> list[dict[str, str]]:
-    """Return the parameters of every ramp that is asked for: several where one of them has a list, S=1,100,200.
+    """Return the parameters of every requested ramp: several if a parameter has a list, S=1,100,200.
 
     Raises:
-        UnknownName: no such parameter.
-        UsageError: no NAME=VALUE, a name twice, two lists, or too long a one.
+        UnknownName: there is no such parameter.
+        UsageError: not NAME=VALUE, a name twice, two lists, or a list that is too long.
     """
     values = named(calculator, parameters)
     lists = {name: text.split(",") for name, text in values.items() if "," in text}
@@ -148,8 +148,8 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
     """Return the parameters by name.
 
     Raises:
-        UnknownName: no such parameter.
-        UsageError: no NAME=VALUE, or a name twice.
+        UnknownName: there is no such parameter.
+        UsageError: not NAME=VALUE, or a name twice.
     """
     values: dict[str, str] = {}
     for parameter in parameters:
@@ -184,7 +184,7 @@ def summary(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
 
 
 def accelerations(ramp: Ramp) -> str:
-    """Return the acceleration in words: one number, or the mean, the first and the greatest."""
+    """Return the acceleration in words: one number, or the mean, the initial and the greatest."""
     first, mean, greatest = (number(each) for each in ramp.accelerations)
     if first == mean == greatest:
         return f"{mean} steps/s²"
@@ -200,7 +200,7 @@ def move_line(move: Move | None) -> Iterator[str]:
 
 
 def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) -> Iterator[str]:
-    """Yield the ramps that come nearest, a line each."""
+    """Yield the nearest ramps, one line each."""
     fixed = ", ".join(f"{name} {value}" for name, value in calculator.told(found[0].values).items() if name not in free)
     yield f"{head(calculator, found[0])}: {fixed}; {number(found[0].start)} to {number(found[0].top)} steps/s"
     rows = (
@@ -215,7 +215,7 @@ def list_of(calculator: Calculator, found: Sequence[Ramp], free: Sequence[str]) 
 
 
 def table_of(calculator: Calculator, ramp: Ramp) -> Iterator[str]:
-    """Yield a ramp as a table, stretch by stretch."""
+    """Yield a ramp as a table, segment by segment."""
     parameter = [calculator.parameter] if calculator.parameter else []
     rows = (
         [
@@ -237,12 +237,12 @@ def head(calculator: Calculator, ramp: Ramp) -> str:
 
 
 def crystal_hz(calculator: Calculator, ramp: Ramp) -> int | None:
-    """Return the crystal, Hz, if there is one to choose."""
+    """Return the crystal, Hz; None if it cannot be chosen."""
     return ramp.crystal_hz if calculator.sheet.crystal_high_hz else None
 
 
 def number(value: float) -> str:
-    """Return a number as text: whole from 100 on, else with up to four significant digits."""
+    """Return a number as text: whole from 100 up, else with up to four significant digits."""
     return f"{value:.0f}" if abs(value) >= 100 or value == int(value) else f"{value:.4g}"
 
 
@@ -271,16 +271,16 @@ def move_object(move: Move) -> dict[str, Any]:
 
 
 def exact(value: float) -> float:
-    """Round to nine significant digits: the rest is rounding error."""
+    """Return a value rounded to nine significant digits: the others are rounding error."""
     return float(f"{value:.9g}")
 
 
 # -------------------------------------------------------------------------------------------------------------- picture
 def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequence[Move | None]) -> None:
-    """Draw a move of every ramp: the one that is asked for, or the shortest one that reaches the rate.
+    """Draw a move of every ramp: the requested one, or the shortest one that reaches the rate.
 
     Raises:
-        UsageError: no move reaches the rate, or one of too many steps.
+        UsageError: no move reaches the rate, or the move has too many steps.
     """
     from ..record.pictures.figures import Contents, description_of, figure
     from ..record.pictures.picture_files import save
@@ -288,7 +288,7 @@ def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequen
 
     reached = [ramp.reached_from for ramp in ramps]
     longest = max((steps for steps in reached if steps is not None), default=0)
-    if len(ramps) > 1 and None not in reached:  # of ramps that are compared, moves of the same distance
+    if len(ramps) > 1 and None not in reached:  # compared ramps make moves of the same distance
         moves = [ramp.move(longest) if move is None else move for ramp, move in zip(ramps, moves, strict=True)]
     drawn = [drawable(path, ramp, move) for ramp, move in zip(ramps, moves, strict=False)]
     told = [{name: grouped(value) for name, value in calculator.told(ramp.values).items()} for ramp in ramps]
@@ -307,10 +307,10 @@ def draw(path: str, calculator: Calculator, ramps: Sequence[Ramp], moves: Sequen
 
 
 def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
-    """Return the move of a ramp that is drawn.
+    """Return the move of a ramp to draw.
 
     Raises:
-        UsageError: no move reaches the rate, or one of too many steps.
+        UsageError: no move reaches the rate, or the move has too many steps.
     """
     if move is None:
         reached = ramp.reached_from
@@ -323,7 +323,7 @@ def drawable(path: str, ramp: Ramp, move: Move | None) -> Move:
 
 
 def track_of(name: str, ramp: Ramp, move: Move) -> Track:
-    """Return what an axis does in a move."""
+    """Return the track of an axis during a move."""
     from ..core.motion.axis import Axis
     from ..core.motion.motions import MotionStart
     from ..core.motion.quantity import Position, Velocity

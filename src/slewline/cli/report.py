@@ -1,4 +1,4 @@
-"""What a run came to: the object that --json prints, and a few lines for people."""
+"""The results of a run: the object that --json prints, and a few lines for people."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..core.time.timebase import PS_PER_S, readable
 from ..parts.hosts.host import Host
 from ..parts.hosts.packet_host import PacketHost
 
-WINDOW_PS = 10**13  # steps are counted in windows of 10 s: an hour of them need not fit into memory
+WINDOW_PS = 10**13  # steps are counted in windows of 10 s, because those of an hour may not fit into memory
 
 
 def as_json(bench: Bench, ended: str, whole: bool) -> str:
@@ -62,7 +62,7 @@ def axis_object(bench: Bench, chip: Chip, number: int) -> dict[str, Any]:
 
 
 def received(host: Host) -> bytes:
-    """Return what a host has read, words with the high byte first."""
+    """Return the data that a host has read, words with the high byte first."""
     if isinstance(host, PacketHost):
         return b"".join(word.to_bytes(2, "big") for word in host.received)
     return bytes(host.received)
@@ -74,7 +74,7 @@ def finding_object(found: Finding) -> dict[str, Any]:
 
 
 def steps_object(bench: Bench, axis: OneAxis) -> dict[str, Any]:
-    """Return as data how many steps there were, and how close together."""
+    """Return the number of steps and their intervals as data."""
     count, first, last, shortest = 0, None, None, None
     for times in _windows(bench, axis):
         gaps = [int((times[1:] - times[:-1]).min())] if len(times) > 1 else []
@@ -93,7 +93,7 @@ def _windows(bench: Bench, axis: OneAxis) -> Iterator[Any]:
 
 
 def summary(bench: Bench, ended: str) -> Iterator[str]:
-    """Yield how a run ended, in a line, and in a line for every axis."""
+    """Yield one line for the end of a run, and one for every axis."""
     yield f"{ended} at {readable(bench.now_ps)}"
     for chip in bench.chips.values():
         for number in range(1, chip.sheet.axes + 1):

@@ -1,4 +1,4 @@
-"""slewline run: play a program or a bench file, and report what happened."""
+"""slewline run: play a program or a bench file, and report the results."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..record.waveforms.vcd_sources import Buses
 
 TIMEOUT = "60 s"
-PLOTTED = (  # pins in these roles, below the curves
+PLOTTED = (  # roles of the pins below the curves
     *("running", "slewing", "motion_complete", "moving", "ramping", "output1", "output2", "output3", "interrupt"),
 )
 DEFAULT_BUSES: Buses = "bits"
@@ -42,7 +42,7 @@ COLOURS = {"finding": "red", "motion": "green", "host": "cyan"}
 
 @dataclass
 class RunCommand(BenchOptions):
-    """A run, as the command line asks for it."""
+    """Program and options of a run."""
 
     file: str | None
     crystal: str | None
@@ -72,10 +72,10 @@ class RunCommand(BenchOptions):
 
     def __post_init__(self) -> None:
         self.program: tuple[str, str, str] | None = None  # text, file, part
-        self.scripts: list[tuple[str, str, str]] = []  # that hosts play: chip, text, place
+        self.scripts: list[tuple[str, str, str]] = []  # scripts of hosts: chip, text, place
 
     def perform(self) -> int:
-        """Do it; returns the exit status."""
+        """Run; return the exit status."""
         self.check_options()
         with Outputs(path for path in (self.file, self.replay, self.memory) if path) as outputs:
             for path in (self.json, self.journal, self.save_memory):
@@ -136,7 +136,7 @@ class RunCommand(BenchOptions):
 
     @property
     def is_bench(self) -> bool:
-        """Is the file a bench file?"""
+        """Whether the file is a bench file."""
         return self.file is not None and is_bench(self.file)
 
     @property
@@ -147,7 +147,7 @@ class RunCommand(BenchOptions):
     # ------------------------------------------------------------------------------------------------------ the bench
     def new_bench(self, journal: str | None) -> Bench:
         """Return the bench, ready to run."""
-        file = cast("str", self.file)  # without one there is a journal to be replayed
+        file = cast("str", self.file)  # without one a journal is replayed
         if not self.is_bench:
             return self.single(file, journal)
         bench_file = self.bench_file(file)
@@ -177,7 +177,7 @@ class RunCommand(BenchOptions):
         )
 
     def prepare(self, bench: Bench) -> None:
-        """Drive pins, record what will be written, and listen for the transcript; refuse what would run in vain."""
+        """Drive pins, start recordings and the transcript; refuse options that would have no effect."""
         if not bench.chips:
             raise Refused(f"{self.file or self.replay}: no chip on the bench, so there is nothing to run")
         if self.save_memory is not None:
@@ -198,13 +198,13 @@ class RunCommand(BenchOptions):
             Transcript(bench, lambda ps, who, kind, text: show(ps, f"{who:<{width}}", kind, text)).attach()
 
     def full_name(self, bench: Bench, pin: str) -> str:
-        """Return the full name of a pin; one of the only chip needs no chip."""
+        """Return the full name of a pin; if there is only one chip, its name may be left out."""
         if "." in pin or len(bench.chips) != 1:
             return pin
         return f"{next(iter(bench.chips))}.{pin}"
 
     def plotted(self, bench: Bench) -> list[str]:
-        """Return the pins below a plot: those of the first chip."""
+        """Return the pins to draw below a plot: those of the first chip."""
         name, chip = next(iter(bench.chips.items()))
         return [f"{name}.{row.name}" for role in PLOTTED for row in chip.sheet.pins if row.role == role]
 
@@ -228,7 +228,7 @@ class RunCommand(BenchOptions):
         return bench
 
     def ended(self, bench: Bench) -> str:
-        """Run, and return how it ended: idle, until or timeout."""
+        """Run, and return the reason for the end: idle, until or timeout."""
         if self.replay:
             owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
             return "idle" if self.until is None and all(owner.idle for owner in owners) else "until"
@@ -248,7 +248,7 @@ class RunCommand(BenchOptions):
 
     # ------------------------------------------------------------------------------------------------------- afterwards
     def write(self, bench: Bench, ended: str, outputs: Outputs) -> None:
-        """Write what was asked for."""
+        """Write the requested files."""
         from ..bench.files.images import write_image
         from .report import as_json
 
@@ -263,7 +263,7 @@ class RunCommand(BenchOptions):
         outputs.save(self.plot, lambda path: bench.plot(path, pins=self.plotted(bench), dark=self.dark))
 
     def write_vcd(self, bench: Bench, path: str) -> None:
-        """Write the waveform; what its unit hides is reported on the standard error."""
+        """Write the waveform; report on the standard error changes that are shorter than its unit."""
         pins = None if self.pins is None else [self.full_name(bench, pin) for pin in self.pins]
         timescale, buses = self.timescale or "1 ns", self.vcd_buses or DEFAULT_BUSES
         lost = bench.save_vcd(path, pins, timescale=timescale, buses=buses, values=self.vcd_values, layout=self.layout)
@@ -272,7 +272,7 @@ class RunCommand(BenchOptions):
             click.echo(f"slewline: {what}; a finer --timescale shows them", err=True)
 
     def conclude(self, bench: Bench, ended: str, outputs: Outputs) -> None:
-        """Report how it ended."""
+        """Report the end of the run."""
         from .report import summary
 
         if not self.quiet:
@@ -291,12 +291,12 @@ class RunCommand(BenchOptions):
                 )
 
     def take_script(self, do: str, what: dict[str, Any]) -> None:
-        """Keep which script a host was given."""
+        """Record the script of a host."""
         if do == "script":
             self.scripts.append(tuple(what["args"]))
 
     def refusal(self, error: ProgramError) -> str:
-        """Return which lines cannot be played, and for which chip the program may be."""
+        """Return a message with the lines that cannot be played, and the chip that the program may be for."""
         from .dialects import foreign
 
         if self.program is None:
@@ -305,7 +305,7 @@ class RunCommand(BenchOptions):
         return "\n".join(filter(None, (str(error), foreign(text, file, part, sheet_of(part)))))
 
     def foreign(self, bench: Bench) -> bool:
-        """Return whether a program is not for its chip; report on the standard error which is not."""
+        """Return whether a program is for another chip; report it on the standard error."""
         from .dialects import foreign
 
         chips = bench.chips if bench.findings else {}
@@ -319,7 +319,7 @@ class RunCommand(BenchOptions):
         return bool(found)
 
     def wrong(self, bench: Bench) -> list[Finding]:
-        """Return the findings for which the run has failed: all if it is strict, else what a script did not expect."""
+        """Return the findings that fail the run: all if it is strict, else the ones that a script did not expect."""
         return [found for found in bench.findings if self.strict or found.code == "expect"]
 
 
@@ -327,7 +327,7 @@ def check_input(bench: Bench, name: str, said: str) -> None:
     """Refuse a pin that its chip drives.
 
     Raises:
-        UsageError: it is an output.
+        UsageError: the pin is an output.
     """
     owner, _, pin = name.partition(".")
     chip = bench.chips.get(owner)
@@ -338,7 +338,7 @@ def check_input(bench: Bench, name: str, said: str) -> None:
 
 
 def memory_of(bench: Bench, path: str) -> Eeprom | Ram:
-    """Return the only memory on a bench, which is to be written to a file."""
+    """Return the only memory on a bench, to be written to a file."""
     from ..parts.memories.memory import Eeprom, Ram
 
     found = [part for part in bench.parts.values() if isinstance(part, Eeprom | Ram)]
@@ -356,9 +356,9 @@ def show(ps: int, who: str, kind: str, text: str) -> None:
 
 @contextmanager
 def progress(bench: Bench, total: int, quiet: bool) -> Iterator[None]:
-    """Show how far virtual time is, on a terminal that shows no transcript.
+    """Show the progress of virtual time, on a terminal without a transcript.
 
-    Rich draws in a thread of its own and reads the time; the run knows nothing of it.
+    Rich draws in a thread of its own and reads the time; the run is not affected.
     """
     if not sys.stderr.isatty() or not (quiet or not sys.stdout.isatty()):
         yield

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class BenchOptions:
-    """Which chip is on a bench, or what its file may do, as the command line asks for it."""
+    """Chip of a bench, or permissions of a bench file."""
 
     chip: str | None
     strap: tuple[tuple[str, int], ...]
@@ -25,7 +25,7 @@ class BenchOptions:
     allow_code: bool
 
     def bench_file(self, path: str) -> BenchFile:
-        """Return a bench file, read."""
+        """Read and return a bench file."""
         from ..bench.file import BenchFile
 
         return BenchFile(path, self.anywhere, self.allow_code)
@@ -43,19 +43,19 @@ def single(
     journal: str | None = None,
     prepare: Callable[[Bench], object] = lambda _bench: None,
 ) -> Bench:
-    """Return a bench with a chip and a host, on which a program is queued.
+    """Return a bench with a chip and a host, and a program queued on it.
 
     Args:
-        program: the text, and the name of its file; None: the host waits for what it is to send.
-        strap: levels of inputs; all others are those with which a program without address and checksum is understood.
-        options: of the chip.
-        memory: an image of the memory beside the chip.
-        over: the channel of a chip that has several.
-        journal: where every input from outside is written.
+        program: the text, and the name of its file; None: the host is idle.
+        strap: levels of inputs; all others suit a program without address and checksum.
+        options: the options of the chip.
+        memory: an image of the memory of the chip.
+        over: the channel, for a chip with several.
+        journal: the file for every input from outside.
         prepare: called with the bench before the program is queued.
 
     Raises:
-        ProgramError: a line of the program that cannot be played.
+        ProgramError: a line of the program cannot be played.
     """
     from ..bench import Bench
     from ..bench.memories import put_memory

@@ -1,7 +1,7 @@
-"""The transcript: what happened when, a line an event, while it happens.
+"""The transcript: one line per event, printed while the bench runs.
 
-It listens, and changes nothing: to findings, to hosts, to pins whose meaning is in the sheet, and to the
-axes, which report when a motion begins and ends.  Steps in between cost nothing.
+It observes findings, hosts, pins that have a meaning in the sheet, and the axes, which report the start and the end of
+each motion; it changes nothing.  The steps in between cost nothing.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from ..core.wires.waits import level
 from ..parts.front_panel.displays import HpDisplay, Lcd
 from ..parts.hosts.host import Host
 
-STAYS_PS = 20 * 10**9  # that a display stays as it is before it is reported
-MOST = 100  # lines about the same pin; an endless program would never come to an end
+STAYS_PS = 20 * 10**9  # a display must be unchanged for this time
+MOST = 100  # lines about the same pin; the report of an endless program would never end
 
-Say = Callable[[int, str, str, str], object]  # picoseconds, who, what kind of event, text
+Say = Callable[[int, str, str, str], object]  # picoseconds, source, kind of event, text
 
 
 def seconds(ps: int) -> str:
@@ -36,14 +36,14 @@ def seconds(ps: int) -> str:
 
 
 class Transcript:
-    """Reports to `say` what happens on a bench; attach it when everything is on the bench, before time passes."""
+    """Observer that reports the events of a bench to `say`; attach it when the bench is complete, before time runs."""
 
     def __init__(self, bench: Bench, say: Say) -> None:
         self.bench, self.say = bench, say
         self.lines: Counter[str] = Counter()
 
     def attach(self) -> None:
-        """Watch everything from now on."""
+        """Start to observe the bench."""
         for found in self.bench.findings:
             self.finding(found)
         self.bench.on_finding.add(self.finding)
@@ -73,7 +73,7 @@ class Transcript:
         self.say(found.time_ps, found.source, "finding", f"{found.code}: {found.text}")
 
     def watch(self, chip: Chip, row: Pin, meanings: tuple[str, str]) -> None:
-        """Tell the changes of a pin."""
+        """Report the changes of a pin."""
         pin = row.name
         name = spoken(row)
 
@@ -90,7 +90,7 @@ class Transcript:
         chip.pins[pin].net.watch(changed)
 
     def seldom(self, who: str, kind: str, text: str, about: str) -> None:
-        """Report an event, but not for ever."""
+        """Report an event, but only a limited number of times."""
         self.lines[about] += 1
         if self.lines[about] <= MOST:
             self.tell(who, kind, text)
@@ -99,22 +99,22 @@ class Transcript:
 
 
 class DisplayReports:
-    """What a display shows: reported when it has stayed so for a while, for it is written character by character."""
+    """Text of a display, written character by character: reported after it has been unchanged for a while."""
 
     def __init__(self, transcript: Transcript, display: HpDisplay | Lcd) -> None:
         self.transcript, self.display, self.kernel = transcript, display, display.kernel
-        self.since = 0  # when it changed last
+        self.since = 0  # last change
         self.waits = False
 
     def changed(self) -> None:
-        """Report it later, unless it changes again by then."""
+        """Schedule a report, which a further change postpones."""
         self.since = self.kernel.now
         if not self.waits:
             self.waits = True
             self.kernel.call_at(self.since + STAYS_PS, self.tell)
 
     def tell(self) -> None:
-        """Print what it shows, if it has stayed so."""
+        """Print the text of the display, if it has not changed since."""
         if self.kernel.now < self.since + STAYS_PS:
             self.kernel.call_at(self.since + STAYS_PS, self.tell)
             return
@@ -124,10 +124,10 @@ class DisplayReports:
 
 
 class MotionReports:
-    """The motions of an axis: each is reported when it begins, and when it ends.
+    """Motions of an axis: the start and the end of each are reported.
 
-    A part that has a pin for it moves from then on; of another one the first step is reported.  A motion that another
-    one replaces without a rest goes on as that.
+    If the part has a pin for motion, its edge is the start, else the first step.  A motion that another one replaces
+    without a stop in between is reported as one.
     """
 
     def __init__(self, transcript: Transcript, chip: Chip, number: int) -> None:
@@ -139,11 +139,11 @@ class MotionReports:
         self.over = "at rest" if complete is None else spoken(complete)
         self.step = None if chip.sheet.role("moving", number) else chip.sheet.role("step", number)
         self.first: Task | None = None  # waits for the first step
-        self.begun: int | None = None  # since when the axis moves; None: it is at rest
-        self.steps = 0  # of the motions before, one of which replaced the other
+        self.begun: int | None = None  # start of the motion; None: at rest
+        self.steps = 0  # of the motions replaced so far
 
     def attach(self) -> None:
-        """Listen from now on."""
+        """Start to observe the axis."""
         self.axis.on_motion_begin.add(self.begin)
         self.axis.on_motion_end.add(self.end)
 
@@ -160,12 +160,12 @@ class MotionReports:
             )
 
     async def first_step(self, motion: MotionStart, net: Net, begins: int) -> None:
-        """Wait for the first step, which begins with a level."""
+        """Wait for the first step, which begins with a certain level."""
         await level(net, begins)
         self.moves("steps", motion)
 
     def moves(self, verb: str, motion: MotionStart) -> None:
-        """Print that the axis moves from now on."""
+        """Print that the axis is moving."""
         self.begun, self.steps = self.transcript.now, 0
         self.tell(f"{verb}{way(motion.direction)} from {motion.position}")
 
@@ -194,5 +194,5 @@ def spoken(row: Pin) -> str:
 
 
 def way(direction: int) -> str:
-    """Return a direction as a word, with a blank before it; nothing for 0."""
+    """Return a direction as a word, after a blank; empty for 0."""
     return "" if not direction else " cw" if direction > 0 else " ccw"

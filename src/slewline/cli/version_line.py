@@ -1,4 +1,4 @@
-"""What `slewline --version` says: the version, and which build of it runs."""
+"""The text of `slewline --version`: the version, and the build in use."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ PLAIN, COMPILED = "plain Python", "compiled core"
 
 
 def is_compiled(module: ModuleType) -> bool:
-    """Return whether a module that is loaded comes from an extension file."""
+    """Return whether a loaded module comes from an extension file."""
     return str(module.__file__).endswith(tuple(EXTENSION_SUFFIXES))
 
 
 def build() -> str:
-    """Return which build runs, by what the kernel is loaded from."""
+    """Return the build in use, by the file of the kernel."""
     from ..core.time import kernel
 
     return COMPILED if is_compiled(kernel) else PLAIN

@@ -1,4 +1,4 @@
-"""What every chip has: a sheet, nets on its pins, a crystal, registers, findings, and one firmware task.
+"""The base of every chip: a sheet, nets on its pins, a crystal, registers, findings, and one firmware task.
 
 Reset acts through a net: its change kills the firmware after all timed work of that instant; `run()` restarts later.
 """
@@ -37,7 +37,7 @@ CONFLICT_HOLDOFF_PS = 10**9  # without a conflict: the next one on that wire is 
 
 @face
 class AxisOfChip(OneAxis):
-    """An axis of a chip that has several."""
+    """An axis of a chip with several axes."""
 
     def __init__(self, chip: Chip, number: int) -> None:
         self.chip, self.number, self.kernel = chip, number, chip.kernel
@@ -105,7 +105,7 @@ class Chip(Component, OneAxis):
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         if isinstance(sheet := vars(cls).get("sheet"), Sheet):
-            # our own chips have no attribute of such a name; a chip of one's own may
+            # built-in chips have no attribute of such a name; a custom chip may
             to_drive, to_load, same = (TO_DRIVE, TO_LOAD, "") if cls.__module__.startswith(OURS) else (None,) * 3
             missing(cls, same, **OF_CHIPS)
             for row in sheet.pins:
@@ -136,26 +136,26 @@ class Chip(Component, OneAxis):
         )
         self.crystal_hz = crystal_hz or self.sheet.crystal_hz
         self.clock = Clock(self.crystal_hz)
-        self.tick = 0  # the chip's own count; every sleep adds to it, so nothing drifts
+        self.tick = 0  # the chip's own count; every sleep adds to it, so it does not drift
         self.on_power: Hook[[Chip, bool]] = Hook()  # the supply is being switched
         self.on_instruction: Hook[[int]] = Hook()  # an instruction of the program begins: its address
-        self.on_command: Hook[[str]] = CommandHook()  # the chip works on another command or instruction; "": on none
+        self.on_command: Hook[[str]] = CommandHook()  # another command or instruction begins; "": none is in progress
         self.task: Task | None = None
         self.idle = False
         self._waiting: tuple[str, int] = ("nothing yet", 0)
-        self._left: list[tuple[str, str]] = []  # what `conclude` has found left over the last time
-        self._unended = ""  # the line without end that has been reported
+        self._left: list[tuple[str, str]] = []  # the result of the last `conclude`
+        self._unended = ""  # the unfinished line that has been reported
         self._build_pins(straps or {})
 
     @property
     def _strap(self) -> str:
-        """An input, as an example of a strap."""
+        """Name of an input, as an example of a strap."""
         inputs = (row.name for row in self.sheet.pins if row.way == "in")
         return next(iter([*self.sheet.plain, *self.sheet.fastest]), next(inputs, "pin"))
 
     @classmethod
     def _beside(cls) -> str:
-        """What a chip is given besides its options, in words."""
+        """Return which arguments a chip takes besides its options, in words."""
         crystal = "crystal, " if cls.sheet.crystal_high_hz else ""
         return f"; also {crystal}straps, bare and name"
 
@@ -166,7 +166,7 @@ class Chip(Component, OneAxis):
         return f"<{self.sheet.part.upper()} {self.name}: {what}>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the package with its levels, the registers, the program, the last findings."""
+        """Return the view of the chip in a notebook: package with levels, registers, program, last findings."""
         from .notebook.chip_card import ChipCard
 
         several = len(self.axes) > 1
@@ -182,7 +182,7 @@ class Chip(Component, OneAxis):
 
     @property
     def _of_part(self) -> str:
-        """The name, and which part it is."""
+        """Name of the chip, with its part number."""
         return f"{self.name} ({self.sheet.part})"
 
     def _pins_told(self, _pins: object) -> NameHelp:
@@ -192,7 +192,7 @@ class Chip(Component, OneAxis):
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
-        """Return registers, of an axis where there are several, as users read them."""
+        """Return registers as users read them, of one axis if there are several."""
         found = Known(registers)
         found.name_help = partial(self._registers_told, axis=axis) if axis else self._registers_told
         return found
@@ -247,22 +247,22 @@ class Chip(Component, OneAxis):
 
     @property
     def moving(self) -> bool:
-        """True while any of its motors is in motion."""
+        """True while any of its motors is moving."""
         return any(axis.moving for axis in self.axes)
 
     @property
     def answering(self) -> bool:
-        """Is a line of a host in progress, or its answer on its way?"""
+        """True while a command from a host, or the answer to one, is being transferred."""
         return False
 
     @property
     def awaits_host(self) -> bool:
-        """Does the chip, in the middle of something, wait for one of its hosts to go on, so that others must wait?"""
+        """True while the chip, in the middle of a transfer, waits for one of its hosts; the others must wait."""
         return False
 
     @property
     def armed(self) -> bool:
-        """Does the chip, at rest, wait for an input that lets it go on?"""
+        """True while the chip, at rest, waits for an input that lets it continue."""
         return False
 
     @property
@@ -274,7 +274,7 @@ class Chip(Component, OneAxis):
         """Return an axis by its number, counted from 1; a chip with one motor is its own axis 1.
 
         Raises:
-            UnknownName: the chip has no such axis; the message says which axes it has.
+            UnknownName: the chip has no such axis; the message lists its axes.
         """
         axis = whole(number)
         if axis is None or not 1 <= axis <= len(self.axes):
@@ -283,7 +283,7 @@ class Chip(Component, OneAxis):
         return self if len(self.axes) == 1 else AxisOfChip(self, axis)
 
     def registers_of(self, number: int) -> dict[str, int]:
-        """Return the registers of one axis, from 1, of a chip that has several."""
+        """Return the registers of one axis, counted from 1, of a chip with several."""
         raise NotImplementedError
 
     @property
@@ -297,10 +297,10 @@ class Chip(Component, OneAxis):
         return None
 
     def at_instruction(self, address: int | None = None) -> Condition:
-        """Return a condition that is met when the instruction at an address next begins; without an address, any one.
+        """Return a condition that is met when the instruction at an address, or any (None), next begins.
 
         Raises:
-            UsageError: `address` is not a whole number, 0 or more, or no program has room there.
+            UsageError: `address` is not a whole number, 0 or more, or is outside the program memory.
         """
         return InstructionCondition(self, address, self.sheet.buffer_bytes)
 
@@ -321,20 +321,20 @@ class Chip(Component, OneAxis):
         raise NotImplementedError
 
     def _check_switch(self, on: object) -> None:
-        """Check the value for a supply: on or off.
+        """Check that the argument of `power` is True or False.
 
         Raises:
-            UsageError: anything but True and False, such as "off", which would count as true.
+            UsageError: any other value, such as "off", which would count as true.
         """
         if not isinstance(on, bool):
             raise UsageError(f"{self.name}: power({on!r}); allowed True, False")
 
     def reset(self) -> None:
-        """Pulse the reset pin, from now on, for as long as the part needs; no time passes in the call."""
+        """Pulse the reset pin from now on, for as long as the part needs; the call itself takes no virtual time."""
         raise NotImplementedError
 
     def check_wiring(self) -> None:
-        """Report inputs without pull-up that nothing drives as findings: they read low.  Called before time passes."""
+        """Report undriven inputs without pull-up, which read low, as findings.  Called before time passes."""
         for row in self.sheet.pins:
             net = self.pins[row.name].net
             if row.way == "in" and row.pull is None and net.tie is None and not net.drivers:
@@ -342,40 +342,40 @@ class Chip(Component, OneAxis):
 
     @property
     def waiting(self) -> str:
-        """What the chip is doing or waiting for, and since when, in words."""
+        """The current activity or wait of the chip, and since when, in words."""
         text, since = self._does()
         rest = f"; {self.unfinished!r} has arrived without its {self._lacking}" if self.unfinished else ""
         return f"{self.name}: {text} since {readable(since)}{rest}"
 
     def _does(self) -> tuple[str, int]:
-        """Return what the chip is doing or waiting for, and since when (ps)."""
+        """Return the current activity or wait of the chip, and since when (ps)."""
         return self._waiting
 
     @property
     def unfinished(self) -> str:
-        """The line that has come so far, where lines end with a carriage return."""
+        """The line received so far, on parts whose lines end with a carriage return."""
         return ""
 
     @property
     def _lacking(self) -> str:
-        """What would end, or go on with, the line that has come so far."""
+        """Name of the character that would end or continue the line received so far."""
         return RETURN
 
     @property
     def _how_to_end(self) -> str:
-        """What to do about a line that has come without its end."""
+        """Remedy for a line that was received without its end."""
         if self._lacking != RETURN:
             return f"send the {self._lacking} that ends it"
         instead = ", not a line feed (\\n)" if "\n" in self.unfinished else ""
         return f"end each command with a carriage return (\\r, 0x0D){instead}"
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return what a host has begun and not completed: code and text of a finding each.
+        """Return the commands and entries that a host has not completed, each as the code and the text of a finding.
 
-        Asked when all is at rest, or a run is over; the question may change nothing.
+        Called when everything is at rest, or a run is over; it must not change the state.
         """
         text = self.unfinished
-        if not text.strip("\n"):  # a line feed is another finding
+        if not text.strip("\n"):  # a line feed has its own finding
             self._unended = ""
             return []
         if not (self._unended and text.startswith(self._unended)):
@@ -384,13 +384,13 @@ class Chip(Component, OneAxis):
         return [("unfinished", f"{ends}: {self._how_to_end}")]
 
     def _open_entry(self) -> tuple[str, str]:
-        """Return the finding that a host has begun to enter a program, and has not ended it."""
+        """Return the finding that a host has begun program entry and has not ended it."""
         enter = self.sheet.enter.form if self.sheet.enter is not None else ""
         text = f"program entry is open since {enter}: commands are stored and not executed"
         return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"
 
     def conclude(self) -> bool:
-        """Report what is left over, unless it was already so the last time; return whether that has changed."""
+        """Report incomplete commands and entries, unless reported last time; return whether their list has changed."""
         before, self._left = self._left, self.left_over()
         for code, text in self._left:
             if (code, text) not in before:
@@ -403,14 +403,14 @@ class Chip(Component, OneAxis):
 
     @from_outside
     def motor_report(self, code: str, text: str, axis: int = 1, position: int | None = None) -> None:
-        """Report what has happened to a real motor that makes the steps of an axis, as a finding.
+        """Report an event of a real motor that follows the steps of an axis, as a finding.
 
         It is an input from outside: a journal keeps it, so that a replay has the same position as the motor.
 
         Args:
             code, text: the code and the text of the finding.
             axis: the number of the axis, counted from 1.
-            position: the new value of the position register, where the motor is; None leaves the register as it is.
+            position: the position of the motor, for the position register; None: the register is unchanged.
         """
         self.input("motor_report", code, text, axis, position)
         if position is not None:
@@ -418,7 +418,7 @@ class Chip(Component, OneAxis):
         self.finding(code, text)
 
     def switched(self, on: bool) -> None:
-        """Report that the supply is being switched on or off."""
+        """Report that the supply is switched on or off."""
         self.kernel.outside.tell("power", chip=self.name, on=on)
         self.on_power(self, on)
 
@@ -437,7 +437,7 @@ class Chip(Component, OneAxis):
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     def sync_forward(self) -> None:
-        """Do as `sync`, unless the tick count is ahead of this instant already."""
+        """Like `sync`, but do nothing if the tick count is already ahead of this instant."""
         self.tick = max(self.tick, self.clock.ticks_from(self.kernel.now))
 
     async def ticks(self, number: int) -> None:
@@ -446,16 +446,16 @@ class Chip(Component, OneAxis):
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def at_tick(self, tick: int) -> None:
-        """Wait until a tick of the crystal; return at once if it has passed."""
+        """Wait until a tick of the crystal; return immediately if it has passed."""
         if tick > self.tick:
             self.tick = tick
             await until(self.kernel, self.clock.ps(tick))
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Sample a net every so many clocks, first now, until it, or one of `others`, has its level; return that net.
+        """Sample a net every `every` clocks, first now, until it, or one of `others`, has its level; return that net.
 
-        `others` are further (net, level) pairs that end the wait.  The samples lie on a grid that is computed, not run
-        through; a level that is gone again before the next sample is not seen.
+        `others` are further (net, level) pairs that end the wait.  The sampling points are computed, not stepped
+        through; a level that is gone before the next one is not seen.
         """
         pairs = ((net, wanted), *others)
         origin = self.tick
@@ -469,25 +469,25 @@ class Chip(Component, OneAxis):
             await until(self.kernel, self.clock.ps(self.tick))
 
     def outputs_reset(self) -> None:
-        """Drive every output to its level after reset, as the sheet lists it."""
+        """Drive every output to its level after reset, as given in the sheet."""
         for row in self.sheet.pins:
             if row.reset is not None and row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset)
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Note what the firmware is doing or waiting for from now on, or from an instant (ps); `waiting` shows it."""
+        """Record the activity of the firmware from now on, or from an instant (ps); `waiting` shows it."""
         self._waiting = (text, self.kernel.now if since is None else since)
 
     # -------------------------------------------------------------------------------------------------- firmware task
     async def run(self) -> None:
-        """Run the firmware, from reset on; a chip brings its own."""
+        """Run the firmware, from reset on; each chip has its own."""
         raise NotImplementedError
 
     def start(self) -> None:
         """Start the firmware at this instant.
 
         Raises:
-            UsageError: it has been started already, or the chip has none.
+            UsageError: the firmware is running already, or the chip has none.
         """
         if type(self).run is Chip.run:
             raise UsageError(
@@ -499,7 +499,7 @@ class Chip(Component, OneAxis):
         self.task = self.kernel.spawn(self.run, name=self.name)
 
     def stop(self) -> None:
-        """Kill the firmware where it is."""
+        """Kill the firmware."""
         if self.task is not None:
             self.task.kill()
             self.task = None

@@ -1,4 +1,4 @@
-"""What is on a bench, a chip or a part: its name, its findings, and the inputs by which users act on it."""
+"""The base of chips and parts on a bench: name, findings, and the inputs by which users act on them."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from .wires.net import Driver
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A diagnostic: something that the manual forbids or leaves open, and what the chip made of it.
+    """A diagnostic: something that the manual forbids or leaves open, and the reaction of the chip.
 
     Attributes:
         time_ps: when it happened, ps.
         source: the name of the chip or part.
         code: the kind of finding: "range", "unfinished" ...
-        text: what has happened, in words; of more than 400 characters the middle is left out.
+        text: the event, in words; if longer than 400 characters, without its middle.
     """
 
     time_ps: int
     source: str
     code: str
-    text: str  # LONGEST_FINDING characters of it; what is longer is shortened in the middle
+    text: str  # at most LONGEST_FINDING characters; longer text is shortened in the middle
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "text", shortened(self.text, LONGEST_FINDING))
@@ -54,8 +54,8 @@ missing(
 class Component:
     """A chip or a part.
 
-    `_for_users` are the names that `dir` lists, where a class has chosen them; `_to_set` says what to do instead of
-    setting a property.  A class that overrides a method that is declared by `@from_outside` need not declare it again.
+    `_for_users` are the names that `dir` lists, if a class restricts them; `_to_set` has the remedy for an attempt to
+    set a property.  A class that overrides a method declared by `@from_outside` need not declare it again.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = ()
@@ -73,7 +73,7 @@ class Component:
         self.kernel, self.name = kernel, name
         self.drivers: dict[str, Driver] = {}
         self._findings: list[Finding] = []
-        self._forgotten: Counter[str] = Counter()  # findings that are not kept any more, by code
+        self._forgotten: Counter[str] = Counter()  # numbers of dropped findings, by code
         self.on_finding: Hook[[Finding]] = Hook()
 
     def __dir__(self) -> Iterable[str]:
@@ -81,7 +81,7 @@ class Component:
 
     @property
     def findings(self) -> list[Finding]:
-        """All findings about it so far, in order of time."""
+        """All findings about the chip or part so far, in order of time."""
         return self._findings
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
@@ -91,7 +91,7 @@ class Component:
         self.on_finding(found)
 
     def input(self, verb: str, *args: Any) -> None:
-        """Report, as an input from outside, that a user has called a method declared by `@from_outside`.
+        """Record, as an input from outside, that a user has called a method declared by `@from_outside`.
 
         Args:
             verb: the name of the method.
@@ -111,7 +111,7 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
     """Return a method of a chip or a part that is an input from outside.
 
     Raises:
-        UsageError: none that is declared has this name; the message lists those there are.
+        UsageError: no declared input has this name; the message lists the inputs.
     """
     if verb not in owner._input_names:
         raise UsageError(
@@ -122,14 +122,14 @@ def input_of(owner: Component, verb: str) -> Callable[..., Any]:
 
 
 def forget_findings(owner: Component, before: int, remedy: str) -> None:
-    """Drop the findings of a chip or part before an instant (ps); one that counts them by code takes their place.
+    """Drop the findings of a chip or part before an instant (ps); one finding with their counts by code replaces them.
 
     Args:
-        remedy: what to do so that more is kept.
+        remedy: how to keep more, in words.
     """
     findings, forgotten = owner._findings, owner._forgotten
     old = bisect_left(findings, before, key=attrgetter("time_ps"))
-    if old <= bool(forgotten):  # nothing but the one that counts
+    if old <= bool(forgotten):  # only the one with the counts
         return
     last = findings[old - 1].time_ps
     forgotten.update(found.code for found in findings[bool(forgotten) : old])

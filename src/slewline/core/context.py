@@ -1,7 +1,7 @@
-"""What a firmware and the objects inside it get of their chip.
+"""The interface of a chip for its firmware and for the objects inside it.
 
-Users see of a chip what is in [the reference](docs/reference/api.md); an object of the firmware is handed the same
-chip as a `ChipContext`, and a type checker proves that it uses no more.  At run time there is no difference.
+The interface for users is in [the reference](docs/reference/api.md).  Objects of the firmware receive the same chip as
+a `ChipContext`, and a type checker proves that they use no more.  At run time there is no difference.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .wires.pin import Terminal
 class ChipContext(Protocol):
     """A chip as its firmware and the objects inside it see it."""
 
-    # -------------------------------------------------------------------------------------------------- what it is
+    # ---------------------------------------------------------------------------------------------------- identity
     name: str
     sheet: Sheet
     options: Any  # every option of the sheet by its name, checked
@@ -30,22 +30,22 @@ class ChipContext(Protocol):
     # ------------------------------------------------------------------------------------------------ virtual time
     kernel: Kernel
     clock: Clock
-    tick: int  # the chip's own count of clocks: every sleep adds to it, so nothing drifts
+    tick: int  # the chip's own count of clocks: every sleep adds to it, so it does not drift
 
     def sync(self) -> None:
         """Move to the next clock tick at or after this instant of the kernel."""
 
     def sync_forward(self) -> None:
-        """Do as `sync`, unless the tick count is ahead of this instant already."""
+        """Like `sync`, but do nothing if the tick count is already ahead of this instant."""
 
     async def ticks(self, number: int) -> None:
         """Wait for a number of crystal clocks."""
 
     async def at_tick(self, tick: int) -> None:
-        """Wait until a tick of the crystal; return at once if it has passed."""
+        """Wait until a tick of the crystal; return immediately if it has passed."""
 
     async def polled(self, net: Net, wanted: int, every: int, *others: tuple[Net, int]) -> Net:
-        """Sample a net every so many clocks, first now, until it, or one of `others`, has its level; return that net.
+        """Sample a net every `every` clocks, first now, until it, or one of `others`, has its level; return that net.
 
         Args:
             net: the net that is sampled.
@@ -62,22 +62,22 @@ class ChipContext(Protocol):
 
     @property
     def pins(self) -> Mapping[str, Terminal]:
-        """All pins by the manual's names; those of the data bus share its net."""
+        """All pins by the manual's names; the pins of the data bus share its net."""
 
-    # ------------------------------------------------------------------------------------------------ what moves
+    # ---------------------------------------------------------------------------------------------------- motion
     axes: tuple[Axis, ...]
 
-    # ------------------------------------------------------------------------------------------------ what it tells
+    # ------------------------------------------------------------------------------------------------------ reports
     idle: bool
     on_command: Hook[[str]]
     on_instruction: Hook[[int]]
     task: Task | None  # of the firmware; None: it is killed, or has not begun
 
     def switched(self, on: bool) -> None:
-        """Report that the supply is being switched on or off."""
+        """Report that the supply is switched on or off."""
 
     def finding(self, code: str, text: str, at: int | None = None) -> None:
         """Add a finding, now or at an instant of the past (ps): something that the manual forbids or leaves open."""
 
     def waits(self, text: str, since: int | None = None) -> None:
-        """Note what the firmware is doing or waiting for from now on, or from one (ps); `waiting` shows it."""
+        """Record the activity of the firmware from now on, or from an instant (ps); `waiting` shows it."""

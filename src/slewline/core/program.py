@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 class ProgramRow:
     """An instruction of a stored program.
 
-    A byte that is not an instruction has a row of its own, whose text is ??? and the value of the byte.
+    A byte that is not an instruction has a row of its own; its text is three question marks and the value.
 
     Attributes:
         address: the address of its first byte.
         data: its bytes.
-        text: the instruction as it is written.
+        text: the instruction as text.
     """
 
     address: int
@@ -34,21 +34,21 @@ class ProgramRow:
 
 
 class Running(Protocol):
-    """What plays a stored program."""
+    """An object that runs a stored program."""
 
     name: str
     kernel: Kernel
     on_instruction: Hook[[int]]
 
     def program_rows(self) -> Sequence[ProgramRow]:
-        """Return the stored program, an instruction a row."""
+        """Return the stored program, one instruction per row."""
 
 
 class InstructionCondition(Condition):
-    """An instruction of the stored program begins, at an address or at any (None).
+    """Condition: an instruction of the stored program begins, at an address or at any (None).
 
     Args:
-        room: addresses that a program may have, from 0 on; 0: that is not known.
+        room: the size of the program memory, in addresses; 0: not known.
     """
 
     def __init__(self, chip: Running, address: int | None, room: int = 0) -> None:
@@ -66,13 +66,13 @@ class InstructionCondition(Condition):
             self.chip.on_instruction.add(self.begun)
 
     def begun(self, address: int) -> None:
-        """Take notice that the instruction at an address begins."""
+        """Record that the instruction at an address begins."""
         if self.address in (None, address):
             self.hit = True
             self.chip.on_instruction.remove(self.begun)
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether the chip is one of its bench."""
+        """Return whether the chip is on the bench of this kernel."""
         return self.chip.kernel is kernel
 
     def __str__(self) -> str:

@@ -1,5 +1,5 @@
-"""Where virtual time meets the world: sockets, serial ports, the wall clock, files that keep memories.
+"""Interface between virtual time and the real world: sockets, serial ports, the wall clock, memory files.
 
-No room below knows sockets, threads or the wall clock.  How each kind of channel is served is a row of `LINES` in
-`serving.py`; `server.py` is the whole.
+No package below uses sockets, threads or the wall clock.  Each kind of channel is served by a row of `LINES` in
+`serving.py`; the server is in `server.py`.
 """

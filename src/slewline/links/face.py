@@ -1,4 +1,4 @@
-"""The faces of a server and of its clients: what the rooms see of them, in types alone."""
+"""The interfaces of a server and of its clients, as types for the other packages."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ Data = dict[str, Any]
 
 
 class OpenPort(Protocol):
-    """A port, of whatever kind."""
+    """A port of any kind."""
 
     @property
     def where(self) -> str:
-        """Where it is found."""
+        """Address of the port."""
 
     def close(self) -> None:
-        """Close it."""
+        """Close the port."""
 
 
 class ClientFace(Protocol):
-    """A client of the control port, as verbs and branches see it."""
+    """A client of the control port, for verbs and branches."""
 
     server: ServerFace
     stream: SocketStream
@@ -52,40 +52,40 @@ class ClientFace(Protocol):
 
     @property
     def token(self) -> str | None:
-        """What a client must send with its first request."""
+        """Token that a client must send with its first request."""
 
     def perform(self, request: Data) -> Data | None:
-        """Do what a request asks for, here; None: the reply comes later."""
+        """Execute a request on this server; None: the reply comes later."""
 
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool
     ) -> None:
-        """Owe a reply until a condition is met, or at an instant (ps); `pushes`: a paused time passes for it."""
+        """Reply when a condition is met, or at an instant (ps); `pushes`: a paused time passes for it."""
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
-        """Owe a reply; return what sends it."""
+        """Register a later reply; return the function that sends it."""
 
     def reply(self, request: Data, found: Data) -> None:
         """Send the reply to a request."""
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return what a client gets of an error."""
+        """Return the reply for an error."""
 
     def subscribe(self, every_s: float) -> Data:
         """Send events from now on; return the view."""
 
     def watch(self, every_s: float) -> None:
-        """Send events from now on, at most so often; 0: no more."""
+        """Send events from now on, at this minimum interval; 0: stop."""
 
     def event(self, found: Data) -> None:
-        """Send an event, if it has subscribed."""
+        """Send an event, if the client has subscribed."""
 
     def go_on(self) -> None:
-        """Answer requests that have come meanwhile."""
+        """Answer requests received meanwhile."""
 
 
 class ServerFace(Protocol):
-    """A server, as lines, views, the control port and the ways back in time see it: `Server` describes the names."""
+    """A server, for lines, views, the control port and time travel: `Server` describes the names."""
 
     bench: Bench
     pace: Pace
@@ -108,11 +108,11 @@ class ServerFace(Protocol):
 
     @property
     def scope(self) -> Scope:
-        """What signals did."""
+        """History of signals."""
 
     @property
     def dialogue(self) -> Dialogue:
-        """What hosts and chips have sent."""
+        """Data sent by hosts and chips."""
 
     def controls(self) -> Sequence[Control]:
         """Return the control ports."""
@@ -124,22 +124,22 @@ class ServerFace(Protocol):
         """Serve a line on a TCP socket."""
 
     def furnish(self, bench: Bench) -> None:
-        """Listen to a bench."""
+        """Observe a bench."""
 
     def finding(self, found: Finding) -> None:
         """Report a finding."""
 
     def say(self, line: str, text: str) -> None:
-        """Report something to the user, once."""
+        """Report an event to the user, once."""
 
     def steps_of(self, chip: Chip) -> int:
-        """Return how many steps a chip has made since the beginning, on all axes."""
+        """Return the number of steps of a chip since the beginning, on all axes."""
 
     def catch_up(self) -> None:
-        """Work what hosts have sent before this moment, where they need not wait for answers."""
+        """Execute requests that hosts have sent before this moment, if they need not wait for answers."""
 
     def serve(self, done: Callable[[], bool]) -> None:
-        """Let time pass and answer, until something is done."""
+        """Let time run and answer clients, until `done` returns True."""
 
     def stop(self) -> None:
         """End the server."""

@@ -1,12 +1,12 @@
-"""The server: a bench, a pace, and the ports on which the outside finds the chips.
+"""The server: a bench, a pace, and the ports through which the outside reaches the chips.
 
     server = Server(bench, Lockstep(bench))
     port = server.tcp(server.line(x), "127.0.0.1:0")
     print(port.where)                                   # socket://127.0.0.1:40001
     server.run()                                        # until server.stop()
 
-Everything happens in the one thread that calls `run`: it lets virtual time pass as far as it may, then sleeps until
-the next event or the next byte.  `call` brings a function from another thread into it.
+Everything happens in the thread that calls `run`: it lets virtual time run as far as it may, then sleeps until the
+next event or the next byte.  `call` calls a function there from another thread.
 """
 
 from __future__ import annotations
@@ -50,21 +50,21 @@ if TYPE_CHECKING:
     from .views.dialogue_view import Dialogue
     from .views.scope import Scope
 
-KEPT_FINDINGS = 1000  # of each chip and part; a server runs for months
+KEPT_FINDINGS = 1000  # findings of each chip and part; a server runs for months
 LOOK_S = 5.0
 PORTS: Mapping[type[HostLine], type[TcpPort]] = {RegisterLine: RegisterPort, PrologixLine: PrologixPort}
 
 
 class Server(Closing):
-    """Serves the chips of a bench.
+    """A server for the chips of a bench.
 
     Args:
         bench: furnished; no time may have passed.
         pace: Paced(bench) or Lockstep(bench).
         log: a file for the transcript; "-": standard error.
         allow_remote: other machines may connect.
-        tell: called with what the user should know: findings, limits of a port, a cable that is pulled, a disk that is
-            full; only what the transcript on the terminal does not show.
+        tell: called with messages for the user: findings, limits of a port, an unplugged cable, a full disk; not with
+            messages that the transcript on the terminal shows.
 
     Attributes:
         bench: the bench that is served; another one after `past.go_on`, or when a client goes back in time.
@@ -73,13 +73,13 @@ class Server(Closing):
         ports, log: the open ports; the transcript.
         loop: waits for bytes and events; `loop.ask(f)` calls a function in the thread of the server.
         notes: functions that return text for the status line, such as that of a drive.
-        troubles, found: what is wrong around the chips, in words; how many findings there were.
+        troubles, found: texts of faults around the chips; the number of findings.
         branch: the number of the run that is shown: 0 is the one that began with the server.
-        breakpoints: where virtual time stops.
-        past: brings the past back: `past.at(t)`, and `past.go_on`, after which another bench is served.
+        breakpoints: conditions that pause virtual time.
+        past: access to the past: `past.at(t)`, and `past.go_on`, after which another bench is served.
         branches: the runs that began in the past, and which one is shown.
-        views, adapters: what the control port shows; ports that are unplugged.
-        reports, closed: findings on their way to the user, without repetitions; whether the server is closed.
+        views, adapters: data for the control port; unplugged ports.
+        reports, closed: findings for the user, without repetitions; whether the server is closed.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Server(Closing):
                 on_failure.add(self._trouble)
 
     def furnish(self, bench: Bench) -> None:
-        """Listen to a bench."""
+        """Observe a bench."""
         bench.on_finding.add(self.finding)
         if bench.journal is not None:
             bench.journal.on_failure.add(self._trouble)
@@ -131,16 +131,16 @@ class Server(Closing):
         prologix: bool = False,
         card: str | None = None,
     ) -> HostLine:
-        """Make a line to a chip, or to modules that share it; to a chipset, one on which its registers are found.
+        """Make a line to a chip, or to modules that share it; to a chipset, a line to its registers.
 
         Args:
             framing: lines of text with read-back, for a chip on a bus (see `links.lines.framing`).
             over: the channel of a chip that has several, as for `bench.host`.
             prologix: a GPIB controller, on an IEEE-488 bus with chips (see `links.ports.prologix`).
-            card: the interface board of a chipset, by which its registers are found (`parts.boards.register_layouts`).
+            card: the interface board of a chipset, with its registers (`parts.boards.register_layouts`).
 
         Raises:
-            UsageError: the chips have nothing that could share a line.
+            UsageError: the chips cannot share a line.
         """
         name = "+".join(chip.name for chip in chips) + (f"_{over}" if over is not None else "")
         if prologix:
@@ -148,7 +148,7 @@ class Server(Closing):
         return self._joined(line_to(self, name, chips, framing, over, card), chips)
 
     def _joined(self, line: HostLine, chips: Sequence[Chip]) -> HostLine:
-        """Note a line, beside those to the same chips."""
+        """Register a line, next to those to the same chips."""
         for other in self.lines.values():
             if any(chip in other.chips for chip in chips):
                 other.beside.append(line)
@@ -161,9 +161,9 @@ class Server(Closing):
             raise UsageError(f"{line.name}: has no serial line for --{port}; use --{' or --'.join(line.ports)}")
 
     def tcp(self, line: HostLine, address: str | Path) -> OpenPort:
-        """Serve a line on a TCP socket, HOST:PORT: its bytes as they are, or requests for registers.
+        """Serve a line on a TCP socket, HOST:PORT: unmodified bytes, or requests for registers.
 
-        A `Path` is a Unix socket, which has the rights of its folder.
+        A `Path` is a Unix socket, with the permissions of its folder.
         """
         kind = next((port for of, port in PORTS.items() if isinstance(line, of)), TcpPort)
         return self._on_tcp(kind, line, address)
@@ -178,7 +178,7 @@ class Server(Closing):
         return port
 
     def pty(self, line: HostLine, link: str | LinkPlace) -> OpenPort:
-        """Serve a line on a pseudo-terminal, found by a symbolic link, whose place a file may have named."""
+        """Serve a line on a pseudo-terminal, found by a symbolic link, whose place may come from a bench file."""
         from .ports.pty import PtyPort
 
         self._check(line, "pty")
@@ -208,7 +208,7 @@ class Server(Closing):
         return port
 
     def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str | Path) -> OpenPort:
-        """A line on a socket."""
+        """Open a port of a kind for a line, and return it."""
         port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self.say, line.name)))
         self._warn_remote(
             line.name, port.where, "any client that connects can command the module; no password is asked"
@@ -216,7 +216,7 @@ class Server(Closing):
         return port
 
     def _warn_remote(self, name: str, where: str, may: str) -> None:
-        """Of a port that other machines can reach."""
+        """Warn about a port that other machines can reach."""
         if where.endswith(LOCAL):
             return
         host, _ = parse_address(where.rpartition("//")[2], True)
@@ -225,7 +225,7 @@ class Server(Closing):
             self.say(name, f"{where}: open to {reach}; {may}")
 
     def _say_format(self, line: HostLine, where: str) -> None:
-        """Of a line that most hosts take for 8N1."""
+        """Report the format of a line, if it is not 8N1, which most hosts assume."""
         port = cast("ConnectorLine", line).port
         word = port.word
         if word.bits < 8:
@@ -241,7 +241,7 @@ class Server(Closing):
 
     # ------------------------------------------------------------------------------------------------------- running
     def run(self) -> None:
-        """Serve until `stop`; everything is closed then."""
+        """Serve until `stop`, then close all ports."""
         if self.controls():
             _ = self.dialogue  # from the first round on
         self.bench.run(0)
@@ -252,7 +252,7 @@ class Server(Closing):
         self.serve(lambda: False)
 
     def serve(self, done: Callable[[], bool]) -> None:
-        """Let time pass and answer, until `stop`, or until something is done; everything is closed then."""
+        """Let time run and answer clients, until `stop`, or until `done` returns True, then close all ports."""
         worked_s = 0.0
         try:
             with fine_timer():
@@ -275,7 +275,7 @@ class Server(Closing):
         self._over = True
 
     def _shut(self) -> None:
-        """Close every port; the bench stays as it is."""
+        """Close every port; the bench is unchanged."""
         self.branches.close()
         self.past.close()
         for port in self.ports:
@@ -284,16 +284,16 @@ class Server(Closing):
         self.bench.conclude()
         self.reports.close()
         self._lateness.close()
-        self.bench.run(0)  # the journal learns how far time has gone
+        self.bench.run(0)  # the journal records the present instant
         for part in self.bench.parts.values():
             part.leave()
         self.log.close()
         self.loop.close()
 
     def catch_up(self) -> None:
-        """Work what hosts on registers have sent before this moment: what is asked now comes after that.
+        """Execute requests that hosts on registers have sent before this moment, before any later request.
 
-        In lockstep alone; paced, all that has come is worked at the instant at which it came.
+        Only in lockstep; paced, all bytes are handled at the instant of their arrival.
         """
         if self.pace.lockstep:
             for port in self.ports:
@@ -302,14 +302,14 @@ class Server(Closing):
 
     @cached_property
     def scope(self) -> Scope:
-        """What signals did."""
+        """History of signals."""
         from .views.scope import Scope
 
         return Scope(self.bench)
 
     @property
     def dialogue(self) -> Dialogue:
-        """What hosts and chips have said, from when it was first asked for; with a control port, from the beginning."""
+        """Data sent by hosts and chips, from the first access on; with a control port, from the beginning."""
         if self._dialogue is None:
             from .views.dialogue_view import Dialogue
 
@@ -328,7 +328,7 @@ class Server(Closing):
         return [port for port in self.ports if isinstance(port, Control)]
 
     def event(self, what: dict[str, Any]) -> None:
-        """Send an event to all clients of control ports that have subscribed."""
+        """Send an event to all subscribed clients of control ports."""
         for control in self.controls():
             for client in control.clients:
                 client.event(what)
@@ -337,7 +337,7 @@ class Server(Closing):
         self.event({"event": "stopped", "why": why})
 
     def call(self, function: Callable[[], Any], timeout: float | None = None) -> Any:
-        """Call a function in the thread that runs the server, from another thread; returns what it returns."""
+        """Call a function in the thread that runs the server, from another thread; return its result."""
         future: Future[Any] = Future()
 
         def answer() -> None:
@@ -352,7 +352,7 @@ class Server(Closing):
 
     # -------------------------------------------------------------------------------------------------- housekeeping
     def say(self, line: str, text: str) -> None:
-        """Report something to the user, once: on the terminal, the transcript does."""
+        """Report an event to the user, once; on the terminal, the transcript does."""
         self.log.event(line, text)
         if not self.log.on_terminal:
             self.tell(text)
@@ -361,7 +361,7 @@ class Server(Closing):
         self.tell(text)
 
     def _trouble(self, text: str) -> None:
-        if text not in self.troubles:  # what a host tries again is not reported again
+        if text not in self.troubles:  # a retry of a host is not reported again
             self.troubles.append(text)
             self.say("server", text)
 
@@ -376,11 +376,11 @@ class Server(Closing):
             del findings[:-KEPT_FINDINGS]
 
     def steps_of(self, chip: Chip) -> int:
-        """Return how many steps a chip has made since the beginning, on all axes."""
+        """Return the number of steps of a chip since the beginning, on all axes."""
         return sum(axis.made for axis in chip.axes)
 
     def _look_around(self) -> None:
-        """Check whether the bench lags, and for lines whose end does not come."""
+        """Check whether the bench lags, and whether requests stay incomplete."""
         self._lateness.check()
         for line in self.lines.values():
             line.look_for_ends()

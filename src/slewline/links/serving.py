@@ -1,4 +1,4 @@
-"""How each kind of channel is served: the line to a chip, and the part in which it ends."""
+"""The service for each kind of channel: the line to a chip, and the part in which it ends."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def line_to(
     """Return a line to chips on one of their channels.
 
     Raises:
-        UsageError: the chips have nothing that could share a line, or a card is named for a chip that is on none.
+        UsageError: the chips cannot share a line, or a card is named for a chip without one.
     """
     channels = [channel_over(chip, over) for chip in chips]
     for chip, channel in zip(chips, channels, strict=True):
@@ -61,25 +61,25 @@ def prologix_line(server: ServerFace, name: str, chips: Sequence[Chip]) -> HostL
 
 
 def serial_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return characters, to modules that share a line."""
+    """Return a serial line to modules that share it."""
     if framing:
         raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
     port = connector(server.bench, name, chips)
-    server.troubles += [found.text for found in port.findings]  # they are reported as findings
+    server.troubles += [found.text for found in port.findings]  # wrong characters are reported as findings
     return ConnectorLine(name, chips, server.pace, server.log, port)
 
 
 def register_line(
     server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None, card: str | None = None
 ) -> HostLine:
-    """Return the registers of a board on a host port, or on a bus that works both ways."""
+    """Return a line to the registers of a board on a host port, or on a bidirectional bus."""
     if framing:
         raise UsageError(f"{name}: has registers of its own; leave out the framing")
     return RegisterLine(name, chips[0], server.pace, server.log, board(server.bench, chips[0], over, card))
 
 
 def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return characters, to a chip that finds the rate; a character waits for CTS where the chip uses it."""
+    """Return a serial line to a chip that detects the rate; characters wait for CTS if the chip uses it."""
     if framing:
         raise UsageError(f"{name}: has a serial line of its own; leave out the framing")
     host = server.bench.host(chips[0], name=f"{name}_line", over=channel_over(chips[0], over).name)
@@ -87,7 +87,7 @@ def adaptive_line(server: ServerFace, name: str, chips: Sequence[Chip], framing:
 
 
 def bus_line(server: ServerFace, name: str, chips: Sequence[Chip], framing: bool, over: str | None) -> HostLine:
-    """Return lines of text to a host on a bus; without framing, characters to its UART."""
+    """Return lines of text to a host on a bus; without framing, a serial line to its UART."""
     if framing:
         host = server.bench.host(chips[0], name=f"{name}_host", over=over)
         return FramedLine(name, chips[0], server.pace, server.log, cast("BusHost", host))
@@ -101,4 +101,4 @@ LINES: Mapping[type[Channel], Callable[[ServerFace, str, Sequence[Chip], bool, s
     HostPort: register_line,
     FlowBus: register_line,
     AdaptiveLine: adaptive_line,
-}  # what serves a channel
+}  # by kind of channel

@@ -1,4 +1,4 @@
-"""What the commands of the CY500 do, where it is not what they do in its successors."""
+"""Commands of the CY500 that work differently in its successors."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ TURNS = ("CW", "CCW")
 
 @dataclass
 class Registers(sloped.Registers):
-    """The modes and flags of the CY500; those with a factory outlive RESET and I, as the parameters do."""
+    """The modes and flags of the CY500; fields with a factory survive RESET and I, as the parameters do."""
 
-    target: int | None = field(default_factory=lambda: None)  # of P; None: N was given since, or nothing
-    waits: bool = False  # a P waits for its G
+    target: int | None = field(default_factory=lambda: None)  # of P; None if N was sent since, or neither
+    waits: bool = False  # True while a P waits for its G
     sloped: bool = False  # S
     jog: bool = False  # J
     external: bool = False  # L
-    home: bool = False  # A has been given
-    last: str = ""  # the command that was performed last
+    home: bool = False  # A has been sent
+    last: str = ""  # the command executed last
 
     def power_up(self) -> None:
         """Set the registers of power-up: position and target are unset."""
         super().power_up()
-        self.target, self.unset = None, {"position"}  # the other parameters have values that a motion may use
+        self.target, self.unset = None, {"position"}  # the other parameters have values valid for a motion
 
     @property
     def slope(self) -> int:
@@ -38,18 +38,18 @@ class Registers(sloped.Registers):
 
     @property
     def factor(self) -> int:
-        """The factor that counts: a slope forces it to 1."""
+        """Factor in effect: 1 with a slope."""
         return 1 if self.sloped else super().factor
 
 
 class SlopedMoves(Moves, Protocol):
-    """What moves the motor, and knows the law of its slopes."""
+    """Motion of the motor, by the law of its slopes."""
 
     law: Law
 
 
 class Instructions(sloped.Instructions, instructions.Instructions):
-    """The handlers."""
+    """Handlers of the CY500's own commands."""
 
     registers: Registers
     motion: SlopedMoves
@@ -57,7 +57,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     in_slope = "slopes force the factor to 1, it counts after them"
 
     def do_athome(self) -> None:
-        """A: set the position to 0; a second A, or one directly after a change of direction, is a finding."""
+        """A: set the position to 0; a second A, or an A directly after a change of direction, is a finding."""
         registers = self.registers
         if registers.last in TURNS:
             self.chip.finding("a-after-direction", "A right after a change of direction")
@@ -67,7 +67,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         super().do_athome()
 
     def do_number(self, steps: int) -> None:
-        """N: load the number of steps of the next G; directly after A it is one step less."""
+        """N: load the number of steps of the next G, less one directly after A."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
             self.chip.finding("n-after-a", f"N right after A: one step less, {steps}")
@@ -80,7 +80,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.do_gostep() if self.chip.options.p_starts else None
 
     def do_slope(self, slope: int) -> None:
-        """S: load the slope; any but 0 makes the motions to come sloped."""
+        """S: load the slope; any value except 0 makes the following motions sloped."""
         self.registers.sloped = slope > 0
         super().do_slope(slope)
 
@@ -104,7 +104,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
 
     # ----------------------------------------------------------------------------------------------------- motions
     def do_gostep(self) -> Awaitable[None] | None:
-        """G: return the motion by N steps or to P; None, with a finding: there is none."""
+        """G: return the motion by N steps or to P; None, with a finding, if neither was sent."""
         self.registers.waits = False
         if self.registers.jog:
             self.chip.finding("go-in-jog", "G in jog mode, where XSS starts and stops: ignored")
@@ -112,7 +112,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.relative() if self.registers.target is None else self.absolute(self.registers.target)
 
     def relative(self) -> Awaitable[None]:
-        """G after N: so many steps."""
+        """Return the motion of G after N: N steps."""
         number = self.registers.values["number"]
         if self.chip.options.early_part and number % 256 == 0 and number:
             number -= 256
@@ -120,7 +120,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
-        """G after P: to a position, in the direction that is set, right round if need be."""
+        """Return the motion of G after P: to a position in the set direction, right round if necessary."""
         self.check_registers("G", "position")
         way = (target - self.axis.position) * self.sign
         if way < 0:
@@ -128,7 +128,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         return self.takes(way % (1 << 16), f"P {target}")
 
     def takes(self, number: int, text: str) -> Awaitable[None]:
-        """Take steps; the user is to see to it that there are enough for both ways of a slope."""
+        """Return a motion of a number of steps; the user must make sure that both ramps of a slope fit."""
         registers = self.registers
         ramp = steps(self.motion.law.up(registers.values["rate"], registers.slope))
         if 0 < number < 2 * ramp:
@@ -142,24 +142,24 @@ class Instructions(sloped.Instructions, instructions.Instructions):
 
     @property
     def sign(self) -> int:
-        """The direction of a motion that begins now: 1 clockwise, -1 counter-clockwise."""
+        """Direction of a motion that begins now: 1 clockwise, -1 counter-clockwise."""
         registers = self.registers
         return 1 if (self.chip.pins["xdir"].net.level if registers.external else registers.clockwise) else -1
 
     # ----------------------------------------------------------------------------------------------------- program
     def do_doitnow(self) -> None:
-        """D: run the program from its start; without a program that is a finding."""
+        """D: run the program from its start; a finding without a program."""
         if self.program.buffer:
             super().do_doitnow()
         else:
             self.chip.finding("empty-program", "D without a program: command mode")
 
     def do_til(self) -> None:
-        """T: run the program from its start while XSS is low; in jog mode, which uses it too, a finding."""
+        """T: run the program from its start while XSS is low; a finding in jog mode, which uses XSS too."""
         if self.registers.jog:
             self.chip.finding("til-and-jog", "T in jog mode: both use XSS")
         super().do_til()
 
     def do_quit(self) -> None:
         """Q: end program entry."""
-        self.program.quit()  # outside program entry it does nothing, and is no mistake: programs end so
+        self.program.quit()  # allowed without effect outside program entry: programs end with it

@@ -1,9 +1,9 @@
-r"""How the CY500 moves: every input is sampled as a step begins.
+r"""Motion of the CY500: every input is sampled at the start of each step.
 
 b                              b'
 |______________________________|‾‾‾ held ‾‾‾|______     PULSE, high for 16 µs at 6 MHz before each step
 |
-TRIGGER high holds the step; ABORT low, or XSS high in a run of J: no further one; XDIR gives its direction
+TRIGGER high delays the step; ABORT low, or XSS high in a run of J, ends the motion; XDIR sets its direction
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from .instructions import Registers
 
 
 def rest(of: Plan, step: int) -> Plan:
-    """Return what is left of a plan from a step on."""
+    """Return the rest of a plan from a step on."""
     return plan(*((leg.name, tail(leg.runs, max(step - leg.first, 0))) for leg in of.legs), shortest=of.shortest)
 
 
 class Motion(sloped.Motion):
-    """Plays what profile.py plans.  The text of a motion says what it is: G and P, one step of O, a run of J."""
+    """Player of the plans of profile.py.  The text of a motion is its command: G and P, one step of O, a run of J."""
 
     registers: Registers
     holder = "trigger"
@@ -37,14 +37,14 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Take over the parameters for this motion; neither O nor J has a slope."""
+        """Load the parameters for this motion; O and J have no slope."""
         super().parameters(number)
         if self.text in ("O", "J"):
             self.at_start = self.at_start._replace(slope=0)
         return self.at_start.parameters
 
     def planned(self) -> Plan:
-        """The plan of this motion, unless ABORT is low: then no step is made."""
+        """Return the plan of this motion; an empty plan while ABORT is low."""
         if self.abort.is_active:
             return STOP
         self.faces()
@@ -60,11 +60,11 @@ class Motion(sloped.Motion):
         return [self.inhibit.when_active, self.abort.when_active, *[self.xss.when_inactive] * jogs, *[turned] * follows]
 
     def first_sample_after(self, net: Net) -> tuple[int, None]:
-        """Every input is sampled as the next step begins."""
+        """Return the start of the next step, when every input is sampled."""
         return self.train.end(self.train.count(self.kernel.now)), None
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Look at the inputs before a step begins; returns the plan to go on with (an empty one: stop)."""
+        """Sample the inputs before a step begins; return the plan for the rest of the motion, empty for a stop."""
         if step >= plan.steps:
             return plan  # on the target
         if self.inhibit.is_active:
@@ -78,13 +78,13 @@ class Motion(sloped.Motion):
         return rest(plan, step) if self.faces() else plan
 
     def faces(self) -> bool:
-        """Take the direction of XDIR if it counts; return whether it is another one."""
+        """Update the direction from XDIR if the pin is in use; return whether it has changed."""
         sign = (1 if self.xdir.level else -1) if self.registers.external else self.sign
         turned = sign != self.sign
         if turned:
             if self.done:
                 self.mark_deviation("event", "XDIR")
-            self.settle()  # with the steps of the direction so far
+            self.settle()  # including the steps in the previous direction
             self.sign = sign
         return turned
 

@@ -1,13 +1,13 @@
 r"""The law of motion of the CY500: parameters in, a plan out.  Rates, slopes: chips/cy5xx/stepping/slope.py.
 
     rate   R .......___           R ....../|          R ..
-                   /   \\                 / |               /|
-                  /     \\               /  |              / |
+                   /   \                 / |               /|
+                  /     \               /  |              / |
                  |       |             |   |             |  |
            N: ramp + slew + ramp      2 ramps > N       ramp >= N
 
-The chip knows where to turn only when R is reached: a move too short for that ends abruptly, in the way down or, where
-R is never reached, at full speed.  The user must see to N > 2 R (art. T.2 S).
+The chip does not know where to decelerate before R is reached: a shorter move ends abruptly, during the ramp down or,
+if R is never reached, at full speed.  The user must make sure that N > 2 R (art. T.2 S).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..cy5xx.stepping.slope import Law
 
 
 def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
-    """Return the plan of a move of `number` steps, 1 to 65535; a slope of 0 is none, and with one no factor counts."""
+    """Return the plan of a move of `number` steps, 1 to 65535; slope 0 means none, and a slope overrides the factor."""
     up = law.up(rate, slope)
     if not up:
         return plan(("slew", ((law.period(rate) * (1 if slope else factor), number),))).verified(number)
@@ -29,10 +29,10 @@ def move(number: int, rate: int, slope: int, factor: int, law: Law) -> Plan:
 
 
 def jog(rate: int, factor: int, law: Law) -> Plan:
-    """Return the plan of a run without end, at a steady rate."""
+    """Return the plan of an endless run at a constant rate."""
     return plan(("slew", ((law.period(rate) * factor, OPEN),)))
 
 
 def one(law: Law) -> Plan:
-    """Return the plan of a single step, which is as short as the shortest one."""
+    """Return the plan of a single step, with the period of the shortest step."""
     return plan(("slew", ((law.period(law.top), 1),)))

@@ -1,6 +1,7 @@
-"""What we do not know of the CY500: no manual of it is at hand.  What the model does there, why, which test pins it.
+"""Gaps in our knowledge of the CY500, of which no manual is at hand: the model's choice, its reason, and its test.
 
-UND-...: no source states it, and it is inferred.  CON-...: two sources disagree.  "CY525": as there.  Data only.
+UND-...: no source states it, and it is inferred.  CON-...: two sources disagree.  "CY525": as in that manual.  Data
+only.
 """
 
 from __future__ import annotations

@@ -3,8 +3,9 @@
 No manual of it is at hand: "art." is a magazine article with its command set (tables 1 and 2), "CY525" the CY525 manual
 of 1984: its history, CY500 page and selection guide.
 
-What no source states is *inferred*, most of it from the CY525, which fits the socket of the CY512, which agrees with
-the CY500 in nine tenths of pins and instructions.  It is marked so, and a bench file replaces it: option `inferred`.
+Facts that no source states are *inferred*, most of them from the CY525, which fits the socket of the CY512, which
+agrees with the CY500 in nine tenths of pins and instructions.  They are marked, and a bench file replaces them: option
+`inferred`.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ _OWN = (
     _Pin(30, "trigger", "in", "high holds the next step", active=1, pull=1, tie=0, seen="as a step begins", where="art. T.2 O; as the CY525", role="enable", sense=0, reflex="hold", told=("", "no further step")),
     _Pin(31, "prog", "out", "low during program entry", active=0, reset=1, where="as the CY512", role="program_entry", told=("program entry", "")),
 )
-_ITS: Mapping[str, dict[str, Any]] = {  # other than at the CY525
+_ITS: Mapping[str, dict[str, Any]] = {  # different from the CY525
     "io_request": {"says": "byte strobe", "seen": "level"},
     "abort": {"says": "ends a motion after the running step, without ramp", "reflex": "stop", "seen": "as a step begins"},
     "ready": {"says": "high: ready for a byte, or a program runs; low while a byte or a motion of a command is in progress"},
@@ -58,7 +59,7 @@ def _us(at_11: int) -> int:
 
 
 def _row(letter: str, name: str, says: str, *args: Arg, like: str = "", **its: Any) -> TextRow:
-    """A command, in what is not said of it as one of the CY525."""
+    """Return a command; all columns that are not given are those of the CY525."""
     row: TextRow = sheet.COMMANDS[like or letter]
     both: dict[str, Any] = {"time_us": _us(row.time_us), "where": T2, "code": -1} | its
     return replace(row, form=letter, name=name, says=says, args=args, **both)
@@ -94,7 +95,7 @@ _SAYS = {"strobe_width": "INSTROBE low", "effect_lead": "effect of a command to 
 TIMES = MappingProxyType({name: replace(time, says=_SAYS.get(name, time.says), where=BUS, trust="inferred") for name, time in sheet.SLOPED_TIMES.items() if name != "millisecond"})
 
 # The rate equation is not printed.  Inferred: the period falls by the same 78.18 µs with each unit of the parameter, as
-# a preset timer would have it, from 50 steps/s at R 1 to 3350 at R 253, both exact (art. T.2 R); R 0 goes on below.
+# with a preset timer, from 50 steps/s at R 1 to 3350 at R 253, both exact (art. T.2 R); R 0 continues below.
 SLOWEST, FASTEST = REFERENCE_HZ // 50, (REFERENCE_HZ, 3350)  # clocks: a whole number, and a fraction
 _UNITS = (RATE_TOP - 1) * FASTEST[1]  # the period at rate r is this many times a whole number of clocks
 PERIODS = tuple(

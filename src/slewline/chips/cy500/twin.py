@@ -1,4 +1,4 @@
-"""The CY500's motion, one step at a time.  It shares nothing with motion.py and profile.py but the law's periods."""
+"""The CY500's motion, one step at a time.  It shares only the law's periods with motion.py and profile.py."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .instructions import Registers
 
 
 class Stepwise(SlopeStepwise):
-    """Plays every motion step by step."""
+    """Player of every motion, step by step."""
 
     registers: Registers
 
@@ -25,12 +25,12 @@ class Stepwise(SlopeStepwise):
         self.trigger, self.xss, self.xdir = (self.chip.pins[name].net for name in ("trigger", "xss", "xdir"))
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        """Make a number of steps in a direction, +1 or -1, for the command `text`."""
+        """Output a number of steps in a direction, +1 or -1, for the command `text`."""
         self.text, self.goes = text, number > 0
         await super().move(number, sign, text)
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return what makes the parameters of a motion; O and J have no slope."""
+        """Return a function that computes the parameters of a motion; O and J have no slope."""
         super().parameters(number)
         if self.text in ("O", "J"):
             self.motion_made = self.motion_made._replace(slope=0)
@@ -42,7 +42,7 @@ class Stepwise(SlopeStepwise):
             await self.chip.polled(self.trigger, 0, self.ticks["inhibit_poll"])
 
     def expected(self) -> Callable[[], Ideal]:
-        """Return what makes the ideal of this motion, which has no end in jog mode."""
+        """Return a function that computes the ideal of this motion, which is endless in jog mode."""
         if not self.endless:
             return super().expected()
         runs = ((self.top.period, OPEN),)
@@ -50,7 +50,7 @@ class Stepwise(SlopeStepwise):
 
     # ------------------------------------------------------------------------------------------------------- the steps
     def prepare(self) -> None:
-        """The steps one by one: up until the rate is reached, and down as far as the number goes."""
+        """List the steps one by one: up until the rate is reached, and down as far as the number allows."""
         self.endless, self.plan = self.text == "J", deque()
         if self.abort.level == 0:
             self.endless = False
@@ -70,11 +70,11 @@ class Stepwise(SlopeStepwise):
         return self.step_of(SLEW, self.motion_made.rate)
 
     def coming(self) -> TwinStep | None:
-        """Return the next step; None: the motion is over."""
+        """Return the next step; None when the motion is over."""
         return self.top if self.endless else super().coming()
 
     async def should_continue(self, just: TwinStep) -> bool:
-        """Look at the target, TRIGGER, ABORT, XSS, XDIR."""
+        """Return whether the motion continues, by the target, TRIGGER, ABORT, XSS and XDIR."""
         if self.coming() is None:
             return False
         if self.trigger.level == 1:
@@ -91,7 +91,7 @@ class Stepwise(SlopeStepwise):
         return True
 
     def face(self) -> bool:
-        """In external direction, turn as XDIR says; true: it is another direction than before."""
+        """With external direction, set the direction from XDIR; return whether it has changed."""
         before = self.sign
         if self.registers.external:
             self.sign = 1 if self.xdir.level == 1 else -1

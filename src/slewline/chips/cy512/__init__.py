@@ -1,1 +1,1 @@
-"""The CY512: what it has beside the family, and where it differs."""
+"""The CY512: its additions to the family, and its differences."""

@@ -1,4 +1,4 @@
-"""What only the CY512's linter knows: factors after a slope, and moves too short for their ramps."""
+"""Rules of the CY512's linter alone: factors after a slope, and moves too short for their ramps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .profile import LAW
 
 
 class State(NamedTuple):
-    """Registers as far as the text shows."""
+    """Registers, as far as known from the text."""
 
     rate: int | None = None
     slope: int = 0
@@ -23,7 +23,7 @@ class State(NamedTuple):
 
 
 def remarks(statement: Statement, state: State) -> Iterator[Odd]:
-    """Yield what is odd about a command."""
+    """Yield the problems of a command."""
     name = statement.row.name
     if name == "FACTOR" and state.slope:
         yield Odd("factor-in-slope", "warning", "F after S divides the rates of the ramps, too", "s.3 F")
@@ -39,7 +39,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
 
 
 def after(statement: Statement, state: State) -> State:
-    """The registers after a command."""
+    """Return the registers after a command."""
     value = statement.values[0] if statement.values else 0
     changes: dict[str, dict[str, Any]] = {
         "ATHOME": {"position": 0},
@@ -53,7 +53,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def ramps(source: Source) -> None:
-    """Run the text, and judge its ramps."""
+    """Run the text, and check its ramps."""
     judged(source, State(), remarks, after)
 
 

@@ -1,6 +1,6 @@
-"""The CY512: what is known of it as differences from the CY525, which fits its socket.
+"""The CY512, described by its differences from the CY525, which fits its socket.
 
-Where no source says anything see quirks.py.
+Choices without a source are in quirks.py.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Interpreter(interpreter.Interpreter):
-    """A program of the CY512 runs by itself: READY says nothing of its motions, and no live commands come."""
+    """Interpreter of the CY512: READY does not show the motions of a program, and there are no live commands."""
 
     lasting = frozenset(("GO", "POSITION", "EXPEND", "UNTIL", "WAIT"))
     announces = False
@@ -46,9 +46,9 @@ class Cy512(Cy5xx):
         return Stepwise
 
     def _law(self) -> Law:
-        """Return the periods by rate parameter, and where ramps begin."""
+        """Return the periods by rate parameter, and the start of ramps."""
         return sloped.law(self.options.inferred, PERIODS)
 
     def phase_patterns(self) -> Patterns:
-        """Return the levels of the phases in full steps, a row a step; clockwise goes down the rows."""
+        """Return the levels of the phases in full steps, one row per step, in clockwise order."""
         return sloped.full_steps(self.options.inferred)

@@ -1,4 +1,4 @@
-"""What the commands of the CY512 do, where it is not what the family does: one method a row, found by its name."""
+"""Commands of the CY512 that differ from the family's: one method per row, found by its name."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from . import sheet
 
 
 class Instructions(sloped.Instructions, instructions.Instructions):
-    """The handlers that the CY512 has for itself."""
+    """Handlers of the CY512's own commands."""
 
     in_slope = "it divides the rates of the ramps, too"
 
     async def do_expend(self, delay: int) -> None:
-        """X: pause, in milliseconds at 11 MHz."""
+        """X: pause for a number of milliseconds, at 11 MHz."""
         await self.pause("X", delay)
 
     def do_slope(self, slope: int) -> None:
-        """S: load the slope; any but 0 sets FACTOR to 1."""
+        """S: load the slope; any value except 0 sets FACTOR to 1."""
         super().do_slope(slope)
         if slope:
             self.registers.load("factor", 1)
@@ -34,7 +34,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.outputs.show(sloped.half_steps(self.chip.options.inferred)[row])
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield what a motion should not find: whether it does, the code and the text of a finding."""
+        """Yield the conditions that a motion checks: whether one holds, with the code and the text of its finding."""
         rate, factor = (self.registers.values[name] for name in ("rate", "factor"))
         yield rate == 0, "range", "R 0 is outside 1 to 255: a little slower than R 1"
         yield factor == 0, "range", "F 0 is outside 1 to 255: it divides by 256"

@@ -1,11 +1,11 @@
-r"""How the CY512 moves.  TERMINATE ends a step before its time, so that an encoder can say when the next one may come.
+r"""Motion of the CY512.  TERMINATE ends a step early, so that an encoder can time the next one.
 
     b                  t                 b + period
     |__________________|‾‾‾‾|_ _ _ _ _ _      PULSE
     |                       |
-    ABORT, I/O REQUEST      the next step, PULSE having been high for 16 µs at 6 MHz
+    ABORT, I/O REQUEST      the next step, after PULSE has been high for 16 µs at 6 MHz
 
-TERMINATE is sampled from there on where the step, with PULSE high after it, lasts for 92 machine cycles.
+TERMINATE is sampled from the earliest time at which the step, with PULSE high after it, lasts for 92 machine cycles.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from . import profile
 
 
 class Motion(sloped.Motion):
-    """Plays what profile.py plans."""
+    """Player of the plans of profile.py."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
@@ -45,9 +45,9 @@ class Motion(sloped.Motion):
         return pairs if self.aborted else [*pairs, self.abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Look at ABORT and I/O REQUEST before a step begins; returns the plan to go on with (an empty one: stop)."""
+        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion, empty for a stop."""
         if step >= plan.steps:
-            return STOP if self.done < self.number else plan  # an end before the target, or on it
+            return STOP if self.done < self.number else plan  # an end before the target, or at it
         if not self.aborted and self.abort.is_active:
             plan, step = self.ended("abort", "ABORT", plan, step), 0
         if plan is not STOP and self.request.is_active:
@@ -57,14 +57,14 @@ class Motion(sloped.Motion):
         return plan
 
     def ended(self, option: str, text: str, of: Plan, step: int) -> Plan:
-        """The motion is to end: at once, or after the way down that the option asks for."""
+        """Return the plan that ends the motion: immediately, or after the stop ramp that the option selects."""
         self.aborted = True
         self.mark_deviation("command", text)
         down = self.way_down(of, step) if self.ways[option] == "ramp" else ()
         return plan(("down", down)) if down else STOP
 
     def way_down(self, of: Plan, step: int) -> tuple[tuple[int, int], ...]:
-        """The way down from a step that is over."""
+        """Return the stop ramp from the end of a step."""
         over = of.leg(step - 1) if step else of.legs[0]
         if over.name == "down":
             return tail(over.runs, step - over.first)
@@ -76,7 +76,7 @@ class Motion(sloped.Motion):
 
     # -------------------------------------------------------------------------------------------------------- TERMINATE
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of the first look at a net strictly after this instant, and what is done at one in a step."""
+        """Return the tick of the first sample of a net strictly after this instant, and its action within a step."""
         if net is not self.terminate:
             return super().first_sample_after(net)
         now, train = self.kernel.now, self.train
@@ -86,7 +86,7 @@ class Motion(sloped.Motion):
         return (look, self.terminated) if look < end - self.high else (end, None)
 
     async def terminated(self) -> bool:
-        """TERMINATE has gone low: the step ends now.  Returns whether it does."""
+        """End the step now if TERMINATE is low; return whether it is."""
         if self.terminate.is_inactive:
             return False
         self.axis.log.depart()

@@ -7,7 +7,7 @@
       1   _|              |_
           |up | slew |down|
 
-Where there is no room for both ramps, the whole move is made at the slowest rate (s.3, comparison, item 10).
+If both ramps do not fit, the whole move is made at the slowest rate (s.3, comparison, item 10).
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ LAW = Law(sheet.PERIODS)
 
 @lru_cache(maxsize=64)
 def move(number: int, rate: int, slope: int, factor: int, law: Law = LAW) -> Plan:
-    """A move of `number` steps from rest to rest.
+    """Return the plan of a move of `number` steps from rest to rest.
 
     Args:
         number: steps, 1 to 65535.
         rate, slope: R and S, 0 to 255.
         factor: F, 1 to 256.
-        law: the periods of the rates, and where ramps begin.
+        law: the periods of the rates, and the start of ramps.
     """
     up = law.up(rate, slope, factor)
     slew = number - 2 * steps(up)

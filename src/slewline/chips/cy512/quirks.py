@@ -1,7 +1,7 @@
-"""What we do not know of the CY512: no manual of it is at hand.  What the model does there, why, which test pins it.
+"""Gaps in our knowledge of the CY512, of which no manual is at hand: the model's choice, its reason, and its test.
 
-All of it is inferred: from what the CY525 manual says of the CY512, from the CY525 where it leaves the CY512 out, and
-from the CY500.  Times hold at 11 MHz.  UND-...: no source states it.  CON-...: two places disagree.  Data only.
+All of it is inferred: from remarks about the CY512 in the CY525 manual, from the CY525 where they leave the CY512 out,
+and from the CY500.  Times hold at 11 MHz.  UND-...: no source states it.  CON-...: two places disagree.  Data only.
 """
 
 from __future__ import annotations

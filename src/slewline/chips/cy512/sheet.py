@@ -1,11 +1,11 @@
 """CY512 data sheet as data; no behaviour in this file.
 
-No manual of it is at hand: what is known is in the CY525 manual of 1984, in its history (s.1), its comparison (s.3) and
-its CY512 page and selection guide ("guide").
+No manual of it is at hand: its only source is the CY525 manual of 1984, with its history (s.1), its comparison (s.3)
+and its CY512 page and selection guide ("guide").
 
-The comparison lists what is new or different in the CY525, which fits the CY512's socket; so everything else is taken
-from the CY525's sheet.  What no source states is *inferred*.  It is marked so, and a bench file replaces the numbers and
-readings among it: options `inferred.*`.
+The comparison lists the features that are new or different in the CY525, which fits the CY512's socket; so everything
+else is taken from the CY525's sheet.  Facts that no source states are *inferred*.  They are marked, and a bench file
+replaces their numbers and readings: options `inferred.*`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ DELAY = Arg("delay", 2, 1, 65535, unit="ms at 11 MHz")
 
 
 def _alike(letter: str, *args: Arg) -> TextRow:
-    """A command of the CY525 that the comparison does not list; its arguments, where their range differs."""
+    """Return a command of the CY525 that the comparison does not list; `args` if their range differs."""
     row: TextRow = sheet.COMMANDS[letter]
     return replace(row, args=args or row.args)
 
@@ -48,7 +48,7 @@ def _own(
     trust: Trust = "inferred",
     role: str = "",
 ) -> TextRow:
-    """A command that the comparison lists; its times are those of a command of the CY525."""
+    """Return a command that the comparison lists, with the times of a command of the CY525."""
     time_us, where = sheet.COMMANDS[like].time_us, f"{COMPARED}; {PAGE}"
     return TextRow(letter, name, args, time_us, says, where, flow=flow, role=role, trust=trust)
 
@@ -67,7 +67,7 @@ COMMANDS = Table(
     _alike("J", TARGET),
     _alike("L", Arg("count", 1, 0, 256), TARGET),  # guide: 256, which is 0 in a byte
     _alike("N"),
-    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step after each"),
+    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step after each", role="phases"),
     _alike("P"),
     _alike("Q"),
     _own("R", "R", "RATE", (RATE,), "step rate", trust="stated", role="top_rate"),
@@ -97,8 +97,8 @@ PINS = (
 )
 
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz
-# Both speeds that are stated are met: 5000 steps/s at R 255, and almost 8000 where TERMINATE ends every step.
-FASTEST_TICKS, RATE_TICKS = 2200, 240  # clocks of a step at R 255; what a unit of R takes more: 16 cycles of 15 clocks
+# This meets both stated rates: 5000 steps/s at R 255, and almost 8000 if TERMINATE ends every step.
+FASTEST_TICKS, RATE_TICKS = 2200, 240  # clocks of a step at R 255, and added by each unit of R below: 16 cycles of 15 clocks
 MIN_TICKS = 92 * 15  # of a step that TERMINATE ends
 PERIODS = tuple(FASTEST_TICKS + (RATE.high - rate) * RATE_TICKS for rate in range(RATE.high + 1))  # R 0 ... 255
 

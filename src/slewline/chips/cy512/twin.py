@@ -1,4 +1,4 @@
-"""The CY512's motion, one step at a time: ramps, ABORT, I/O REQUEST, TERMINATE, each looked at when it is due."""
+"""The CY512's motion, one step at a time: ramps, ABORT, I/O REQUEST, TERMINATE, each sampled when it is due."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..cy5xx.stepping.twin import CRAWL, DOWN, SLEW, SlopeStepwise, TwinStep
 
 
 class Stepwise(SlopeStepwise):
-    """Plays every motion step by step."""
+    """Player of every motion, step by step."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
@@ -28,7 +28,7 @@ class Stepwise(SlopeStepwise):
         self.plan = deque([*up, *slew, *down])
 
     async def time_out(self, end: int) -> None:
-        """A step has begun: wait until PULSE may rise; TERMINATE low ends that, but not at once."""
+        """Wait within a step until PULSE may rise; TERMINATE low ends the wait after a minimum time."""
         chip, least = self.chip, max(self.ticks["terminated"] - self.ticks["pulse_high"], 1)
         await chip.at_tick(min(chip.tick + least, end))
         while chip.tick < end:
@@ -53,7 +53,7 @@ class Stepwise(SlopeStepwise):
         return True
 
     def turned_down(self, just: TwinStep, option: str) -> bool:
-        """The motion is to end: plan the way down; false: there is none."""
+        """Plan the stop ramp of a motion; return False if there is none."""
         self.aborted = True
         if self.ways[option] == "stop":
             return False

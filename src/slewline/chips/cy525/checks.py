@@ -1,8 +1,8 @@
-"""What only the CY525's linter knows: can this ramp reach this rate in this distance, and will H do anything?
+"""Rules of the CY525's linter alone: whether a ramp reaches its rate in the distance, and whether H has an effect.
 
-The text is walked as a chip would run it, with registers whose values are known or not (None), through every branch
-both ways; each motion is then judged with the registers that it would meet.  Counts are exact, since the ramp is the
-one that the chip steps (profile.py); times hold at the reference crystal.
+The text is followed as a chip would run it, with registers whose values are known or not (None), with both outcomes of
+every branch; each motion is then checked with its registers.  Counts are exact, since the ramp is the one that the chip
+steps (profile.py); times hold at the reference crystal.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from .sheet import RATE_TOP, SHORT_SLEW_STEPS, SLIPS, STEP_TICKS, STEPS_PER_SECO
 
 NUMBER_TOP = 65535
 RAMP_TOP = (NUMBER_TOP - SHORT_SLEW_STEPS) // 2  # longest ramp that leaves room to slew ("32K or so", s.7)
-FIRST_STATED = 3  # the rate table has no number for the rates below (T.VII)
-BRISK = 1000  # steps per second from which many motors want a ramp; a hint, not a limit of the chip
-SHORT_CRAWL = 0.1  # seconds at the first rate that are not worth a warning
+FIRST_STATED = 3  # the rate table has no values for lower rates (T.VII)
+BRISK = 1000  # steps per second from which many motors need a ramp; a hint, not a limit of the chip
+SHORT_CRAWL = 0.1  # seconds at the first rate, too few for a warning
 
 
 class State(NamedTuple):
-    """Registers as far as the text shows; `halt` is the line of an H that still waits for its motion."""
+    """Registers, as far as known from the text; `halt` is the line of an H that still waits for its motion."""
 
     first: int | None = None
     rate: int | None = None
@@ -39,14 +39,14 @@ class State(NamedTuple):
 
 
 class KnownMotion(NamedTuple):
-    """A G or P, and the registers that it meets."""
+    """A G or P, with the registers at its start."""
 
     statement: Statement
     state: State
 
     @property
     def distance(self) -> int | None:
-        """Steps, as far as they are known."""
+        """Steps of the motion; None if not known."""
         if self.statement.row.name == "GO":
             return self.state.number
         position = self.state.position
@@ -54,7 +54,7 @@ class KnownMotion(NamedTuple):
 
 
 class Unreached(NamedTuple):
-    """A motion that turns round before its rate is reached; what to say of it, and how far it gets."""
+    """A motion that decelerates before it reaches its rate, the text of its finding, and the rate that it reaches."""
 
     statement: Statement
     found: str
@@ -72,7 +72,7 @@ SETS = {
 
 
 def after(statement: Statement, state: State) -> State:
-    """The registers after a command."""
+    """Return the registers after a command."""
     name = statement.row.name
     if name in SETS:
         return state._replace(**{SETS[name]: statement.values[0]})
@@ -88,7 +88,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 class Walk:
-    """All motions of a text, with every set of registers that they can meet."""
+    """All motions of a text, with every set of registers that they can have."""
 
     def __init__(self, source: Source) -> None:
         self.motions: dict[KnownMotion, None] = {}  # in the order of their discovery
@@ -110,7 +110,7 @@ class Walk:
 
 
 def motions(source: Source) -> None:
-    """Judge every motion, and every H that no motion follows."""
+    """Check every motion, and every H without a motion after it."""
     walk = Walk(source)
     unset(source, walk.motions)
     short: list[Unreached] = []
@@ -120,7 +120,7 @@ def motions(source: Source) -> None:
             found = f"{motion.statement.text} runs until ABORT is low, and nothing in this text lowers it"
             remedy = "@drive abort=0 after it, or run it with --drive abort=0@2s or --until 2s"
             source.report(motion.statement, "no-abort", "note", found, section="s.3 H; s.7", remedy=remedy)
-            walk.flight.stopped = True  # said once
+            walk.flight.stopped = True  # reported once
     unreached(source, short)
     used = {motion.state.halt for motion in walk.motions}
     for line, statement in walk.halts.items():
@@ -131,7 +131,7 @@ def motions(source: Source) -> None:
 
 
 def unset(source: Source, found: Iterable[KnownMotion]) -> None:
-    """The first motion that uses a register which nothing has set: power-up leaves chance values (s.4)."""
+    """Report the first motion that uses an unset register: after power-up its value is undefined (s.4)."""
     for statement, state in sorted(found, key=lambda motion: motion.statement.line):
         names = {"F": state.first, "R": state.rate, "S": state.slope, "Z": state.divisor}
         if statement.row.name == "GO":
@@ -147,7 +147,7 @@ def unset(source: Source, found: Iterable[KnownMotion]) -> None:
 
 
 def judge(source: Source, motion: KnownMotion, short: list[Unreached]) -> bool:
-    """Judge one motion with one set of registers; return whether it runs without end."""
+    """Check one motion with one set of registers; return whether it is endless."""
     first, rate, slope, divisor = motion.state[:4]
     if first is None or rate is None:
         return False
@@ -160,13 +160,13 @@ def judge(source: Source, motion: KnownMotion, short: list[Unreached]) -> bool:
     up = ramp(first, rate, slope, divisor) if rate > first and slope is not None and divisor is not None else ()
     if motion.state.halt is not None:
         return continuous(source, motion, f"from F {first} to R {rate}", steps(up))
-    if motion.distance and up:  # a move to where the motor is takes no step
+    if motion.distance and up:  # a move to the present position has no steps
         normal(source, motion, up, first, rate, short)
     return False
 
 
 def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> bool:
-    """H acts only if the motion comes to slewing: two ramps and 256 steps must fit into the distance (s.7, s.8)."""
+    """Report an H without effect: two ramps and 256 steps must fit (s.7, s.8); return whether H makes it endless."""
     distance, needed = motion.distance, 2 * full + SHORT_SLEW_STEPS
     if full > RAMP_TOP:
         found = f"H has no effect: the ramp {span} takes {full} steps, too many to slew in any distance"
@@ -188,7 +188,7 @@ def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> boo
 def normal(
     source: Source, motion: KnownMotion, up: tuple[tuple[int, int], ...], first: int, rate: int, short: list[Unreached]
 ) -> None:
-    """A move to a target: is the rate reached, and how much of the way is left over at the first rate (s.8)?"""
+    """Report a move to a target that does not reach its rate, or has a rest at the first rate (s.8)."""
     distance, full = motion.distance or 0, steps(up)
     rest = distance - 2 * full
     if rest < 0:
@@ -208,7 +208,7 @@ def normal(
 
 
 def unreached(source: Source, short: list[Unreached]) -> None:
-    """Say of the first such motion what it reaches, and name the lines of the others: it is seldom a mistake."""
+    """Report the rate that the first such motion reaches, and the lines of the others: it is seldom a mistake."""
     if not short:
         return
     statement, found, remedy = min(short, key=lambda each: each.statement.line)
@@ -223,17 +223,17 @@ def unreached(source: Source, short: list[Unreached]) -> None:
 
 
 class Flight:
-    """What the host's directives do to a continuous motion: rates on the fly, then an abort."""
+    """Effects of the host's directives on a continuous motion: rates on the fly, then an abort."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self.current: int | None = None  # rate of the continuous motion; None: there is none
+        self.current: int | None = None  # rate of the continuous motion; None for none
         self.first = 0
-        self.stopped = False  # somewhere ABORT is lowered, or everything is reset
-        self.lowest = 0  # where an abort would stop: F, or the last rate that was stepped down to
+        self.stopped = False  # ABORT is lowered, or everything is reset
+        self.lowest = 0  # rate at which an abort would stop: F, or the last lower rate on the fly
 
     def motion(self, motion: KnownMotion) -> None:
-        """Follow a motion: one without an end leaves a rate that may be changed on the fly."""
+        """Follow a motion: an endless one has a rate that may be changed on the fly."""
         if motion.state.halt is not None:
             self.current = motion.state.rate if motion.state.rate is not None else RATE_TOP
             self.first = self.lowest = motion.state.first or 0
@@ -249,7 +249,7 @@ class Flight:
             self.stop(item)
 
     def change(self, item: Directive, rate: int) -> None:
-        """Follow a rate on the fly, 0 to 127; report one that has no motion, is out of range or stops dead."""
+        """Follow a rate on the fly, 0 to 127; report one without a motion, out of range or with a dead stop."""
         if self.current is None:
             found, remedy = "a rate on the fly without a continuous motion", "give H before the G or P"
             self.source.report(item, "rate-without-halt", "warning", found, section="s.7", remedy=remedy)
@@ -276,7 +276,7 @@ class Flight:
 
 
 def rates(source: Source) -> None:
-    """Rates that the manual does not state, and first rates at which a motor may stall."""
+    """Report rates that the manual does not state, and first rates at which a motor may stall."""
     for statement in source.statements:
         name = statement.row.name
         if name not in ("RATE", "FIRSTRATE"):
@@ -293,7 +293,7 @@ def rates(source: Source) -> None:
 
 
 def size(source: Source) -> None:
-    """The read-out of the program is promised for 48 bytes only (s.6)."""
+    """Report a program of more than 48 bytes, of which only 48 can be read out (s.6)."""
     shown = VERIFY_BYTES[1]
     for block in source.blocks:
         beyond = next((statement for statement in block.statements if statement.end > shown), None)
@@ -303,5 +303,5 @@ def size(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """The rules of this part, for `language.lint.lint`.  They read its tables themselves; `sheet` names the part."""
+    """Return the rules of this part, for `language.lint.lint`.  They read its tables; `sheet` names the part."""
     return (motions, rates, size, written_for)

@@ -1,6 +1,6 @@
-"""The CY525: the chip of the family that ramps, changes its rate on the fly, and takes live commands.
+"""The CY525: the chip of the family that ramps, changes its rate on the fly, and executes live commands.
 
-Where the manual is silent see quirks.py.
+Choices where the manual is silent are in quirks.py.
 """
 
 from __future__ import annotations
@@ -40,5 +40,5 @@ class Cy525(Cy5xx):
         return Stepwise
 
     def _law(self) -> Law:
-        """Return how fast the rate parameter moves."""
+        """Return the law by which the rate parameter changes."""
         return Law(self.options.ramp_unit, self.options.ramp_jumps)

@@ -1,14 +1,14 @@
-r"""What a motion of the CY525 is made with, and its ideal.
+r"""The parameters of a motion of the CY525, and its ideal.
 
     steps/s                                  a rate of Table VII every Z * (256 - S) * 452 clocks, straight lines
-      R ..............._______________       between them: the piecewise linear curve by which section 8 reckons ramp
-                     /                \\      times and accelerations
+      R ..............._______________       between them: the piecewise linear curve from which section 8 calculates
+                     /                \      ramp times and accelerations
                  . '                   ' .
       F .....'                             '
              |<- (R - F) units ->|
 
-Each step has its own rate, which is looked up when it begins; the ideal knows no steps.  Whether a short motion slews
-or makes its surplus at F is decided as the motion itself decides it.
+The rate of each step is read when it begins; the ideal has no steps.  The condition on which a short motion slews or
+makes its rest at F is that of the motion itself.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .profile import Law, unit_ticks
 
 
 class RegistersAtStart(NamedTuple):
-    """The parameters of a motion, as they were when it began."""
+    """The parameters at the start of a motion."""
 
     crystal_hz: int
     first: int
@@ -36,28 +36,28 @@ class RegistersAtStart(NamedTuple):
     law: Law
 
     def steps_per_s(self, rate: int) -> float:
-        """Return the steps/s of a rate parameter."""
+        """Return the rate of a rate parameter, in steps/s."""
         return self.crystal_hz / int(sheet.STEP_TICKS[min(rate, sheet.RATE_TOP)])
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """What a picture names: the rates of F and R, and S, Z, N."""
+        """Return the parameters for a picture: the rates of F and R, and S, Z, N."""
         return MotionParameters(
             self.rates(self.first, self.rate), {"S": self.slope, "Z": self.divisor, "N": self.number}
         )
 
     def rates(self, first: int, rate: int) -> Mapping[str, float]:
-        """The rates of F and R, by name."""
+        """Return the rates of F and R, by name."""
         return {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", first), ("R", rate))}
 
     def ideal(self, start: int, position: int, sign: int, slews: bool, endless: bool) -> Ideal:
         """Return the ideal of the motion.
 
         Args:
-            start: of the first step, ps.
-            position: before it.
-            slews: it comes to slewing; else what is left behind the ramps is made at F.
-            endless: it slews until something ends it.
+            start: the time of the first step, ps.
+            position: the position before it.
+            slews: the motion reaches slewing; otherwise the steps left after the ramps are made at F.
+            endless: the motion slews until an event ends it.
         """
         first = min(self.first, sheet.RATE_TOP)
         last = max(first, min(self.rate, sheet.RATE_TOP))
@@ -67,6 +67,6 @@ class RegistersAtStart(NamedTuple):
 
 
 def at_start(crystal_hz: int, values: Mapping[str, int], number: int, law: Law) -> RegistersAtStart:
-    """Return the parameters of a motion of some steps that begins now; `values` are the registers by name."""
+    """Return the parameters of a motion of `number` steps that begins now; `values` are the registers by name."""
     first, rate, slope, divisor = (values[name] for name in ("firstrate", "rate", "slope", "divisor"))
     return RegistersAtStart(crystal_hz, first, rate, slope, divisor, number, law)

@@ -1,4 +1,4 @@
-"""What each command of the CY525 does beyond those of the family: one method a row of the sheet, found by its name."""
+"""Commands of the CY525 beyond those of the family: one method per row of the sheet, found by its name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Registers(registers.Registers):
 
 
 class Instructions(instructions.Instructions):
-    """The handlers that the CY525 has for itself."""
+    """Handlers of the CY525's own commands."""
 
     registers: Registers
 
@@ -25,7 +25,7 @@ class Instructions(instructions.Instructions):
         self.declare(position, f"A {position}")
 
     async def do_delay(self, delay: int) -> None:
-        """D: pause, in milliseconds at 11 MHz."""
+        """D: pause for a number of milliseconds, at 11 MHz."""
         await self.pause("D", delay)
 
     def do_firstrate(self, rate: int) -> None:
@@ -56,7 +56,7 @@ class Instructions(instructions.Instructions):
                 program.begin(target)
 
     async def do_offset(self, offset: int) -> None:
-        """O: show a phase pattern, 0 to 3; above that the phases are off, and above 127 there is a pulse."""
+        """O: show a phase pattern, 0 to 3; above 3 the phases are off, and above 127 a pulse follows."""
         outputs = self.outputs
         if offset <= 3:
             self.registers.phase = offset

@@ -1,4 +1,4 @@
-"""The CY525's motions: ramps, continuous motion, ABORT, and what a host asks while the motor turns.
+"""The CY525's motions: ramps, continuous motion, ABORT, and the requests of a host while the motor turns.
 
 On a step, ABORT, I/O REQUEST and I/O SELECT are sampled as it begins, STEP INHIBIT at its end.
 """
@@ -30,32 +30,32 @@ class Motion(motion.Motion):
 
     # -------------------------------------------------------------------------------------------- before the first step
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Take over the parameters for this motion."""
+        """Load the parameters for this motion."""
         values = self.registers.values
         self.first = min(values["firstrate"], sheet.RATE_TOP)  # effective F: requests change it
         self.top = max(self.first, min(values["rate"], sheet.RATE_TOP))
         self.continuous, self.aborted = self.registers.continuous, False
-        self.crawling = False  # ABORT was released: on to the target
+        self.crawling = False  # ABORT was released: continue to the target
         self.served = self.pending = self.held_reported = False
         self.at_start = at_start(self.chip.crystal_hz, values, number, self.law)
         return self.at_start.parameters
 
     async def ordered(self) -> None:
-        """I/O REQUEST must have been high; then ABORT says whether it counts for this motion."""
+        """Wait until I/O REQUEST has been high; then ABORT low means that it has no effect on this motion."""
         if self.request.is_active:
             self.chip.waits(f"waiting for io_request=1 before the first step ({self.text})")
             await self.chip.polled(*self.request.when_inactive, 1)
-        self.abortable = self.abort.is_inactive  # "initially" (s.7, case II): before a hold, which may last
+        self.abortable = self.abort.is_inactive  # "initially" (s.7, case II): before STEP INHIBIT, which may last
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
         slews = any(leg.name == "slew" for leg in plan.legs)
         return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.continuous)
 
     def planned(self) -> Plan:
-        """The plan of this motion; a continuous one slews without end if it comes to slewing at all (s.7)."""
+        """Return the plan of this motion; a continuous one slews without end if it reaches slewing at all (s.7)."""
         chip = self.chip
         values = self.registers.values
-        self.request_changes = self.request.changes  # by the latest look
+        self.request_changes = self.request.changes  # at the latest sample
         plan = profile.move(self.number, self.first, self.top, values["slope"], values["divisor"], self.law)
         if self.continuous:
             if any(leg.name == "slew" for leg in plan.legs):
@@ -67,11 +67,11 @@ class Motion(motion.Motion):
         return plan
 
     async def end(self) -> None:
-        """The flag of H counts for one motion."""
+        """Clear the flag of H, which is for one motion."""
         self.registers.continuous = False
         await super().end()
 
-    # ------------------------------------------------------------------------------------------------------- the looks
+    # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
         request = self.request
         withdrawn = self.done and request.is_active
@@ -84,7 +84,7 @@ class Motion(motion.Motion):
 
     @property
     def each(self) -> bool:
-        """I/O SELECT is high: each step is read out."""
+        """True while I/O SELECT is high: the position is read out at each step."""
         return bool(self.select.level == 1)
 
     @property
@@ -97,12 +97,12 @@ class Motion(motion.Motion):
             return f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, abort being low from the start'}"
         return f"{self.text} in motion, {self.number} steps"
 
-    # -------------------------------------------------------------------------- what the chip decides between two steps
+    # -------------------------------------------------------------------------------------- decisions between two steps
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Look at ABORT and I/O REQUEST before a step begins; returns the plan to go on with (an empty one: stop)."""
+        """Sample ABORT and I/O REQUEST before a step; return the plan for the rest of the motion, empty for a stop."""
         chip = self.chip
         if step >= plan.steps:
-            return plan  # on the target
+            return plan  # at the target
         over, leg = plan.leg(step - 1), plan.leg(step)
         if self.abortable and not self.aborted and self.abort.is_active:
             down = self.way_down(plan, step)
@@ -117,7 +117,7 @@ class Motion(motion.Motion):
         return await self.rate_request(plan, step)
 
     def way_down(self, plan: Plan, step: int) -> Plan:
-        """ABORT has gone low: ramp down to the first rate from where the motion is; the target may lie on the way."""
+        """Return the plan of an abort: from the present rate down to the first rate; the target may be on the ramp."""
         chip = self.chip
         self.aborted = True
         self.mark_deviation("command", "ABORT")
@@ -141,12 +141,12 @@ class Motion(motion.Motion):
         return profile.plan(("down", down), ("crawl", ((sheet.STEP_TICKS[self.first], rest),))).verified(left)
 
     def ramp(self, low: int, high: int) -> Runs:
-        """The way up between two rates with the S and Z of now."""
+        """Return the ramp between two rates with the present S and Z."""
         values = self.registers.values
         return profile.ramp(low, high, values["slope"], values["divisor"], self.law)
 
     async def rate_request(self, plan: Plan, step: int) -> Plan:
-        """I/O REQUEST low between two steps: a new rate in a continuous motion that slews, a halt in a normal one."""
+        """Handle I/O REQUEST low between two steps: a new rate in a continuous motion, a halt in a normal one."""
         chip = self.chip
         requested = self.request.is_active
         if not self.continuous:
@@ -156,7 +156,7 @@ class Motion(motion.Motion):
                 chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
                 return STOP
             return plan
-        missed = self.request.changes - self.request_changes > 1  # low and high again between two looks
+        missed = self.request.changes - self.request_changes > 1  # low and high again between two samples
         self.request_changes = self.request.changes
         if not requested:
             if self.pending or missed:
@@ -178,7 +178,7 @@ class Motion(motion.Motion):
         return await self.change_rate(profile.rate(plan, step))
 
     async def change_rate(self, current: int) -> Plan:
-        """Take a new rate from the bus (s.7): up changes replace R, down changes replace F, for this motion."""
+        """Read a new rate from the bus (s.7): for this motion, a higher one replaces R, a lower one F."""
         rate = self.taken_rate()
         if rate == 0:
             return await self.zero_rate(current)
@@ -192,7 +192,7 @@ class Motion(motion.Motion):
         return profile.steady(rate, ("up", ((sheet.STEP_TICKS[rate], 1),)))  # SLEW blinks for one step
 
     def slews_at(self, rate: int) -> None:
-        """From now on the motion is to slew at another rate."""
+        """Set the slew rate from now on."""
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
@@ -206,12 +206,12 @@ class Motion(motion.Motion):
         return rate
 
     async def zero_rate(self, old: int) -> Plan:
-        """Rate 0 on the fly: no further step; a higher rate goes on, ABORT ends the motion (s.7)."""
+        """Handle rate 0 on the fly: no further step until a higher rate continues or ABORT ends the motion (s.7)."""
         chip = self.chip
         slew = self.outputs.slew
         blinks = chip.clock.ps(chip.tick + self.ticks["slew_blink"])
         slew.play(Wave(slew.inactive_level, (blinks,), (slew.active_level,)))
-        self.axis.log.change(dict)  # no rate is in force
+        self.axis.log.change(dict)  # no rate is in effect
         self.port.motion_complete.activate()
         higher, ending = [f"a rate above {old}"] * (old < sheet.RATE_TOP), ["abort=0"] * self.abortable
         ways = ", or ".join(higher + ending) or "RESET"
@@ -237,9 +237,9 @@ class Motion(motion.Motion):
 
     # ------------------------------------------------------------------------------------------- position on the fly
     def stretched(self, leg: str) -> int:
-        """I/O SELECT is high as a step begins: put the position on the bus, high byte, low byte (fig. 6.5).
+        """Put the position on the bus, high byte, low byte, if I/O SELECT is high as a step begins (fig. 6.5).
 
-        Returns how many clocks longer the step becomes: none at a steady rate, 20 µs (11 MHz) in a ramp.
+        Returns how many clocks longer the step becomes: none at a constant rate, 20 µs (11 MHz) in a ramp.
         """
         if self.select.level != 1:
             return 0

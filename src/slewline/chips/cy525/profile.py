@@ -2,18 +2,18 @@ r"""The law of motion of the CY525: parameters in, a plan out.  Pure functions, 
 
     rate
       R ..............._______________
-                     /|              |\\            one rate unit every Z * (256 - S) * 452 clocks,
-                   _/ |              | \\_          looked at when a step begins: at most one unit a step
-                 _/   |              |   \\_
+                     /|              |\            one rate unit every Z * (256 - S) * 452 clocks,
+                   _/ |              | \_          sampled when a step begins: at most one unit per step
+                 _/   |              |   \_
       F ........|     |              |     |_____
                 | up  |     slew     | down|crawl|
       steps       ramp   >= 256 or 0   ramp  rest          (s.8)
 
 The rate parameter, not the rate, grows linearly; Table VII turns it into steps per second.  Where a step takes longer
-than a unit, units fall due faster than they are taken, and each step is one unit faster than the one before; a unit
-that was late does not move those after it.  The way down is the mirror of the way up.  Where fewer than 256 steps
-would be left for slewing, none is slewed: the way down begins at once and the surplus is made at F (s.8, special
-case).  Where the travel is too short to reach R, both ramps get half of it.
+than a unit, units fall due faster than they are taken, and each step is one unit faster than the one before; a late
+unit does not delay the units after it.  The ramp down is the mirror of the ramp up.  If fewer than 256 steps would be
+left for slewing, none is slewed: the motor decelerates immediately and the rest is made at F (s.8, special case).  If
+the travel is too short to reach R, each ramp takes half of it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["Law", "Leg", "Plan", "Runs", "head", "mirrored", "move", "plan", "ra
 
 
 class Law(NamedTuple):
-    """How fast the rate parameter moves."""
+    """Law by which the rate parameter changes."""
 
     unit: int = sheet.RAMP_UNIT_TICKS  # clocks of one rate unit at S 255, Z 1
     jumps: bool = False  # take all units that are due when a step begins, not one
@@ -41,18 +41,18 @@ LAW = Law()
 
 
 def unit_ticks(slope: int, divisor: int, law: Law = LAW) -> int:
-    """Clocks that one rate unit takes.  S = 0 counts as 256 - 0; Z = 0 is an 8-bit counter run through: 256."""
+    """Return the clocks of one rate unit.  S = 0 counts as 256 - 0; Z = 0 as 256, a full turn of an 8-bit counter."""
     return (divisor or 256) * (256 - slope) * law.unit
 
 
 @lru_cache(maxsize=256)
 def ramp(low: int, high: int, slope: int, divisor: int, law: Law = LAW) -> Runs:
-    """The way up: runs from the first step at rate `low` to the last one below rate `high`; empty unless low < high."""
+    """Return the ramp: runs from the first step at rate `low` to the last one below `high`; empty unless low < high."""
     return accelerate(sheet.STEP_TICKS, low, high, unit_ticks(slope, divisor, law), law.jumps)
 
 
 def plan(*parts: tuple[str, Runs]) -> Plan:
-    """Return a plan from named parts, none of whose steps may be faster than the highest rate."""
+    """Return a plan from named parts, without steps faster than the highest rate."""
     return core_plan(*parts, shortest=sheet.STEP_TICKS[sheet.RATE_TOP])
 
 
@@ -62,7 +62,7 @@ def _rates() -> dict[int, int]:
 
 
 def rate_of(interval: int) -> int:
-    """Return the rate parameter whose steps take so many clocks."""
+    """Return the rate parameter whose step takes `interval` clocks."""
     return _rates()[interval]
 
 
@@ -73,13 +73,13 @@ def rate(of: Plan, step: int) -> int:
 
 @lru_cache(maxsize=64)
 def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law = LAW) -> Plan:
-    """A normal move of `number` steps from rest to rest.
+    """Return the plan of a normal move of `number` steps from rest to rest.
 
     Args:
         number: steps, 1 to 65535.
         first, rate: rate parameters F and R, 0 to 127; R below F runs at F.
         slope, divisor: S and Z, 0 to 255.
-        law: how fast the rate parameter moves.
+        law: how fast the rate parameter changes.
     """
     up = ramp(first, rate, slope, divisor, law)
     full = steps(up)
@@ -97,5 +97,5 @@ def move(number: int, first: int, rate: int, slope: int, divisor: int, law: Law 
 
 
 def steady(rate: int, before: tuple[str, Runs] = ("up", ())) -> Plan:
-    """A change of rate in a continuous motion: a ramp, then steps at `rate` without end."""
+    """Return the plan of a change of rate in a continuous motion: a ramp, then steps at `rate` without end."""
     return plan(before, ("slew", ((sheet.STEP_TICKS[rate], OPEN),)))

@@ -41,10 +41,10 @@ RATE_TOP = 127
 STEP_TICKS = tuple((2 * REFERENCE_HZ + rate) // (2 * rate) for rate in STEPS_PER_SECOND)  # round(11 MHz / rate)
 
 # One rate unit takes Z*(256-S) times this (s.8): the manual takes 9375/(22988*80/(256-S)) s for the 124 units from R 3 to
-# R 127, 452.22 clocks a unit at 11 MHz.  Where D is 100, at R 3 to 40, its formula says 478.51: quirk UND-RAMP-LAW.
+# R 127, 452.22 clocks a unit at 11 MHz.  Where D is 100, at R 3 to 40, its formula results in 478.51: UND-RAMP-LAW.
 RAMP_UNIT_TICKS = 452
 RAMP_UNIT = Arg("ramp_unit", 2, 1, 65535, unit="clocks")  # other readings; an option of the chip, too
-SHORT_SLEW_STEPS = 256  # fewer slew steps than this are not slewed (s.8, special case)
+SHORT_SLEW_STEPS = 256  # below this number of steps there is no slewing (s.8, special case)
 
 # ----------------------------------------------------------------------------------------------------------- options
 # fmt: off
@@ -59,7 +59,7 @@ OPTIONS = (
 # Verify groups (T.VI): bytes that have a meaning
 VERIFY_BYTES = {0: 5, 1: 48, 2: 6, 3: 6}
 
-# How the manual prints commands, and commands of the CY512 that mean something else here (s.3, comparison; CY500: T.2)
+# The manual's notation of commands, and CY512 commands with another meaning here (s.3, comparison; CY500: T.2)
 SLIPS = MappingProxyType(
     {
         **sheet.SLIPS,

@@ -1,6 +1,6 @@
-"""The CY525's motion, one step at a time: ramps, ABORT, rates on the fly, read-outs, each looked at when it is due.
+"""The CY525's motion, one step at a time: ramps, ABORT, rates on the fly, read-outs, each sampled when it is due.
 
-It shares nothing with motion.py and profile.py but the law's two numbers.
+It shares only the law's two numbers with motion.py and profile.py.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ def step_of(kind: str, rate: int) -> TwinStep:
 
 
 class Stepwise(twin.Stepwise):
-    """Plays every motion step by step."""
+    """Player of every motion, step by step."""
 
     registers: Registers
     law: Law
-    endless = continuous = False  # slewing follows the plan without end; it does even when aborted
+    endless = continuous = False  # slewing follows the plan without end, even when aborted
 
     # ------------------------------------------------------------------------------------------ before the first step
     async def move(self, number: int, sign: int, text: str) -> None:
@@ -39,7 +39,7 @@ class Stepwise(twin.Stepwise):
         await super().move(number, sign, text)
 
     async def play(self) -> None:
-        """Step after step; the first one begins now, and shows what H was worth."""
+        """Output step after step; the first one begins now, and decides whether H has an effect."""
         if self.asked_endless:
             if not self.endless:
                 self.chip.finding("halt-without-effect", "too few steps to slew")
@@ -53,7 +53,7 @@ class Stepwise(twin.Stepwise):
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
-        """I/O REQUEST must have been high; then ABORT says whether it counts for this motion."""
+        """Wait until I/O REQUEST has been high; then ABORT low means that it has no effect on this motion."""
         await self.chip.polled(self.request, 1, 1)
         self.abort_enabled = self.abort.level == 1
         if not self.ordered_steps and self.by_command:
@@ -64,12 +64,12 @@ class Stepwise(twin.Stepwise):
         return partial(self.motion_made.ideal, self.kernel.now, self.axis.position, self.sign, slews, self.endless)
 
     def over(self) -> None:
-        """The flag of H counts for one motion."""
+        """Clear the flag of H, which is for one motion."""
         self.registers.continuous = False
 
     # ------------------------------------------------------------------------------------------------------- the plan
     def prepare(self) -> None:
-        """The plan of an undisturbed motion."""
+        """List the steps of an undisturbed motion."""
         number, self.abort_used, self.served = self.number, False, False
         self.ramped_over = self.held_reported = False
         self.asked_endless = self.registers.continuous
@@ -89,7 +89,7 @@ class Stepwise(twin.Stepwise):
             self.plan.extend([step_of(CRAWL, self.first)] * (rest - slews))
 
     def way_up(self, low: int, high: int, most: int | None = None) -> list[int]:
-        """Rates of the steps, one by one, that lead from one rate to (not including) another; at most so many."""
+        """Return the rates of the steps from one rate up to, not including, another; at most `most` steps."""
         unit = (self.registers.values["divisor"] or 256) * (256 - self.registers.values["slope"]) * self.law.unit
         rates: list[int] = []
         rate, ramp_time = low, 0
@@ -107,7 +107,7 @@ class Stepwise(twin.Stepwise):
 
     # ------------------------------------------------------------------------------------------------------- one step
     def stretched(self, step: TwinStep) -> int:
-        """I/O SELECT while stepping: a read-out, which lengthens a step of a ramp."""
+        """Read out the position if I/O SELECT is high; this lengthens a step of a ramp."""
         if self.select.level == 0:
             return 0
         if self.request.level == 0:
@@ -117,7 +117,7 @@ class Stepwise(twin.Stepwise):
         return self.ticks["readout_stretch"] if step.kind in (UP, DOWN) else 0
 
     def read_out(self, position: int) -> None:
-        """I/O SELECT while stepping: the position on the bus, high byte first; all is over long before the step is."""
+        """Put the position on the bus, high byte first, for I/O SELECT while stepping; it ends long before the step."""
         chip, ps = self.chip, self.chip.clock.ps
         high, width = chip.tick + self.ticks["readout_delay"], self.ticks["strobe_width"]
         low = high + self.ticks["readout_spacing"]
@@ -128,7 +128,7 @@ class Stepwise(twin.Stepwise):
         both = (0xFF, position >> 8), (0xFF, position & 0xFF)
         chip.bus_driver.play(Wave(None, (ps(high), ps(falls), ps(rises)), (*both, None)))
 
-    # ----------------------------------------------------------------------------------- the looks between two steps
+    # ------------------------------------------------------------------------------------- samples between two steps
     async def should_continue(self, just: TwinStep) -> bool:
         # 1. the target
         if self.coming() is None:
@@ -158,14 +158,14 @@ class Stepwise(twin.Stepwise):
         return aborts or await self.requested(just, coming)
 
     def asked_to_halt(self) -> bool:
-        """I/O REQUEST low in a normal motion, which halts it: is it?"""
+        """Return whether I/O REQUEST is low in a normal motion, which halts it."""
         if self.continuous or self.request.level == 1:
             return False
         self.chip.finding("fly-rate-outside-continuous", "a normal motion takes no rates")
         return True
 
     async def requested(self, just: TwinStep, coming: TwinStep) -> bool:
-        """I/O REQUEST in a continuous motion; false: the motion ended in the zero-rate state."""
+        """Handle I/O REQUEST in a continuous motion; return False if the motion ended at rate 0."""
         changes, self.changes = self.request.changes - self.changes, self.request.changes
         if self.request.level == 1:
             if self.ramped_over or changes > 1:
@@ -182,8 +182,8 @@ class Stepwise(twin.Stepwise):
         return True
 
     def turned_down(self, just: TwinStep) -> bool:
-        """ABORT is low: plan the way down, and steps at the first rate to the target; false: there is no way down."""
-        if just.kind == DOWN:  # it goes down already
+        """Plan the stop ramp of ABORT, and steps at the first rate to the target; return False if there is no ramp."""
+        if just.kind == DOWN:  # it already decelerates
             down = [step for step in self.plan if step.kind == DOWN]
         elif not (down := [step_of(DOWN, rate) for rate in reversed(self.way_up(self.first, just.rate))]):
             return False
@@ -199,7 +199,7 @@ class Stepwise(twin.Stepwise):
 
     # ----------------------------------------------------------------------------------------------- rates on the fly
     def taken_rate(self) -> int:
-        """The byte on the bus, acknowledged by INSTROBE."""
+        """Return the byte on the bus, acknowledged by INSTROBE."""
         chip, now, over = self.chip, self.chip.tick, self.chip.tick + self.ticks["strobe_width"]
         self.port.instrobe.play(Wave(1, (chip.clock.ps(now), chip.clock.ps(over)), (0, 1)))
         if chip.bus.byte > sheet.RATE_TOP:
@@ -214,12 +214,12 @@ class Stepwise(twin.Stepwise):
         self.slews_at(rate)
 
     def slews_at(self, rate: int) -> None:
-        """Note the rate parameter at which the motor slews from now on."""
+        """Record the rate parameter at which the motor slews from now on."""
         self.top = rate
         self.axis.log.change(partial(self.motion_made.rates, self.first, rate))
 
     async def rate_request(self) -> bool:
-        """I/O REQUEST low while slewing; false: the motion ended in the zero-rate state."""
+        """Handle I/O REQUEST low while slewing; return False if the motion ended at rate 0."""
         rate = self.taken_rate()
         if rate == 0:
             return await self.zero_rate()
@@ -235,11 +235,11 @@ class Stepwise(twin.Stepwise):
         return True
 
     async def zero_rate(self) -> bool:
-        """Slewing at zero steps per second, until a higher rate than before comes (true) or ABORT (false)."""
+        """Slew at zero steps per second, until a higher rate than before comes (True) or ABORT (False)."""
         chip, ps, every = self.chip, self.chip.clock.ps, self.ticks["wait_poll"]
         self.outputs.slew.play(Wave(0, (ps(chip.tick), ps(chip.tick + self.ticks["slew_blink"])), (1, 0)))
         self.port.motion_complete.drive(0)
-        self.axis.log.change(dict)  # no rate is in force
+        self.axis.log.change(dict)  # no rate is in effect
         ends = ((self.abort, 0),) if self.abort_enabled else ()
         rate = 0
         while rate <= self.top:

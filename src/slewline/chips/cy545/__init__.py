@@ -1,1 +1,1 @@
-"""The CY545 and CY545B: two ways in, a memory of its own, jogging and homing."""
+"""The CY545 and CY545B: two host interfaces, a memory of their own, jogging and homing."""

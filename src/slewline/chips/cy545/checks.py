@@ -1,4 +1,4 @@
-"""What only the CY545's linter knows: motions, the mode register, and commands to a program that runs."""
+"""Rules of the CY545's linter alone: motions, the mode register, and commands during a running program."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .ramp_checks import motions
 from .sheet import MB_3, MB_6, MB_ASCII
 
 FORMS = ("binary", "text")
-RESETS = ("power", "reset")  # after these the mode is that of text
+RESETS = ("power", "reset")  # after these the mode is text
 PASSES_TIME = ("wait", "until", "bytes", "to", "power", "reset")  # after these a program may have ended
 
 
 def modes(source: Source) -> None:
-    """Bits of the mode whose effect is not known."""
+    """Report mode bits whose effect is not known."""
     for statement in source.statements:
         mode = mode_of(statement)
         if mode is not None and mode & (MB_6 | MB_3):
@@ -29,14 +29,14 @@ def modes(source: Source) -> None:
 
 
 def mode_of(statement: Statement) -> int | None:
-    """Return what a command writes into the mode register; None: nothing, or switches say it."""
+    """Return the value that a command writes into the mode register; None for none, or for one from switches."""
     written = statement.row.name == "MODE" and not statement.operands[0].label
     return statement.values[0] if written else None
 
 
 def forms(source: Source) -> None:
-    """A host sends text or binary as its mode says; a program stays as it was entered, and is read as its own says."""
-    text: bool | None = True  # as the host sends; None: not known
+    """Check the form of commands, text or binary: the host's by its mode, a program's by the mode at its entry."""
+    text: bool | None = True  # form of the host's commands; None: not known
     for item in source.items:
         if isinstance(item, Directive):
             text = True if item.verb in RESETS else None if item.verb == "bytes" else text
@@ -50,7 +50,7 @@ def forms(source: Source) -> None:
 
 
 def misread(source: Source, statement: Statement, text: bool | None) -> None:
-    """Report a mode command in a program that makes the chip take what follows it for what it is not."""
+    """Report a mode command in a program that makes the chip misread the commands after it."""
     mode, behind = mode_of(statement), source.blocks[statement.block].statements
     if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is behind[-1]:
         return
@@ -69,7 +69,7 @@ def spelled(source: Source, statement: Statement) -> None:
 
 
 def running(sheet: Sheet) -> Check:
-    """Return the rule about commands of a host that come while a program may run."""
+    """Return the rule about commands that the host sends while a program may run."""
     channel = sheet.channel(FlowBus)
     live = channel is not None and channel.live
 
@@ -88,7 +88,7 @@ def running(sheet: Sheet) -> Check:
 
 
 def meets(source: Source, item: Statement, started: Statement, live: bool) -> None:
-    """Report a command that may meet the program that another one has started."""
+    """Report a command that may come during a program started by an earlier one."""
     begun = f"the program that {started.text} of line {started.line} started may still run"
     if live and item.row.form in REFUSED:
         found = f"{item.text}: {begun}, and would ignore it"

@@ -1,4 +1,4 @@
-"""The program in external memory: whether it runs, where, and the counts of its loops."""
+"""The program in external memory: whether it runs, its address, and the counts of its loops."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class Program:
-    """A program that runs, or does not.  Its counter is the memory pointer.
+    """State of the program in external memory.  Its counter is the memory pointer.
 
-    `at` is the address of the command in progress; `immediate`: a command of the host is performed between two of the
-    program.
+    `at` is the address of the command in progress; `immediate` is True while a command of the host is executed between
+    two of the program.
     """
 
     def __init__(self, chip: ChipContext, registers: Registers) -> None:
@@ -23,42 +23,42 @@ class Program:
         self.clear()
 
     def clear(self) -> None:
-        """RESET and I: no program, no loop."""
-        self.running = self.immediate = self.entering = False  # entering: the host stores one
+        """Clear program and loops, for RESET and I."""
+        self.running = self.immediate = self.entering = False  # entering: the host stores a program
         self.at = 0
-        self.loops: dict[str, tuple[int, int]] = {}  # by letter: the loop command that counts, and what is left
+        self.loops: dict[str, tuple[int, int]] = {}  # by letter: the loop command's address, passes left
         self.told: set[str] = set()  # findings of this run
 
     @property
     def direct(self) -> bool:
-        """Is the command in progress one of the host, whether a program runs or not?"""
+        """True if the command in progress is one of the host, whether a program runs or not."""
         return self.immediate or not self.running
 
     @property
     def counter(self) -> int | None:
-        """The address of the command in progress, or of the next while the host's is performed; None: none runs."""
+        """Address of the command in progress, or of the next during a command of the host; None if no program runs."""
         if not self.running:
             return None
         return self.registers.pointer if self.immediate else self.at
 
     def begin(self) -> None:
-        """Run from the pointer on; no loop counts, since whatever ends a program drops the counts."""
+        """Run from the pointer on, with no loop counts: every end of a program clears them."""
         if not self.running:
             self.told.clear()
         self.running = True
         self.at = self.registers.pointer
 
     def end(self) -> None:
-        """The program has stopped: the pointer is after the command that did it."""
+        """End the program: the pointer is after the command that stopped it."""
         self.running = False
         self.loops.clear()
 
     def go_to(self, target: int) -> None:
-        """Continue at a byte of this page, which is that of the byte after the branch."""
+        """Continue at a byte of this page, the page of the byte after the branch."""
         self.registers.pointer = self.registers.pointer // sheet.PAGE_BYTES * sheet.PAGE_BYTES + target
 
     def finding_once(self, code: str, text: str) -> None:
-        """Add a finding, once a run."""
+        """Add a finding, once per run."""
         if code not in self.told:
             self.told.add(code)
             self.chip.finding(code, text)
@@ -67,8 +67,8 @@ class Program:
         """Count a pass of a loop; return whether another one follows.
 
         Args:
-            letter: of the loop command; there is one count for each.
-            count: what the command says; 0 is `whole`, the counter run through.
+            letter: the letter of the loop command; each has one count.
+            count: the argument of the command; 0 counts as `whole`, a full turn of the counter.
         """
         if letter not in self.loops:
             self.loops[letter] = (self.at, count or whole)

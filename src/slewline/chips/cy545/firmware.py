@@ -1,10 +1,10 @@
-"""The CY545 and the CY545B: they own the objects, start and kill the firmware, and are what a user sees.
+"""The CY545 and the CY545B: they own the objects, start and stop the firmware, and have the public properties.
 
-registers, user_bits      what they remember, and the lines that programs switch and test
+registers, user_bits      the memory of the chip, and the lines that programs switch and test
 local_bus                 memory, thumbwheel switches and HP display on the data bus
-port, serial_side, sides  both ways in, and the order of what comes over them
-display                   where replies and strings go
-steps, motion, jog, home  what moves the motor
+port, serial_side, sides  both host interfaces, and the order of their bytes
+display                   the destination of replies and strings
+steps, motion, jog, home  the motion of the motor
 program, instructions, interpreter
 """
 
@@ -80,7 +80,7 @@ class Cy545(Chip):
             self._driven(False)
 
     def _moved_by(self, ticks: Mapping[str, int]) -> None:
-        """Make what moves the motor: the fast way, or its slow twin."""
+        """Create the object that moves the motor: the fast one, or its slow twin."""
         options, state, shown = self.options, self.state, self._display.position
         law = law_of(self.sheet)
         self._outputs = StepOutputs(self, state, ticks)
@@ -98,12 +98,12 @@ class Cy545(Chip):
         return Stepwise, Homewise
 
     def run(self) -> Coroutine[Any, Any, None]:
-        """The firmware from reset on."""
+        """Run the firmware from reset on."""
         return self._interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
-        """Switch the supply; a chip that is switched on begins again by itself, unless RESET is driven.
+        """Switch the supply; at power-up the chip resets itself, unless RESET is driven.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -116,15 +116,15 @@ class Cy545(Chip):
         self.pin("reset").pulse(1, self.clock.ps(30) + 1)
 
     def _powered_up(self) -> None:
-        """Give everything its state after power-up; every output is driven."""
+        """Set all state to its values after power-up; drive every output."""
         self._begin_anew()
         self._driven(True)
         self._sides.reset()
 
     def _begin_anew(self) -> None:
-        """RESET and I: registers, position, mode and outputs take their values after power-up, a program ends (ch.10).
+        """Set registers, position, mode and outputs as after power-up, and end a program: RESET and I (ch.10).
 
-        What comes over a side goes on, but the serial one looks for its rate again.
+        A transfer in progress continues, but the serial side measures its rate again.
         """
         self.state.clear()
         self.state.clockwise = self.options.direction == "+"
@@ -136,14 +136,14 @@ class Cy545(Chip):
         self._sides.restart()
 
     def _cleared(self) -> None:
-        """The firmware has been killed: no program, no motion, no command, nothing on the bus."""
+        """Clear program, motion, command and bus after the firmware was stopped."""
         self._motion.killed()
         self._home.killed()
         self.on_command("")
         self._begin_anew()
 
     def _driven(self, on: bool) -> None:
-        """Put every output to its level in reset; or let go of all of them, without supply."""
+        """Drive every output to its level in reset; release all of them without supply."""
         for row in self.sheet.pins:
             if row.name in self.drivers:
                 self.drivers[row.name].drive(row.reset if on and row.way == "out" else None)
@@ -154,29 +154,29 @@ class Cy545(Chip):
         super().start()
         self._sides.reset()
 
-    # ------------------------------------------------------------------------------------------------- as others see it
+    # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return what a host has begun: a line, and a program that it has not ended."""
+        """Return the unfinished input of a host: a line, and a program without its end."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property
     def powered(self) -> bool:
-        """Is the supply on?"""
+        """True while the supply is on."""
         return self._supply.powered
 
     @property
     def answering(self) -> bool:
-        """Is a line of the serial host in progress, or its answer on its way?"""
+        """True while a line of the serial host is in progress, or its answer is being sent."""
         return self._sides.answering
 
     @property
     def baud(self) -> float:
-        """The rate of the serial side; 0: none is known."""
+        """The rate of the serial side; 0 if it is not known."""
         return self._serial.rate or 0
 
     @property
     def awaits_host(self) -> bool:
-        """Does the chip wait for the rest of a command or of a handshake?"""
+        """True while the chip waits for the rest of a command or of a handshake."""
         return self._port.host_is_next or self._sides.unfinished
 
     @property
@@ -186,7 +186,7 @@ class Cy545(Chip):
 
     @property
     def program_counter(self) -> int | None:
-        """The address of the command in progress, or of the next one while one of the host is performed."""
+        """Address of the command in progress, or of the next one during a command of the host."""
         return self._stored.counter
 
     def _does(self) -> tuple[str, int]:
@@ -195,17 +195,17 @@ class Cy545(Chip):
 
     @property
     def unfinished(self) -> str:
-        """The line that has come so far."""
+        """The part of a line received so far."""
         coming = self._port.catch_up() if self.state.ascii else ""
         return self._interpreter.decoder.unfinished + coming
 
     @property
     def _lacking(self) -> str:
-        """What would end it: of a string its quotation mark."""
+        """Characters that would end the line; for a string, its quotation mark."""
         return "quotation mark" if self._interpreter.decoder.in_string else super()._lacking
 
 
 class Cy545B(Cy545):
-    """A CY545B on a bench: it takes commands of the host while it runs a program."""
+    """A CY545B on a bench: it accepts commands of the host while it runs a program."""
 
     sheet = sheet.CY545B

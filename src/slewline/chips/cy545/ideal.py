@@ -1,4 +1,4 @@
-"""What a motion of the CY545 is made with, and its ideal: a rate every unit of time, and straight lines between."""
+"""The parameters of a motion of the CY545, and its ideal: a rate every unit of time, and straight lines between."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .profile import Law
 
 
 class RegistersAtStart(NamedTuple):
-    """The parameters of a motion, as they were when it began."""
+    """The parameters at the start of a motion."""
 
     crystal_hz: int
     first: int
@@ -24,12 +24,12 @@ class RegistersAtStart(NamedTuple):
     law: Law
 
     def steps_per_s(self, rate: int) -> float:
-        """Return the steps/s of a rate parameter."""
+        """Return the rate of a rate parameter, in steps/s."""
         return self.crystal_hz / self.law.periods[rate]
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """What a picture names: the rates of F and R, and S, N."""
+        """Return the parameters for a picture: the rates of F and R, and S, N."""
         rates = {f"{letter} = {each}": self.steps_per_s(each) for letter, each in (("F", self.first), ("R", self.rate))}
         return MotionParameters(rates, {"S": self.slope, "N": self.number})
 
@@ -37,9 +37,9 @@ class RegistersAtStart(NamedTuple):
         """Return the ideal of the motion.
 
         Args:
-            start: of the first step, ps.
-            position: before it.
-            endless: it slews until something ends it.
+            start: the time of the first step, ps.
+            position: the position before it.
+            endless: the motion slews until an event ends it.
         """
         rates = [self.steps_per_s(rate) for rate in range(self.first, max(self.first, self.rate) + 1)]
         unit = self.law.unit_ticks(self.slope) / self.crystal_hz
@@ -47,7 +47,7 @@ class RegistersAtStart(NamedTuple):
 
 
 class Single(NamedTuple):
-    """The first rate over 20, at which jog and HOME step."""
+    """The rate of jog and HOME: a twentieth of the first rate."""
 
     crystal_hz: int
     first: int
@@ -59,9 +59,9 @@ class Single(NamedTuple):
         return self.law.periods[self.first] * sheet.JOG_DIVISOR
 
     def parameters(self) -> MotionParameters:
-        """What a picture names."""
+        """Return the parameters for a picture."""
         return MotionParameters(self.rates(), {})
 
     def rates(self) -> Mapping[str, float]:
-        """The rate, by name."""
+        """Return the rate, by name."""
         return {f"F = {self.first} / {sheet.JOG_DIVISOR}": self.crystal_hz / self.period}

@@ -1,4 +1,4 @@
-"""What commands do: one method a row of the sheet, found by its name (do_loop for LOOP)."""
+"""Effects of commands: one method per row of the sheet, found by its name (do_loop for LOOP)."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 class Instructions(instructions.ParameterHandlers):
-    """The handlers.  Those of commands that are no numbers take their characters after the numbers.
+    """The handlers.  Those of commands with text receive the characters after the numbers.
 
     Args:
-        begin: makes everything as after reset, for I.
+        begin: sets everything as after reset, for I.
     """
 
     registers: Registers
@@ -76,7 +76,7 @@ class Instructions(instructions.ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------------- bits
     def do_bit(self, argument: int) -> None:
-        """B: set, clear, write, AND or OR user bits; on a data bus that is in use, a finding."""
+        """B: set, clear, write, AND or OR user bits; a finding if the data bus is in use."""
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
             self.chip.finding("bus-bit", f"B {argument}: the data bus is in use; the bit lasts to the next bus cycle")
@@ -85,7 +85,7 @@ class Instructions(instructions.ParameterHandlers):
         self.bits.act(argument)
 
     async def do_wait(self, argument: int) -> None:
-        """Look at the bits on a grid until they match."""
+        """W: sample the bits at a fixed interval until they match."""
         chip, poll = self.chip, self.ticks["wait_poll"]
         origin = chip.tick
         chip.waits(f"waiting for bits that match (W {argument})")
@@ -105,21 +105,20 @@ class Instructions(instructions.ParameterHandlers):
         return super().do_go()
 
     async def do_home(self, argument: int) -> None:
-        """H: seek the edge of the home sensor, at the bit that the argument names."""
+        """H: seek the edge of the home sensor at the bit in the argument."""
         await self.home.seek(argument)
 
     async def do_delay(self, delay: int) -> None:
-        """D: pause, in milliseconds at 12 MHz."""
+        """D: pause for a number of milliseconds, at 12 MHz."""
         await self.pause("D", delay)
 
     async def do_initialize(self) -> None:
-        """I: restore the state at power-up; a program ends."""
+        """I: restore the state after power-up and end a program."""
         self.chip.waits("I in progress")
         await self.chip.ticks(self.ticks["initialize"])
         self.begin_anew()
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield what a motion should not find: whether it does, code and text of the finding."""
         values = self.registers.values
         low, high = values["firstrate"], values["rate"]
         yield high < low, "rate-below-firstrate", f"R {high} is below F {low}: the whole motion is made at F"
@@ -131,7 +130,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.finding_once("enter-while-running", "E in a program: no action")
 
     def do_quit(self) -> None:
-        """Q: report a finding, as no program is being entered."""
+        """Q: report a finding, because no program is being entered."""
         self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
 
     def do_execute(self) -> None:
@@ -151,11 +150,11 @@ class Instructions(instructions.ParameterHandlers):
             self.program.begin()
 
     def do_loop(self, count: int, target: int) -> None:
-        """L: branch while passes are left, of 256 at most."""
+        """L: branch while passes are left, at most 256 passes."""
         self.loop("L", count, target, 1 << 8)
 
     def do_longloop(self, count: int, target: int) -> None:
-        """Z: branch while passes are left, of 65,536 at most."""
+        """Z: branch while passes are left, at most 65,536 passes."""
         self.loop("Z", count, target, 1 << 16)
 
     def loop(self, letter: str, count: int, target: int, whole: int) -> None:
@@ -166,7 +165,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.go_to(target)
 
     def do_til(self, argument: int, target: int) -> None:
-        """T: branch until the bits match the argument; as a command of the host, a finding."""
+        """T: branch until the bits match the argument; as a command of the host this is a finding."""
         away = not self.bits.matches(argument)
         if self.program.direct:
             self.branch_as_command("T", away, target)
@@ -174,7 +173,7 @@ class Instructions(instructions.ParameterHandlers):
             self.program.go_to(target)
 
     def branch_as_command(self, letter: str, away: bool, target: int) -> None:
-        """A branch of the host, which belongs in a program."""
+        """Report a branch that the host has sent, although it belongs in a program."""
         became = "the program starts at its target" if away else "no action"
         code = "til-command" if letter == "T" else "loop-command"
         self.chip.finding(code, f"{letter} as a command of the host: {became}")
@@ -195,7 +194,7 @@ class Instructions(instructions.ParameterHandlers):
             self.chip.finding("unknown-query", f"{text}; {meant}" if meant else text)
 
     def parameter(self, letter: str) -> int:
-        """Return what a query is answered with."""
+        """Return the value that answers a query."""
         if letter == "P":
             return self.axis.position
         if letter == "B":
@@ -204,7 +203,7 @@ class Instructions(instructions.ParameterHandlers):
         return self.registers.values[name]
 
     async def do_string(self, data: bytes) -> None:
-        """Send characters to the display device: the command that begins with a quote."""
+        """Send characters to the display device, for the command that begins with a quotation mark."""
         await self.display.put(data)
 
     async def do_display(self, address: int, _count: int, data: bytes) -> None:

@@ -1,6 +1,6 @@
-"""What the chip does with commands: those of a host over either side, those of the program, and jog between them.
+"""Execution of commands: those of a host over either side, those of the program, and jog between them.
 
-    idle:     the first byte of a command, from whichever side begins one, or else a step of jog
+    idle:     the first byte of a command, from the side that begins one, or else a step of jog
     program:  on the CY545B a command of the host, if one has begun; else the next one from memory
 
 A command of the host takes its time from its last byte on, then acts; BUSY rises after that.  A motion, a delay or a
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from .registers import Registers
     from .stepping.jog import Jog
 
-ERASED = 0xFF  # a byte of the memory that is no command; so is what an open bus reads
-WITH_DATA = frozenset('?["')  # commands with something else than numbers in them
-REFUSED = frozenset("EQXYJLTZ")  # what a host may not say while a program runs (quirk CY545-UND-IMM-SET)
+ERASED = 0xFF  # a byte of the memory that is not a command, like the value of an open bus
+WITH_DATA = frozenset('?["')  # commands that contain more than numbers
+REFUSED = frozenset("EQXYJLTZ")  # commands refused while a program runs (quirk CY545-UND-IMM-SET)
 
 
 class Interpreter:
@@ -49,9 +49,9 @@ class Interpreter:
         self.chip, self.ticks, self.registers, self.arbiter = chip, ticks, registers, arbiter
         self.local_bus, self.program, self.instructions, self.jog = local_bus, program, instructions, jog
         channel = chip.sheet.channel(FlowBus)
-        self.live = channel is not None and channel.live  # immediate commands are taken while a program runs
+        self.live = channel is not None and channel.live  # immediate commands are executed while a program runs
         self.decoder = spoken_as(chip.sheet, Verbatim).decoder(chip.sheet)
-        self.reported_mode = -1  # with which it has been reported that answers go elsewhere
+        self.reported_mode = -1  # modes for which it has been reported that answers go elsewhere
         self.handlers: dict[str, Callable[..., Awaitable[None] | None]] = {
             row.form: getattr(instructions, row.handler) for row in chip.sheet.commands
         }
@@ -59,7 +59,7 @@ class Interpreter:
         arbiter.port.held = arbiter.serial.arrived, arbiter.port.bits.pins[6], *(net for net, _ in jog.watched)
 
     async def run(self) -> None:
-        """Commands as they come, a program when one is started."""
+        """Execute commands as they come, and a program when one is started."""
         if self.chip.options.autostart:
             self.program.begin()
             await self.run_program()
@@ -72,7 +72,7 @@ class Interpreter:
 
     # ------------------------------------------------------------------------------------------- commands of the host
     async def command(self) -> CommandText | None:
-        """The next command of a host; None: a line that is none, or while a program runs a request withdrawn."""
+        """Return the next command of a host; None for an invalid line, or a request withdrawn while a program runs."""
         running = self.program.running
         byte = await (self.arbiter.letter(running=True) if running else self.first_letter())
         if byte < 0:
@@ -88,17 +88,17 @@ class Interpreter:
 
     @property
     def at_letter(self) -> bool:
-        """Does a command begin with the next byte?"""
+        """True if a command begins with the next byte."""
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from a place on, only become part of a command; -1: none is taken as a value."""
+        """Return how many bytes, from an index on, only become part of a command; -1 if none may come as one value."""
         if self.program.entering or self.program.running:
             return -1
         return self.decoder.kept(data, at, self.registers.ascii)
 
     def feed(self, byte: int) -> CommandText | None:
-        """Give a byte to the decoder, and report what was wrong with the command."""
+        """Pass a byte to the decoder, and report the faults of the command."""
         found = self.decoder.feed(byte, self.registers.ascii)
         if self.decoder.notes:
             for note in self.decoder.take_notes():
@@ -106,7 +106,7 @@ class Interpreter:
         return found
 
     async def first_letter(self) -> int:
-        """The first byte of a command, while nothing is in progress: until it comes, JOG is sampled."""
+        """Return the first byte of a command while nothing is in progress; until it comes, JOG is sampled."""
         chip, arbiter, jog = self.chip, self.arbiter, self.jog
         due = chip.tick + self.ticks["jog_test"]
         while True:
@@ -125,7 +125,7 @@ class Interpreter:
             chip.sync_forward()
 
     async def execute(self, command: CommandText) -> None:
-        """Perform a command of the host, and end it; the program that it has started runs after it."""
+        """Execute a command of the host, and end it; the program that it has started runs after it."""
         chip, arbiter = self.chip, self.arbiter
         chip.waits(f"{command.text} in progress")
         chip.on_command(command.text)
@@ -146,7 +146,7 @@ class Interpreter:
             chip.on_command("")
 
     def tell_elsewhere(self, command: CommandText) -> None:
-        """Report, once for each mode, that an answer does not go to the serial side, which has asked."""
+        """Report, once for each mode, that an answer does not go to the serial side, which has sent the query."""
         mode, device = self.registers.values["mode"], self.instructions.display.device
         asked = command.row.form == "?" and self.arbiter.held is self.arbiter.serial
         if asked and device in ("parallel", "hp") and mode != self.reported_mode:
@@ -158,13 +158,13 @@ class Interpreter:
             )
 
     async def start(self) -> None:
-        """A command of the host has started a program: on the CY545 BUSY stays low until it has stopped."""
+        """Show that the host has started a program: on the CY545 BUSY stays low until it has stopped."""
         if self.live:
             await self.arbiter.release(self.chip.tick)
         await self.run_program()
 
     async def perform(self, command: CommandText) -> None:
-        """Call the handler of a command, and wait for it if it takes time."""
+        """Call the handler of a command, and wait for its end."""
         row, values = command.row, command.values
         if command.switched:
             digits = {1: 3, 2: 5, 3: 8}[row.args[0].size]
@@ -181,7 +181,7 @@ class Interpreter:
             await work
 
     async def enter(self) -> None:
-        """E: what comes over this side goes to the memory, byte for byte, until Q."""
+        """E: write the bytes of this side to the memory, until Q."""
         chip, registers, arbiter = self.chip, self.registers, self.arbiter
         entry = Entry(chip.sheet.leave[-1], registers.ascii)
         self.program.entering = True
@@ -194,13 +194,13 @@ class Interpreter:
                 return
             arbiter.executing(True)
             chip.waits(f"storing a byte at {registers.pointer}")
-            await chip.ticks(self.ticks["fetch"])  # the host has let go of the bus by then
+            await chip.ticks(self.ticks["fetch"])  # the host has released the bus by then
             await self.local_bus.write(registers.pointer, byte)
             registers.pointer += 1
 
     # ---------------------------------------------------------------------------------------------------- the program
     async def run_program(self) -> None:
-        """Fetch commands and perform them until the program stops; between two of them look at the host (CY545B)."""
+        """Fetch commands and execute them until the program stops; between two of them check the host (CY545B)."""
         program, arbiter = self.program, self.arbiter
         self.skipped = 0  # bytes FF, one after the other
         arbiter.executing(not self.live)
@@ -213,7 +213,7 @@ class Interpreter:
         self.chip.on_command("")
 
     async def immediate(self) -> None:
-        """Take a command of the host between two of the program; one that would lead it elsewhere is refused."""
+        """Execute a command of the host between two of the program; refuse one that would make the program branch."""
         program = self.program
         program.immediate = True
         try:
@@ -229,7 +229,7 @@ class Interpreter:
             program.immediate = False
 
     async def instruction(self) -> None:
-        """One command from memory: read it, let its time pass, perform it."""
+        """Process one command from memory: read it, let its time pass, execute it."""
         chip, program, registers = self.chip, self.program, self.registers
         program.at = registers.pointer
         chip.waits(f"fetching the command at {program.at}")
@@ -253,14 +253,14 @@ class Interpreter:
         self.arbiter.executing(not self.live)
 
     async def fetch(self) -> int:
-        """Read the byte at the pointer, which then counts on, and wraps."""
+        """Return the byte at the pointer, and increment the pointer, which wraps."""
         registers = self.registers
         byte: int = await self.local_bus.read(registers.pointer)
         registers.pointer += 1
         return byte
 
     def skip(self) -> None:
-        """A byte FF where a command belongs is skipped, as in the empty handshake; a memory full of it ends all."""
+        """Skip a byte FF in place of a command, as in the empty handshake; a memory full of FF ends the program."""
         program = self.program
         program.finding_once("erased-memory", f"FF at address {program.at} where a command was expected: skipped")
         self.skipped += 1

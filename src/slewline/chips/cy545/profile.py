@@ -2,14 +2,14 @@
 
     rate parameter
       R ..............._______________           one rate of the table every 256 * (256 - S) machine cycles, counted
-                     _|               |_         from the first step, looked at as a step begins: 3906 D / (256 - S)
+                     _|               |_         from the first step, sampled as a step begins: 3906 D / (256 - S)
                    _|                   |_       steps/s2 at 12 MHz (2002 p.77), D being the distance of two rates
       F ..........|                       |
-                  | up  |     slew     | down    a step of the way down lasts as long as its mirror image on the way up
+                  | up  |     slew     | down    a step of the ramp down is as long as its mirror image in the ramp up
 
-Where steps last longer than a unit of time, a step takes several rates at once; with `jumps` off it takes one, the law
-of the CY525.  There is no least number of steps to slew.  Where the distance is too short for R, the way up ends in its
-middle, and the step in the middle of an odd number belongs to it.
+Where steps last longer than a unit of time, a step advances by several rates; with `jumps` off it advances by one, the
+law of the CY525.  There is no least number of steps to slew.  If the distance is too short for R, the ramp up ends in
+its middle, and the step in the middle of an odd number belongs to it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ..cy5xx.stepping.unit_ramps import accelerate
 
 
 class Law(NamedTuple):
-    """The periods of steps, in clocks, by rate parameter; how fast the parameter grows, and whether it jumps."""
+    """The periods of steps, in clocks, by rate parameter; the growth of the parameter, and whether it jumps."""
 
     periods: tuple[int, ...]
     unit: int  # clocks of one rate at S 255
@@ -42,12 +42,12 @@ class Law(NamedTuple):
         return min(self.periods)
 
     def unit_ticks(self, slope: int) -> int:
-        """Return the clocks that one rate takes; S 0 counts as 256 - 0."""
+        """Return the clocks of one rate; S 0 counts as 256 - 0."""
         return (256 - slope) * self.unit
 
 
 def law_of(sheet: Sheet) -> Law:
-    """Return the law of a sheet: its rates, which hold at its crystal, and what its options say of ramps."""
+    """Return the law of a sheet: its rates, which hold at its crystal, and its options for ramps."""
     options = defaults(sheet.options)
     periods = tuple((2 * sheet.crystal_hz + rate) // (2 * rate) for rate in sheet.rates)
     return Law(periods, options["inferred.ramp_unit"], options["ramp_jumps"])
@@ -55,18 +55,18 @@ def law_of(sheet: Sheet) -> Law:
 
 @lru_cache(maxsize=256)
 def ramp(first: int, rate: int, slope: int, law: Law) -> Runs:
-    """Return the way up, from the first step at F to the last one below R; empty unless F < R."""
+    """Return the ramp, from the first step at F to the last one below R; empty unless F < R."""
     return accelerate(law.periods, first, rate, law.unit_ticks(slope), law.jumps)
 
 
 @lru_cache(maxsize=64)
 def move(number: int, first: int, rate: int, slope: int, law: Law) -> Plan:
-    """Return a move of `number` steps from rest to rest.
+    """Return the plan of a move of `number` steps from rest to rest.
 
     Args:
         number: steps, 1 to 16777215.
         first, rate, slope: F, R and S, 0 to 255; R below F: the whole move at F.
-        law: the periods, and how ramps grow.
+        law: the periods, and the growth of the rate in ramps.
     """
     up = ramp(first, rate, slope, law)
     full = steps(up)
@@ -81,21 +81,21 @@ def move(number: int, first: int, rate: int, slope: int, law: Law) -> Plan:
 
 @lru_cache(maxsize=64)
 def endless(first: int, rate: int, slope: int, law: Law) -> Plan:
-    """Return a continuous motion: up to R, and on without end."""
+    """Return the plan of a continuous motion: up to R, then without end."""
     slew = (law.periods[max(first, rate)], OPEN)
     return plan(("up", ramp(first, rate, slope, law)), ("slew", (slew,)), shortest=law.shortest)
 
 
 def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
-    """Return what INHIBIT_ABORT makes of a plan before one of its steps: down to the first rate, and on at it.
+    """Return the plan after INHIBIT_ABORT before one of its steps: down to the first rate, then at that rate.
 
-    The way down is that of the way up as far as it was made; the steps at the first rate, which belong to it, are
-    looked at one by one and so stand in the leg after it.
+    The ramp down mirrors the ramp up so far; its steps at the first rate are sampled one by one, so they are in the leg
+    after it.
 
     Args:
-        of, step: the plan, and the step that would come next, 1 and more.
+        of, step: the plan, and its next step, 1 and more.
         first: F.
-        left: steps to the target; OPEN: there is none.
+        left: steps to the target; OPEN for none.
     """
     over = of.leg(step - 1)
     up = of.legs[0].runs if of.legs[0].name == "up" else ()
@@ -112,5 +112,5 @@ def down(of: Plan, step: int, first: int, left: int, law: Law) -> Plan:
 
 
 def steady(period: int, number: int = OPEN) -> Plan:
-    """Return steps of one period: of jog and of HOME, which know no ramps."""
+    """Return the plan of steps with one period, for jog and HOME, which have no ramps."""
     return plan(("crawl", ((period, number),)))

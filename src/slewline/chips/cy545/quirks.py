@@ -1,4 +1,4 @@
-"""What we do not know of the CY545: most chapters of its manual are not readable.  What the model does, and why.
+"""Gaps in our knowledge of the CY545, most of whose manual is not readable: the model's choices and their reasons.
 
 UND-...: no readable page states it.  CON-...: two places disagree.  Times hold at 12 MHz.  Data only.
 """

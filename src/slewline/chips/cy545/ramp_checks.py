@@ -1,7 +1,7 @@
-"""What the CY545's linter knows of motions: is R reached, is it above F, does a G know its direction?
+"""Rules of the CY545's linter for motions: whether R is reached and above F, and whether the direction of a G is set.
 
-The text is walked as the chip would run it, from the values after reset on; each motion is judged by the ramp that the
-chip would make of it, with the rates of the sheet, whosever they are.
+The text is followed as the chip would run it, from the values after reset on; each motion is checked by the ramp that
+the chip would make of it, with the rates of the sheet, inferred or given.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ CHANGES: dict[str, dict[str, Any]] = {
 
 
 class State(NamedTuple):
-    """Registers as far as the text shows; None: it does not."""
+    """Registers, as far as known from the text; None if unknown."""
 
     first: int | None
     rate: int | None
     slope: int | None
     number: int | None
     position: int | None
-    directed: bool = False  # + or - has been given, or P
-    continuous: bool = False  # C has been given for the next motion
+    directed: bool = False  # True after +, - or P
+    continuous: bool = False  # True after C, until the next motion
 
     def distance(self, statement: Statement) -> int | None:
-        """Return the steps of a motion, as far as they are known."""
+        """Return the steps of a motion; None if not known."""
         if statement.row.name == "GO":
             return self.number
         target = value(statement)
@@ -48,18 +48,18 @@ class State(NamedTuple):
 
 
 def value(statement: Statement) -> int | None:
-    """Return the first argument; None: switches give it."""
+    """Return the first argument; None if it comes from switches."""
     return None if statement.operands[0].label else statement.values[0]
 
 
 def reset(sheet: Sheet) -> State:
-    """Return the registers as they are after reset."""
+    """Return the registers after reset."""
     held = {row.name: row.default for row in sheet.registers}
     return State(held["firstrate"], held["rate"], held["slope"], held["number"], held["position"])
 
 
 def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[Odd]:
-    """Yield what is odd about a motion."""
+    """Yield the problems of a motion."""
     name = statement.row.name
     if name not in ("GO", "POSITION"):
         return
@@ -78,7 +78,7 @@ def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[O
 
 
 def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Iterator[Odd]:
-    """Yield what to say of a motion that turns round before its rate is reached."""
+    """Yield the problem of a motion that decelerates before its rate is reached."""
     ramp = steps(profile.ramp(*made, law))
     if distance <= 2 * ramp:
         top = min(interval for interval, _ in profile.move(distance, *made, law).runs)
@@ -90,7 +90,7 @@ def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Itera
 
 
 def after(statement: Statement, state: State) -> State:
-    """The registers after a command."""
+    """Return the registers after a command."""
     name = statement.row.name
     if name in SETS:
         register: dict[str, Any] = {SETS[name]: value(statement)}
@@ -102,7 +102,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def motions(sheet: Sheet) -> Check:
-    """Return the rule that judges every motion, by the rates of a sheet."""
+    """Return the rule that checks every motion, by the rates of a sheet."""
     law, begin = profile.law_of(sheet), reset(sheet)
 
     def step(statement: Statement, state: State) -> State:

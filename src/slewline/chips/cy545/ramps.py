@@ -1,4 +1,4 @@
-"""The CY545's ramp calculator: F, R and S, by the rates of the sheet, whosever they are."""
+"""The CY545's ramp calculator: F, R and S, by the rates of the sheet, inferred or given."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from . import profile
 
 
 class Cy545Ramps(Calculator):
-    """The calculator of both parts; the law is that of the sheet, where nothing else is said."""
+    """The calculator of both parts; its law is that of the sheet, unless the values have another."""
 
     parameter = "rate"
 
@@ -57,19 +57,19 @@ class Cy545Ramps(Calculator):
         )
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return what a host sends for a move clockwise."""
+        """Return the host's commands for a clockwise move."""
         return ["+", *(f"{form} {values[form]}" for form in "FRS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the rate parameter that comes nearest to a rate in steps/s; None: the text is none."""
+        """Return the rate parameter nearest to a rate in steps/s; None if the text is not a rate."""
         where, top = f"{self.sheet.part}: {quantity.name}", len(self.periods) - 1
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.periods[each]), 0, top)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S: there are few, and none is costly."""
+        """Yield every S: there are few, and each is cheap to compute."""
         arg = self.arg("S")
         for slope in range(arg.low, arg.high + 1) if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})
 
 
-ramps = Cy545Ramps  # the calculator of a part, by its sheet
+ramps = Cy545Ramps  # calculators by sheet

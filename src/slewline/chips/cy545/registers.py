@@ -1,4 +1,4 @@
-"""What a CY545 remembers beside its position: parameters, mode and pointer, the direction."""
+"""The memory of a CY545 besides its position: parameters, mode and pointer, the direction."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from . import sheet
 
 @dataclass
 class Registers(registers.Registers):
-    """The registers; all of them have their values at power-up after RESET and I, too (ch.10)."""
+    """The registers; RESET and I set all of them to their values at power-up (ch.10)."""
 
     clockwise: bool = False  # all pins are high after reset, CCW among them
     directed: bool = False  # a command has set the direction since reset
-    continuous: bool = False  # C has been given for the next motion
+    continuous: bool = False  # True after C, until the next motion
 
     def power_up(self) -> None:
-        """Give every register its value after power-up, which is known of all of them."""
+        """Set every register to its value after power-up, which is known for all of them."""
         super().power_up()
         self.unset.clear()
 
     def clear(self) -> None:
-        """RESET and I."""
+        """Reset the registers, for RESET and I."""
         super().clear()
         self.power_up()
 
@@ -32,12 +32,12 @@ class Registers(registers.Registers):
 
     @property
     def ascii(self) -> bool:
-        """Are commands in ASCII?"""
+        """True if commands are in ASCII."""
         return self.has(sheet.MB_ASCII)
 
     @property
     def pointer(self) -> int:
-        """The memory pointer, which is the counter of a program that runs."""
+        """The memory pointer, which is the counter of a running program."""
         return self.values["pointer"]
 
     @pointer.setter

@@ -1,10 +1,11 @@
-"""CY545 and CY545B data sheets as data.  No behaviour in this file, but for `fitted`.
+"""CY545 and CY545B data sheets as data.  No behaviour in this file, except `fitted`.
 
-Of the manual (edition of 22 March 1999) chapter 16 is at hand ("ch.16"); of the other chapters and of the edition of 2002
-single facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the CY525 manual of 1984.
+Of the manual (edition of 22 March 1999) chapter 16 is at hand ("ch.16"); of the other chapters and of the edition of
+2002 single facts are public ("ch.5", "2002 p.77").  "guide" is the selection guide in the CY525 manual of 1984.
 
-What no readable page states is *inferred*.  It is marked so, and a bench file replaces it: option `inferred`.  Times are
-for a crystal of 12 MHz, at which a machine cycle of the part takes 1 µs; the chip counts clocks of its crystal.
+Facts that no readable page states are *inferred*.  They are marked, and a bench file replaces them: option `inferred`.
+Times are for a crystal of 12 MHz, at which a machine cycle of the part takes 1 µs; the chip counts clocks of its
+crystal.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from ..cy5xx.family_options import clocks
 PART, PART_B = "cy545", "cy545b"
 REFERENCE_HZ = 12_000_000
 MEMORY_BYTES = 1 << 16  # ch.16, External Memory
-PAGE_BYTES = 256  # what J, L, T and Z reach (ch.4)
+PAGE_BYTES = 256  # range of J, L, T and Z (ch.4)
 POSITIONS = 1 << 24
 
 # ------------------------------------------------------------------------------------------------------------- pins
@@ -105,18 +106,18 @@ COMMANDS = Table(
 )
 MISSING = MappingProxyType({"U": "U is reserved", "V": "V is reserved", "M": "M is no command", "K": "K is in no list"})  # ch.4; command summary
 
-# What ? may ask for: the digits of the answer (ch.14; which letters beside P, N, R there are is inferred).
+# Digits of the answers to ? (ch.14; the letters other than P, N, R are inferred).
 QUERIES = MappingProxyType({"P": 8, "N": 8, "R": 5, "F": 5, "S": 5, "O": 5, "Y": 5, "B": 5})
 ASKED = MappingProxyType({"P": "position", "B": "user bits"})
 ANSWER_BYTES = MappingProxyType({8: 3, 5: 2})  # the same in binary, high byte first (2002 p.37)
 LISTING = "M"  # ? M,n: the pointer, then n lines of memory
 
 # -------------------------------------------------------------------------------------------- arguments of B, T, W, H
-# Bits 7 and 6 are what is done, the others the operand (ch.6).  T, W and H: the table is a missing figure, inferred.
+# Bits 7 and 6 are the action, the others the operand (ch.6).  T, W and H: the table is a missing figure, inferred.
 SET, CLEAR_BIT, DATA_BUS = 0x00, 0x10, 0x08  # below 40: one bit, by its number in the low three bits
 OPCODES = MappingProxyType({0x40: "write", 0x80: "and", 0xC0: "or"})  # of bits 0 to 5
 MATCHES = MappingProxyType({0x40: "equal", 0x80: "all", 0xC0: "any"})
-NEGATED = 0x10  # what a slash flips
+NEGATED = 0x10  # bits that a slash inverts
 
 # ------------------------------------------------------------------------------------------------------ mode register
 MB_ASCII, MB_6, MB_CTS, MB_SHOW, MB_3, MB_HP, MB_LCD, MB_PARALLEL = 0x80, 0x40, 0x20, 0x10, 0x08, 0x04, 0x02, 0x01
@@ -146,21 +147,21 @@ REGISTERS = (
 )
 
 # ------------------------------------------------------------------------------------------------ rates, at 12 MHz
-# The table is in no readable page.  Known: 256 rates, 25 steps/s apart, then 50, then about 35 and more and more, since
+# No readable page has the table.  Known: 256 rates, 25 steps/s apart, then 50, then about 35 and increasing, since
 # the period is then counted in machine cycles (2002 p.77); a twentieth is about 1 to about 1000 steps/s (ch.16, JOG);
-# 27K at the top (guide, which names no crystal).  From 1000 / 20 and a cycle of 1 µs follows the first of these tables,
-# whose top is 27K at 16 MHz; from 27K at 12 MHz the second one.
+# 27K at most (guide, which names no crystal).  From 1000 / 20 and a cycle of 1 µs follows the first of these tables,
+# whose maximum is 27K at 16 MHz; from 27K at 12 MHz the second one.
 CYCLE_TICKS = 12  # clocks of a machine cycle
 RATES = 256
 
 
 def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
-    """Return the steps/s at 12 MHz by rate index, 0 to 255, in whole numbers; what is counted in cycles is exact still.
+    """Return the steps/s at 12 MHz by rate index, 0 to 255, in whole numbers; rates counted in cycles remain exact.
 
     Args:
         by_25: how many rates are 25 steps/s above the one below, from 20 steps/s on.
         by_50: how many after them are 50 above.
-        top: machine cycles of a step at index 255; each index below takes one more.
+        top: machine cycles of a step at index 255; each lower index takes one more.
     """
     slow = [20 + 25 * min(k, by_25) + 50 * max(k - by_25, 0) for k in range(by_25 + by_50 + 1)]
     fast = [round(REFERENCE_HZ / ((top + RATES - 1 - k) * CYCLE_TICKS)) for k in range(len(slow), RATES)]
@@ -168,7 +169,7 @@ def rate_law(by_25: int, by_50: int, top: int) -> tuple[int, ...]:
 
 
 TABLES: Mapping[str, tuple[int, ...]] = MappingProxyType({"20k": rate_law(36, 100, 50), "27k": rate_law(10, 113, 37)})
-MAX_STEPS_PER_S = 40_000  # of a table of one's own, at 12 MHz: a step is longer than a pulse and what leads it
+MAX_STEPS_PER_S = 40_000  # of a user's table, at 12 MHz: a step is longer than a pulse and its lead time
 JOG_DIVISOR = 20  # of the first rate (ch.16, JOG Mode)
 RAMP_UNIT_TICKS = 256 * CYCLE_TICKS  # a rate index takes 256 - S times this: 3906 * D / (256 - S) (2002 p.77)
 
@@ -208,7 +209,7 @@ LIMITS = (
 
 # ----------------------------------------------------------------------------------------------------------- options
 BAUDS = tuple(300 << k for k in range(7))  # 300 to 19200 (ch.16, The Serial Interface)
-BAUD_TOLERANCE = 0.03  # that a carriage return may be off a standard rate, and two off each other (inferred)
+BAUD_TOLERANCE = 0.03  # tolerance of a carriage return to a standard rate, and of two to each other (inferred)
 POWER_UP_PS = 10_000_000_000  # RESET at power-up, when nothing drives it (inferred: no readable page)
 
 
@@ -219,7 +220,7 @@ def _rising(given: Sequence[int]) -> str:
     return f"{given[falls[0]]} at {falls[0]} is below {given[falls[0] - 1]}; allowed rising ones" if falls else ""
 
 
-LONGEST_TICKS = {"pulse_low": 200, "ccw_lead": 1000}  # less than a step at MAX_STEPS_PER_S, and less than one of jog
+LONGEST_TICKS = {"pulse_low": 200, "ccw_lead": 1000}  # shorter than a step at MAX_STEPS_PER_S, and than one of jog
 INFERRED = (
     Option("rates", "ints", (), f"inferred: steps/s at 12 MHz by rate index, 0 to {RATES - 1}; none: those of `rate_table`", low=1, high=MAX_STEPS_PER_S, check=_rising, unit="steps/s", where="2002 p.77"),
     Option("ramp_unit", "int", RAMP_UNIT_TICKS, "inferred: what one rate index takes at S 255", low=1, high=1 << 20, unit="clocks", where="2002 p.77"),
@@ -286,7 +287,7 @@ def _sheet(part: str, title: str, flow: Literal["before", "after"], live: bool) 
 CY545 = _sheet(PART, "CY545 stepper system controller", "before", live=False)
 CY545B = _sheet(PART_B, "CY545B stepper system controller", "after", live=True)
 DIFFERENCES = MappingProxyType(
-    {  # what the CY545B does in another way (ch.16)
+    {  # differences of the CY545B (ch.16)
         "FPL": (
             "rises with the last byte put on the bus, before BUSY falls",
             "rises after IO_REQUEST of the last byte, before BUSY rises",
@@ -298,10 +299,10 @@ DIFFERENCES = MappingProxyType(
 
 
 def fitted(sheet: Sheet, options: Mapping[str, Any]) -> Sheet:
-    """Return a sheet whose options are the defaults, with the rates that they ask for.
+    """Return a sheet with these options as its defaults, and with the rates that they select.
 
     Args:
-        options: all of them, checked; rates are `inferred.rates`, or a table by its name, `rate_table`.
+        options: all options, checked; rates are `inferred.rates`, or a table by its name, `rate_table`.
     """
     rates = tuple(options["inferred"]["rates"]) or TABLES[options["rate_table"]]
     return replace(sheet, rates=rates, options=defaulted(sheet.options, options))

@@ -1,14 +1,13 @@
-r"""The CY545's motions and HOME, one step at a time: the oracle of the fast path, slow and obvious.
+r"""The CY545's motions and HOME, one step at a time: the reference for the fast path, slow and obvious.
 
 It shares the outputs with motion.py and home.py, and the numbers of the law, but none of the code that plans, promises
-or looks.  At the start of a step it works out how long this one is to be; at its end it looks
-at the pins.  No findings.
+or samples.  It computes the length of a step at its start, and samples the pins at its end.  No findings.
 
-    one step (a look reads the levels from before the instant):
+    one step (a sample reads the levels from before the instant):
 
         begin                                       end = start of the next
-          |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__   PULSE
-          position, SLEW                              looks: target? limit? INHIBIT_ABORT?
+          |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__   PULSE
+          position, SLEW                              samples: the target, the limit, INHIBIT_ABORT
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ UP, SLEW, DOWN, CRAWL = "up", "slew", "down", "crawl"
 
 
 class TwinSteps:
-    """What the slow twins of motions and of HOME have alike."""
+    """Common base of the slow twins of motions and of HOME."""
 
     def __init__(
         self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: StepOutputs, law: Law
@@ -42,17 +41,17 @@ class TwinSteps:
         self.moving = False
 
     def killed(self) -> None:
-        """Reset in mid-motion: whatever has begun by now counts, nothing follows."""
+        """Reset in mid-motion: count the steps begun so far; no more follow."""
         self.log.end("cut")
         self.moving = False
 
     def mark_deviation(self, kind: str, text: str) -> None:
-        """The motion becomes another one than it was to be."""
+        """Record an event by which the motion departs from its plan."""
         self.log.depart()
         self.log.mark(kind, text)
 
     def limit_low(self) -> bool:
-        """Is the limit of the direction low in which CCW shows now?"""
+        """Return whether the limit in the direction of CCW is low."""
         if self.outputs.sign > 0:
             if self.cw_limit.level == 0:
                 self.mark_deviation("limit", "CW_LIMIT")
@@ -63,19 +62,19 @@ class TwinSteps:
         return False
 
     def start(self, text: str, parameters: Callable[..., object], sign: int) -> None:
-        """A command begins a motion."""
+        """Begin a motion, for a command."""
         self.moving = True
         self.chip.waits(f"{text} in motion")
         self.outputs.begin(text, parameters, sign)  # type: ignore[arg-type]
         self.outputs.turn(sign > 0)
 
     async def lead(self) -> None:
-        """STOPPED falls, and the first step follows."""
+        """Lower STOPPED, and wait for the first step."""
         self.outputs.moving(True)
         await self.chip.ticks(self.ticks["ccw_lead"])
 
     async def step(self, kind: str, period: int) -> None:
-        """From the fall of PULSE to the end of the step."""
+        """Output one step, from the fall of PULSE to the end of the step."""
         chip, outputs = self.chip, self.outputs
         begin = chip.tick
         outputs.slew.drive(0 if kind == SLEW else 1)
@@ -87,14 +86,14 @@ class TwinSteps:
         await chip.at_tick(begin + period)
 
     async def rest(self, why: Why | None) -> None:
-        """After the last step: STOPPED rises 5 ms later."""
+        """Raise STOPPED 5 ms after the last step."""
         self.outputs.slew.drive(1)
         await self.chip.ticks(self.ticks["hold"])
         self.outputs.moving(False)
         self.end(why)
 
     def end(self, why: Why | None) -> None:
-        """The motion is over."""
+        """End the motion."""
         self.log.end(why)
         self.moving = False
 
@@ -109,7 +108,7 @@ class Stepwise(TwinSteps):
         self.inhibit, self.slew = chip.pins["inhibit_abort"].net, chip.pins["slew"].net
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        """A motion from its command to STOPPED high."""
+        """Run a motion from its command to STOPPED high."""
         chip, ticks, values = self.chip, self.ticks, self.registers.values
         at_start = RegistersAtStart(
             chip.crystal_hz, values["firstrate"], values["rate"], values["slope"], number, self.law
@@ -132,11 +131,11 @@ class Stepwise(TwinSteps):
         self.registers.continuous = False
 
     async def steps(self, at_start: RegistersAtStart) -> Why | None:
-        """Step after step, until the looks after one say that it was the last; return why."""
+        """Output step after step, until the samples after one end the motion; return the reason."""
         periods, first = self.law.periods, at_start.first
         start, slow, fast = self.chip.tick, periods[first], periods[max(first, at_start.rate)]
-        up: list[int] = []  # the steps of the way up, one by one
-        back: list[int] | None = None  # those that come back because of INHIBIT_ABORT; None: it has not been low
+        up: list[int] = []  # the steps of the ramp up, one by one
+        back: list[int] | None = None  # the steps of the stop ramp of INHIBIT_ABORT; None while it has not been low
         taken, index = 0, first
         while True:
             left = at_start.number - taken
@@ -183,7 +182,7 @@ class Homewise(TwinSteps):
         self.shown, self.bits = shown, bits
 
     async def seek(self, argument: int) -> None:
-        """H, from its command to STOPPED high."""
+        """Run H, from its command to STOPPED high."""
         chip, ticks, matches = self.chip, self.ticks, partial(self.bits.matches, argument)
         at_start = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         inside = matches()
@@ -205,7 +204,7 @@ class Homewise(TwinSteps):
         await self.rest("done" if found else "limit")
 
     async def until(self, wanted: bool, period: int, matches: Callable[[], bool]) -> bool:
-        """Step until the pins match, or do not; return whether they have come to that."""
+        """Step until the pins match, or do not match, as `wanted`; return whether they do."""
         while True:
             await self.single(period)
             if matches() is wanted:
@@ -214,6 +213,6 @@ class Homewise(TwinSteps):
                 return False
 
     async def single(self, period: int) -> None:
-        """A step, and the position after it."""
+        """Output a step, and show the position after it."""
         await self.step(CRAWL, period)
         await self.shown()

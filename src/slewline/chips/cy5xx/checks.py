@@ -1,6 +1,7 @@
-"""What the linters of the family share.
+"""The common rules of the family's linters.
 
-A text is read as a chip would run it, through every branch both ways; and is it written for a sister part?
+A text is followed as a chip would run it, with both outcomes of every branch, and is checked for commands of a sister
+part.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ FORMS = (
 
 
 class Odd(NamedTuple):
-    """Something odd about a command, in the state in which it is met."""
+    """A problem of a command, in the state in which it was found."""
 
     code: str
     severity: Severity
@@ -39,12 +40,12 @@ def walk(
     step: Callable[[Statement, S], S],
     directive: Callable[[Directive], None] = lambda item: None,
 ) -> None:
-    """Take each command of a text in every state in which it can be met; a program that nothing starts, too.
+    """Process each command of a text in every state in which it can be reached, also in a program that nothing starts.
 
     Args:
-        states: what may hold at first; anything that can be hashed.
-        step: the state after a command.
-        directive: is called with every line that is the host's.
+        states: the possible states at the start, hashable.
+        step: returns the state after a command.
+        directive: is called with every line for the host.
     """
     blocks = iter(source.blocks)
     latest: Block | None = None
@@ -71,12 +72,12 @@ def walk(
 def judged(
     source: Source, state: S, remarks: Callable[[Statement, S], Iterator[Odd]], after: Callable[[Statement, S], S]
 ) -> None:
-    """Report what is odd about the commands of a text, each thing once.
+    """Report the problems of the commands of a text, each once.
 
     Args:
-        state: what holds at first.
-        remarks: what is odd about a command in a state.
-        after: the state after a command.
+        state: the state at the start.
+        remarks: yields the problems of a command in a state.
+        after: returns the state after a command.
     """
     told = set()
 
@@ -92,9 +93,9 @@ def judged(
 
 
 def written_for(source: Source) -> None:
-    """Where commands have the form that a sister part wants, list once all letters that mean something else there.
+    """If commands have the form of a sister part, list once all letters with another meaning there.
 
-    Of several sisters it is the one whose forms are met most often, and of those the one that differs least.
+    Of several sisters it is the one whose forms occur most often, and among equals the one that differs least.
     """
     sheet, problems = source.sheet, sorted(source.problems)
     means = exchanged(sheet.part)
@@ -107,7 +108,7 @@ def written_for(source: Source) -> None:
 
 
 def meant(problem: Problem, sister: str, means: Mapping[str, str], sheet: Sheet) -> bool:
-    """Is what is wrong with a command right in a sister part?"""
+    """Return whether a command with a problem is correct in a sister part."""
     if problem.code not in FORMS:
         return False
     letters = {row.name: row.form for row in sheet.commands}

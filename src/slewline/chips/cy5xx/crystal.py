@@ -1,4 +1,4 @@
-"""What the parts of the family make of their crystal: times in clocks, and a finding where it does not fit."""
+"""Times of the family in clocks of the crystal, and a finding for a crystal that does not fit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def clocks(chip: ChipContext) -> dict[str, int]:
 
 
 def check_crystal(chip: ChipContext, where: str) -> None:
-    """Add a finding if the crystal is one that the part does not take; `where` says which ones it does."""
+    """Add a finding if the part does not allow the crystal; `where` states the allowed crystals."""
     low, high = chip.sheet.crystal_low_hz, chip.sheet.crystal_high_hz
     if not low <= chip.crystal_hz <= high:
         allowed = f"{low // 1_000_000} to {high // 1_000_000} MHz of {where}"

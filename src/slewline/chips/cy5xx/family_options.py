@@ -9,7 +9,7 @@ from ...core.datasheet.table import Register, Timing
 
 
 def at_power_up(registers: Sequence[Register]) -> tuple[Option, ...]:
-    """Return an option for each register: what it holds at power-up."""
+    """Return an option for each register: its value at power-up."""
     says = "at power-up: {}; random in the part"
     return tuple(
         Option(row.name, "int", row.default, says.format(row.says), low=0, high=(1 << row.bits) - 1, where=row.where)
@@ -30,7 +30,7 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
 
     Args:
         periods: clocks of a step by rate parameter, from 0 on.
-        least: clocks of the shortest step that may be given.
+        least: clocks of the shortest step that is allowed.
         phases: the patterns of half steps, phase 1 in the high bit.
     """
     top = len(periods) - 1
@@ -46,6 +46,6 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
 
 
 def _many(*counts: int) -> Callable[[Sequence[int]], str]:
-    """Return what says why some numbers are not as many as they must be."""
+    """Return a check that reports a wrong number of values in a list."""
     allowed = " or ".join(str(count) if count else "none" for count in counts)
     return lambda given: "" if len(given) in counts else f"{len(given)} numbers; allowed {allowed}"

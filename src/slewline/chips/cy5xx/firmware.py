@@ -1,4 +1,4 @@
-"""A chip of the family: it owns the objects, starts and kills the firmware, and is what a user sees."""
+"""A chip of the family: it owns the objects, starts and stops the firmware, and has the public properties."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 
 class Cy5xx(Chip):
-    """A stepper motor controller of the family, on a bench.  A part says which classes and tables it is made of."""
+    """A stepper motor controller of the family, on a bench.  A part names its classes and tables."""
 
     _for_users = ("powered",)
     _power_up: PowerUp
-    _crystal_where = "the manual"  # says which crystals fit
+    _crystal_where = "the manual"  # states the allowed crystals
     _registers_class: type[Registers] = Registers
     _outputs_class: type[StepOutputs] = StepOutputs
     _port_class: type[BusPort] = BusPort
@@ -47,7 +47,7 @@ class Cy5xx(Chip):
         self.state = self._registers_class(defaults)
         self.axes = (Axis(kernel, range(1 << 16), defaults["position"]),)
         self._outputs = self._outputs_class(self, self.state, self.phase_patterns(), ticks["pulse_high"])
-        self._bus = self.sheet.channel(BusHandshake) or BusHandshake()  # a sister may have another channel
+        self._bus = self.sheet.channel(BusHandshake) or BusHandshake()  # a sister may have a different channel
         self._readout = ReadOut(self, self._bus.verify_bytes, self._group_bytes)
         self._port = self._port_class(self, ticks, self._readout)
         self._motion = self._moves(ticks)
@@ -66,11 +66,11 @@ class Cy5xx(Chip):
             self.start()
 
     def phase_patterns(self) -> Patterns:
-        """Return the levels of the phases, a row a step; clockwise goes down the rows."""
+        """Return the levels of the phases, one row per step, in clockwise order."""
         raise NotImplementedError
 
     def _law(self) -> Any:
-        """Return what motions are planned by."""
+        """Return the law by which motions are planned."""
         raise NotImplementedError
 
     def _twin_class(self) -> type[Stepwise]:
@@ -78,20 +78,20 @@ class Cy5xx(Chip):
         raise NotImplementedError
 
     def _moves(self, ticks: Mapping[str, int]) -> Moves:
-        """Make what moves the motor: the fast way, or its slow twin."""
+        """Create the object that moves the motor: the fast one, or its slow twin."""
         moves = self._twin_class() if self.options.stepwise else self._motion_class
         return moves(self, ticks, self.state, self._outputs, self._port, self._law())
 
     def run(self) -> Coroutine[Any, Any, None]:
-        """The firmware from reset on."""
+        """Run the firmware from reset on."""
         return self._interpreter.run()
 
     # ------------------------------------------------------------------------------------------------ power and reset
     def power(self, on: bool) -> None:
         """Switch the supply.
 
-        After power-up the registers hold their power-up values, and RESET must be low for 10 ms; when nothing drives
-        RESET, the capacitor of fig. 9.1 does it.
+        After power-up the registers have their power-up values, and RESET must be low for 10 ms; when nothing drives
+        RESET, the capacitor of fig. 9.1 keeps it low.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -104,14 +104,14 @@ class Cy5xx(Chip):
         self.pin("reset").pulse(0, self.clock.ps(120) + 1)
 
     def _powered_up(self) -> None:
-        """Give the registers their values after power-up; every output is driven, the clock runs."""
+        """Set the registers to their values after power-up, drive every output, and start the clock."""
         self.state.power_up()
         self.axes[0].load(self.state.defaults["position"])
         self._driven(True)
         self._clock_runs()
 
     def _cleared(self) -> None:
-        """The firmware has been killed: no program, no motion, no command; flags and pointers as after reset."""
+        """Clear program, motion and command after the firmware was stopped; set flags and pointers as after reset."""
         self._stored.clear()
         self._motion.killed()
         self.on_command("")
@@ -122,7 +122,7 @@ class Cy5xx(Chip):
         self._outputs.clear()
 
     def _driven(self, on: bool) -> None:
-        """Drive every output to 1 (s.13), and PROG/LIVE as its pull does; or let go of all of them, without supply."""
+        """Drive every output to 1 (s.13), and PROG/LIVE to its pull level; release all of them without supply."""
         for name, driver in self.drivers.items():
             row = self.sheet.pin(name)
             if row.role != "ready" and (row.reset == 1 or not on):
@@ -130,18 +130,18 @@ class Cy5xx(Chip):
         self._port.rest(on)
 
     def _clock_runs(self) -> None:
-        """CLK/15 runs from power-up on, whatever else happens (s.13)."""
+        """Start CLK/15, which runs from power-up on regardless of all else (s.13)."""
         clock = Playing(StepTrain(self.clock, self.clock.ticks_from(self.kernel.now), ((15, OPEN),)))
         self.drivers["clk15"].play(PulseView(clock, 10))  # 5 of 15 clocks low: 0.45 µs at 11 MHz
 
-    # ------------------------------------------------------------------------------------------------- as others see it
+    # ------------------------------------------------------------------------------------------------ public properties
     def left_over(self) -> list[tuple[str, str]]:
-        """Return what a host has begun: a line, and a program that it has not ended."""
+        """Return the unfinished input of a host: a line, and a program without its end."""
         return [*super().left_over(), *([self._open_entry()] if self._stored.entering else [])]
 
     @property
     def powered(self) -> bool:
-        """Is the supply on?"""
+        """True while the supply is on."""
         return self._supply.powered
 
     @property
@@ -151,16 +151,16 @@ class Cy5xx(Chip):
 
     @property
     def program(self) -> bytes:
-        """The program buffer in use, as stored."""
+        """Bytes of the program buffer in use, as stored."""
         return bytes(self._stored.buffer)
 
     @property
     def program_counter(self) -> int | None:
-        """The byte of the buffer at which the running instruction begins, or the next one while live commands come."""
+        """Address in the buffer of the running instruction, or of the next one during live commands."""
         return self._stored.counter
 
     def program_rows(self) -> list[ProgramRow]:
-        """Return the program buffer, an instruction a row: address, bytes and text."""
+        """Return the program buffer, one instruction per row: address, bytes and text."""
         from ...language.disassemble import program_rows
 
         return program_rows(self.program, self.sheet)
@@ -177,14 +177,14 @@ class Cy5xx(Chip):
 
     @property
     def unfinished(self) -> str:
-        """The line that has come so far."""
+        """The part of a line received so far."""
         self._port.catch_up()
         return self._interpreter.decoder.unfinished
 
     def _group_bytes(self, group: int, ascii: bool) -> bytes:
-        """Return all bytes of a verify group as they stand now: position, program, status, parameters.
+        """Return all present bytes of a verify group: position, program, status, parameters.
 
-        The position has the form of the mode in which V was given; the other groups are binary in both modes (s.6).
+        The position has the form of the mode in which V was sent; the other groups are binary in both modes (s.6).
         """
         position = self.axes[0].position
         if group == 0:

@@ -1,6 +1,6 @@
-"""What commands do: one method a row of the sheet, found by its name (do_loop for LOOP), and what several of them need.
+"""Effects of commands: one method per row of the sheet, found by its name (do_loop for LOOP), and their common helpers.
 
-Here are those that work alike in the family; a part adds its own, and those that it performs in another way.
+This file has the commands that work alike in the family; a part adds its own, and replaces some.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from .stepping.phase_outputs import StepOutputs
 
 
 class DirectionOutput(Protocol):
-    """What shows the direction of the motor."""
+    """Output that shows the direction of the motor."""
 
     def turn(self, clockwise: bool) -> None:
         """Set the direction, and show it."""
 
 
 class ParameterHandlers:
-    """Handlers of what every part has: parameters, the direction, a pause, motions."""
+    """Handlers of the commands of every part: parameters, the direction, a pause, motions."""
 
     def __init__(
         self, chip: ChipContext, ticks: Mapping[str, int], registers: Registers, outputs: DirectionOutput, motion: Moves
@@ -63,13 +63,13 @@ class ParameterHandlers:
         self.outputs.turn(False)
 
     def declare(self, position: int, text: str) -> None:
-        """Give the position register a value."""
+        """Set the position register to a value."""
         self.axis.load(position)
         self.axis.log.mark("command", text)
         self.registers.unset.discard("position")
 
     async def pause(self, letter: str, delay: int) -> None:
-        """Let milliseconds pass."""
+        """Wait for a number of milliseconds."""
         clocks = delay * self.ticks["millisecond"]
         self.chip.waits(f"waiting {readable(self.chip.clock.ps(clocks))} ({letter} {delay})")
         await self.chip.ticks(clocks)
@@ -81,7 +81,7 @@ class ParameterHandlers:
         return self.motion.move(self.registers.values["number"], 1 if self.registers.clockwise else -1, "G")
 
     async def do_position(self, position: int) -> None:
-        """P: move to a position, clockwise if it is the present one or higher."""
+        """P: move to a position, clockwise if it is not lower than the present one."""
         self.check_registers(f"P {position}", "position")
         here = self.axis.position
         clockwise = position >= here
@@ -89,7 +89,7 @@ class ParameterHandlers:
         await self.motion.move(number, 1 if clockwise else -1, f"P {position}")
 
     def check_registers(self, text: str, distance: str) -> None:
-        """Parameters of a motion that the manual does not allow, or that has not been set; each is reported once."""
+        """Report, once each, the parameters of a motion that the manual does not allow, or that have not been set."""
         registers = self.registers
         used = (set(registers.values) - {"number"}) | {distance}
         for name in sorted(used & registers.unset):
@@ -104,7 +104,7 @@ class ParameterHandlers:
                 self.chip.finding(code, what)
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield what a motion should not find in the parameters: whether it does, code and text of a finding."""
+        """Yield the conditions that a motion checks: whether one holds, with the code and text of its finding."""
         return ()
 
 
@@ -149,7 +149,7 @@ class Instructions(ParameterHandlers):
         await self.wait_for("W", 1)
 
     async def wait_for(self, letter: str, wanted: int) -> None:
-        """U and W: look at WAIT every 8 µs; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
+        """Wait, for U and W, and sample WAIT every 8 µs; a new low of I/O REQUEST may end the wait too (s.3 item 8)."""
         chip, program, port, poll = self.chip, self.program, self.port, self.ticks["wait_poll"]
         request, ends = port.request, self.request_ends_wait
         chip.waits(f"waiting for wait={wanted} ({letter})")
@@ -158,7 +158,7 @@ class Instructions(ParameterHandlers):
             if ends and not program.running and request.changes == port.accepted:
                 ended = await chip.polled(self.wait, wanted, poll, request.when_inactive)
                 if ended is self.wait:
-                    return  # else the request of the terminator has gone away, and a new one counts
+                    return  # otherwise the request of the terminator has ended, and a new one counts
             before = request.changes
             ended = await chip.polled(self.wait, wanted, poll, *((request.when_active,) if ends else ()))
             if ended is request and request.changes > before:
@@ -168,7 +168,7 @@ class Instructions(ParameterHandlers):
 
     # ----------------------------------------------------------------------------------------------------- read-out
     def do_verify(self, group: int) -> None:
-        """V: point the readout at a group of registers; an unknown group is a finding."""
+        """V: set the readout to a group of registers; an unknown group is a finding."""
         if group not in self.readout.sizes:
             last = max(self.readout.sizes)
             self.chip.finding("verify-group", f"V {group}: there are groups 0 to {last}; the pointer stays")
@@ -181,7 +181,7 @@ class Instructions(ParameterHandlers):
 
     # ------------------------------------------------------------------------------------------------------ program
     def do_enter(self) -> None:
-        """E: begin program entry; in a running program that is a finding."""
+        """E: begin program entry; in a running program this is a finding."""
         if self.program.pc is not None:
             became = "refused" if self.program.live else "skipped"
             self.chip.finding("enter-while-running", f"E in a running program: {became}")
@@ -189,7 +189,7 @@ class Instructions(ParameterHandlers):
         self.program.enter()
 
     def do_quit(self) -> None:
-        """Q: end program entry; outside of it that is a finding."""
+        """Q: end program entry; outside of it this is a finding."""
         if not self.program.entering:
             self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
         self.program.quit()
@@ -213,7 +213,7 @@ class Instructions(ParameterHandlers):
         self.program.begin(self.program.resolved(target))
 
     def do_loop(self, count: int, target: int) -> None:
-        """L: branch to a byte of the program until the count has run out."""
+        """L: branch to a byte of the program until the count is 0."""
         program, finding = self.program, self.chip.finding
         target = program.resolved(target)
         if not program.running:

@@ -1,4 +1,4 @@
-"""What the chip does with commands: those of the host as they come, the stored program, live commands.
+"""Execution of commands: those of the host as they come, the stored program, live commands.
 
 The effect of a command shows shortly before READY returns; motions, delays and waits begin where READY would return.
 An instruction of a running program takes its time first and then acts, so signals between two instructions exist.
@@ -17,13 +17,13 @@ from .instructions import Instructions
 from .interfaces.command_port import BusPort
 from .program_buffer import Program
 
-UNKNOWN_US = 40  # what a byte of the program takes that is no opcode
+UNKNOWN_US = 40  # time of a byte of the program that is not an opcode
 
 
 class Interpreter:
     """The firmware from reset on."""
 
-    lasting = frozenset(("GO", "POSITION", "DELAY", "UNTIL", "WAIT"))  # these go on for as long as they take
+    lasting = frozenset(("GO", "POSITION", "DELAY", "UNTIL", "WAIT"))  # these last for as long as they take
     announces = True  # READY is low for motions of a program
 
     def __init__(
@@ -46,11 +46,11 @@ class Interpreter:
             self.chip.finding("select-while-busy", "I/O SELECT changed while READY is low: it counts at the next READY")
 
     def lead(self, row: Row) -> int:
-        """How many clocks before its time a command begins: motions set READY and DIRECTION ahead of the first step."""
+        """Return how many clocks early a command begins: motions set READY and DIRECTION ahead of the first step."""
         return self.ticks["step_lead"] if row.motion else 0
 
     async def run(self) -> None:
-        """Commands as they come, a program when one is started."""
+        """Execute commands as they come, and a program when one is started."""
         while True:
             command = await self.next_command()
             await self.execute(command)
@@ -59,7 +59,7 @@ class Interpreter:
 
     # ------------------------------------------------------------------------------------------------------- commands
     async def next_command(self) -> Command:
-        """The next command that is to be executed; in program entry commands are stored instead, until Q."""
+        """Return the next command to execute; in program entry commands are stored instead, until Q."""
         chip, port, program, decoder = self.chip, self.port, self.program, self.decoder
         while True:
             byte = await self.next_byte()
@@ -85,19 +85,19 @@ class Interpreter:
 
     @property
     def at_letter(self) -> bool:
-        """Does a command begin with the next byte?"""
+        """True if a command begins with the next byte."""
         return self.decoder.at_letter
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes, from a place on, only become part of a command."""
+        """Return how many bytes, from an index on, only become part of a command."""
         return self.decoder.kept(data, at, ascii)
 
     def keep(self, data: bytes) -> None:
-        """Take such bytes."""
+        """Add such bytes to the command."""
         self.decoder.keep(data, self.port.ascii, self.program.entering)
 
     async def execute(self, command: Command) -> None:
-        """Perform a command given by the host, and end its handshake."""
+        """Execute a command of the host, and end its handshake."""
         chip, row = self.chip, command.row
         end = self.port.busy_from + row.time_us * self.per_us + command.digits * self.ticks["digit"]
         chip.waits(f"{command.text} in progress")
@@ -116,14 +116,14 @@ class Interpreter:
         chip.on_command("")
 
     async def perform(self, code: int, values: tuple[int, ...]) -> None:
-        """Call the handler of a command, and wait for it if it takes time."""
+        """Call the handler of a command, and wait for its end."""
         work = self.handlers[code](*values)
         if work is not None:
             await work
 
     # --------------------------------------------------------------------------------------------- the stored program
     async def run_program(self) -> None:
-        """Fetch and perform instructions until 0, I or reset; between two of them PROG/LIVE is sampled (s.7)."""
+        """Fetch and execute instructions until 0, I or reset; between two of them PROG/LIVE is sampled (s.7)."""
         chip, program = self.chip, self.program
         due = program.run_fell + self.ticks["first_instruction"]
         while program.pc is not None:
@@ -139,7 +139,7 @@ class Interpreter:
             due = chip.tick
 
     async def no_instruction(self, at: int) -> None:
-        """The program has come to where nothing is stored."""
+        """Handle the end of the stored program."""
         chip, program = self.chip, self.program
         chip.on_command("")
         room = chip.sheet.buffer_bytes
@@ -153,7 +153,7 @@ class Interpreter:
         await chip.polled(*program.prog_in.when_active, self.ticks["wait_poll"])
 
     async def instruction(self, at: int, due: int) -> None:
-        """One instruction: its time passes first, then it acts.  The first one acts 60 µs after RUN fell."""
+        """Execute one instruction: its time passes first, then it acts.  The first one acts 60 µs after RUN fell."""
         chip, program, buffer = self.chip, self.program, self.program.buffer
         program.began()
         code = buffer[at]
@@ -177,7 +177,7 @@ class Interpreter:
         self.port.open()
 
     async def live_commands(self) -> None:
-        """PROG/LIVE is low: take commands from the host until it is high after one of them."""
+        """Execute commands of the host while PROG/LIVE is low, until it is high after one of them."""
         program = self.program
         program.live = True
         self.chip.on_command("")

@@ -1,4 +1,4 @@
-"""Letters that mean something else in one part of the family than in another.
+"""Letters whose meaning differs between parts of the family.
 
 They are from the CY525 manual, section 3, comparison, and the CY545 manual, chapters 4 to 10.  A letter that is not
 listed means the same in every part that has it.  Data only.
@@ -82,7 +82,7 @@ MEANS: Mapping[str, Mapping[str, str]] = MappingProxyType(
 )
 
 NUMBERS: Mapping[str, Mapping[str, int]] = (
-    MappingProxyType(  # that a letter takes, where it is not as many in all parts
+    MappingProxyType(  # number of arguments of a letter, if it differs between parts
         {
             **{letter: {"cy525": 1, "cy545": 1} for letter in "AD"},
             **{letter: {"cy545": 1} for letter in "BHW"},
@@ -97,7 +97,7 @@ ALIKE: Mapping[str, str] = MappingProxyType({"cy545b": "cy545"})  # parts with a
 
 
 def exchanged(part: str) -> Mapping[str, Mapping[str, str]]:
-    """Return what letters mean in the sister parts and not in this one: by sister, then by letter, in words."""
+    """Return the meanings in sister parts, different from this part's: by sister, then by letter, in words."""
     part = ALIKE.get(part, part)
     sisters = sorted({other for means in MEANS.values() for other in means} - {part})
     return {

@@ -1,4 +1,4 @@
-"""The program buffer: what program entry stores, where the program runs, and the pins PROG/LIVE and RUN."""
+"""The program buffer: program entry, execution address, and the pins PROG/LIVE and RUN."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 
 
 class Moves(Protocol):
-    """What moves the motor: motion.py, or its slow twin."""
+    """Mover of the motor: motion.py, or its slow twin."""
 
     moving: bool
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        """Take steps; return when READY may rise."""
+        """Output steps; return when READY may rise."""
 
     def killed(self) -> None:
-        """Reset: whatever has begun by now counts, nothing follows."""
+        """Reset: count the steps begun so far; no more follow."""
 
 
 class Program:
-    """The stored program: bytes, labels, counter; whether it runs, is being entered, takes live commands.
+    """The stored program: bytes, labels, counter; whether it runs, is being entered, or waits for live commands.
 
     `pc` is the address of the next instruction, None while no program runs; `at` that of the running one.
     """
@@ -39,16 +39,16 @@ class Program:
         self.prog_in = line_in(chip, "prog" if self.takes_live else "live")  # pulled low by the host
         self.prog_rest = None if self.takes_live else self.prog.inactive_level
         self.pc: int | None = None
-        self.waits = False  # U or W is in progress, which look at I/O REQUEST themselves
+        self.waits = False  # U or W, which sample I/O REQUEST themselves, is in progress
         self.run_fell = 0  # tick at which RUN fell
         self.at = self.following = 0  # addresses of the running instruction and of the one after it
         self.clear()
 
     def clear(self) -> None:
-        """RESET and I: no program, none that runs or is entered."""
+        """Erase the program and end its execution or entry, for RESET and I."""
         self.end()
         self.erase()
-        self.loop: tuple[int, int] | None = None  # (address of the L that counts, what is left)
+        self.loop: tuple[int, int] | None = None  # (address of the L that counts, remaining count)
         self.entering = self.live = self.waits = False
 
     def erase(self) -> None:
@@ -59,22 +59,22 @@ class Program:
 
     # ------------------------------------------------------------------------------------------------- program entry
     def enter(self) -> None:
-        """E: commands are stored from here on."""
+        """E: begin to store commands."""
         self.erase()
         self.entering = True
         self.prog.activate()
 
     def quit(self) -> None:
-        """Q: commands are performed again."""
+        """Q: execute commands again."""
         self.entering = False
         self.rest()
 
     def rest(self) -> None:
-        """PROG/LIVE without program entry."""
+        """Set PROG/LIVE to its level outside program entry."""
         self.prog.drive(self.prog_rest)
 
     def store(self, command: Command) -> None:
-        """Keep a command; what does not fit is dropped."""
+        """Store a command; drop it if it does not fit."""
         room = self.sheet.buffer_bytes
         self.buffer += command.stored
         if len(self.buffer) > room:
@@ -97,16 +97,16 @@ class Program:
     # ------------------------------------------------------------------------------------------------------- running
     @property
     def running(self) -> bool:
-        """Is the instruction in progress one of the program (not a command of the host)?"""
+        """True while the instruction in progress is one of the program, not a command of the host."""
         return self.pc is not None and not self.live
 
     @property
     def counter(self) -> int | None:
-        """Where the instruction in progress begins, or the next one while live commands come; None: no program runs."""
+        """Address of the instruction in progress, or of the next one during live commands; None if no program runs."""
         return self.pc if self.pc is None or self.live else self.at
 
     def begin(self, target: int) -> None:
-        """Start the program, or send it elsewhere."""
+        """Start the program at an address, or branch to it."""
         if self.pc is None or self.live:
             self.loop = None
         if self.pc is None:
@@ -116,7 +116,7 @@ class Program:
         self.pc, self.following = target, 0
 
     def end(self) -> None:
-        """The program, if one runs, is over."""
+        """End the program if one runs."""
         if self.pc is not None:
             self.pc = None
             self.chip.on_command("")
@@ -124,14 +124,14 @@ class Program:
             self.port.request.unwatch(self._requested)
 
     def _requested(self, net: Net) -> None:
-        """A running program does not see a request; only its edge can tell (watched while a program runs)."""
+        """Report a request that a running program misses; its edge is watched while a program runs."""
         if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live
             self.chip.finding("request-while-running", f"I/O REQUEST lowered in a running program{how}: not answered")
 
     def resolved(self, target: int) -> int:
-        """A branch target: a label gives way to its address, in the buffer too, when it is first executed (s.3)."""
+        """Return a branch target; replace a label by its address, in the buffer too, at its first execution (s.3)."""
         if target < self.sheet.buffer_bytes or chr(target) not in self.sheet.labels:
             return target
         address = self.labels.get(chr(target))
@@ -142,9 +142,9 @@ class Program:
             self.buffer[self.pc - 1] = address
         return address
 
-    # ------------------------------------------------------------------------------------------------ as others see it
+    # ----------------------------------------------------------------------------------------------- public properties
     def began(self) -> None:
-        """Report the instruction that is in progress from now on."""
+        """Report the instruction in progress."""
         if self.chip.on_instruction:
             self.chip.on_instruction(self.at)
         if self.chip.on_command:

@@ -30,7 +30,7 @@ PlanMove = Callable[[int, int, int, int, Law], Plan]  # number, rate, slope (0: 
 
 
 class PlannedMove(Move):
-    """A whole move, as the part plans it."""
+    """A whole move, as planned by the part."""
 
     def __init__(self, ramp: Ramp, plan: Plan, number: int) -> None:
         clock = Clock(ramp.crystal_hz)
@@ -46,7 +46,7 @@ class PlannedMove(Move):
 
 
 class SlopeRamp(Ramp):
-    """The way up from the first parameter to R."""
+    """The ramp from the first parameter up to R."""
 
     def __init__(self, of: SlopeRamps, values: Values, crystal_hz: int) -> None:
         self.of, self.values, self.crystal_hz, self.clock = of, values, crystal_hz, Clock(crystal_hz)
@@ -59,7 +59,7 @@ class SlopeRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """Every rise of the rate over the step that it takes."""
+        """Accelerations of the ramp: each rise of the rate over the step that it takes."""
         rates = [self.crystal_hz / interval for interval in self.intervals]
         rises = [(b - a) * a for a, b in pairwise(rates)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
@@ -74,12 +74,12 @@ class SlopeRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The least number of steps that reaches the rate; None: no move does."""
+        """The least number of steps that reaches the rate; None if no move does."""
         return least(lambda number: self.made(number).reached, 1, self.of.number.high)
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps, and the command that sets it."""
+        """The least and the greatest number of steps, and the command that sets the number."""
         return self.of.number.low, self.of.number.high, " (N)"
 
     def made(self, distance: int) -> PlannedMove:
@@ -90,7 +90,7 @@ class SlopeRamp(Ramp):
 class SlopeRamps(Calculator):
     """The calculator of a part with such slopes: R and S.
 
-    A move is as `plan_move` plans it.
+    `plan_move` plans its moves.
     """
 
     parameter = "rate"
@@ -112,33 +112,33 @@ class SlopeRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> SlopeRamp:
-        """Return the ramp of some values, at a crystal in Hz."""
+        """Return the ramp for a set of values, at a crystal in Hz."""
         return SlopeRamp(self, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands of a host that makes a number of steps with these values."""
+        """Return the host's commands for a move of a number of steps with these values."""
         return ["A", *(f"{form} {values[form]}" for form in "RS"), f"N {steps}", "G"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter of a rate such as "500 steps/s"; None: the text is no rate."""
+        """Return the parameter of a rate such as "500 steps/s"; None if the text is not a rate."""
         arg, where = self.arg(quantity.name), f"{self.sheet.part}: {quantity.name}"
         return nearest_rate(where, text, lambda each: Fraction(crystal_hz, self.law.period(each)), arg.low, arg.high)
 
     def candidates(self, search: Search) -> Iterator[Candidate]:
-        """Yield every S: there are few, and none is costly."""
+        """Yield every S: there are few, and each is cheap to compute."""
         for slope in self.slopes if "S" in search.free else (None,):
             yield Candidate({} if slope is None else {"S": slope})
 
 
 class UnitRamp(Ramp):
-    """The way up from F to R.
+    """The ramp from F up to R.
 
     Args:
         part: its name, for messages.
-        periods: clocks of a step by rate parameter; none of two rates is the same.
-        runs: the way up.
-        number: what N may be.
-        plan: a move of so many steps.
+        periods: clocks of a step by rate parameter; all periods differ.
+        runs: the acceleration ramp.
+        number: the range of N.
+        plan: returns the move of a number of steps.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ class UnitRamp(Ramp):
 
     @property
     def accelerations(self) -> Accelerations:
-        """Every rise of the rate over the time for which the lower rate lasted."""
+        """Accelerations of the ramp: each rise of the rate over the duration of the lower rate."""
         stretches = [*self.table(), RampSegment(self.time_ps, self.steps, 0, self.top)]
         rises = [(b.rate - a.rate) * PS_PER_S / (b.begin_ps - a.begin_ps) for a, b in pairwise(stretches)]
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
@@ -170,7 +170,7 @@ class UnitRamp(Ramp):
         ticks = position = 0
         rate = int(self.values["F"])
         for interval, count in self.runs:
-            rate = self.periods.index(interval, rate)  # of rates with one period the first one above the last
+            rate = self.periods.index(interval, rate)  # of rates with the same period, the first one above the last
             yield RampSegment(self.clock.ps(ticks), position, count, self.crystal_hz / interval, rate)
             ticks, position = ticks + interval * count, position + count
 
@@ -181,7 +181,7 @@ class UnitRamp(Ramp):
 
     @property
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps, and the command that sets it."""
+        """The least and the greatest number of steps, and the command that sets the number."""
         return max(self.number.low, 1), self.number.high, f" ({self.number.name}, N)"
 
     def made(self, distance: int) -> PlannedMove:

@@ -1,4 +1,4 @@
-"""What a CY5xx remembers: parameters, which RESET leaves alone, flags and pointers, which RESET and I clear."""
+"""The memory of a CY5xx: parameters, which RESET keeps, and flags and pointers, which RESET and I clear."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import MISSING, dataclass, field, fields
 
 @dataclass
 class Registers:
-    """Parameters by the manual's names, flags and pointers.  A part adds flags of its own, each with what clears it.
+    """Parameters by the manual's names, flags and pointers.  A part adds its own flags, with their clearing events.
 
-    `defaults` are the parameters after power-up.  The position is not among `values`: it is the axis that counts it.
+    `defaults` are the parameters after power-up.  The position is not in `values`, because the axis counts it.
     """
 
     defaults: Mapping[str, int]
@@ -23,7 +23,7 @@ class Registers:
         self.power_up()
 
     def power_up(self) -> None:
-        """Give every parameter its value after power-up; none of them has been set by a command."""
+        """Set every parameter to its value after power-up; mark each as not set by a command."""
         self.values = {name: value for name, value in self.defaults.items() if name != "position"}
         self.unset = set(self.defaults)
 
@@ -33,7 +33,7 @@ class Registers:
         self.unset.discard(name)
 
     def clear(self) -> None:
-        """Set all flags and pointers, which are the fields with a default, to what RESET and I make of them (s.4)."""
+        """Set all flags and pointers, which are the fields with a default, to their values after RESET and I (s.4)."""
         for each in fields(self):
             if each.default is not MISSING:
                 setattr(self, each.name, each.default)

@@ -1,7 +1,7 @@
-"""Data of the socket that the parts with 40 pins share: pins, commands, times as a manual of 1984 prints them.
+"""Data of the socket of the parts with 40 pins: pins, commands, and the times printed in a manual of 1984.
 
-The sheets of the parts begin with it and say what is other; the two whose rate grows by S with each step (sloped.py)
-begin with the same registers and half steps as well.  Data only.
+The sheets of the parts begin with this data and state their differences; the two parts whose rate grows by S with each
+step (sloped.py) also share registers and half steps.  Data only.
 
 Times are stated at the crystal that the manual names beside them; the chip counts crystal clocks, so every time
 scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
@@ -60,8 +60,8 @@ PINS = (
 # fmt: on
 
 # ------------------------------------------------------------------------------------------------- commands, Table V
-# Commands without argument: Table V gives letter plus terminator, of which the letter takes LETTER_US; with argument
-# it gives the busy time of the last byte.  `time_us` is the busy time of the last byte in both cases.
+# Commands without argument: Table V states letter plus terminator, of which the letter takes LETTER_US; with argument
+# it states the busy time of the last byte.  `time_us` is the busy time of the last byte in both cases.
 LETTER_US = 187
 _BUSY_US = 26  # from the request to READY low
 TARGET = Arg("target", 1, 0, BUFFER_BYTES - 1, label=True)
@@ -85,7 +85,7 @@ COMMANDS = Table(
     TextRow("J", "JUMP",       (TARGET,),                                 100, "continue at a byte of the program", "s.3; T.V", flow="t", starts=True, role="jump"),
     TextRow("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V", flow="nt", role="loop", starts=True),
     TextRow("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),              180, "number of steps of a relative move", "s.3; T.V", role="distance"),
-    TextRow("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V"),
+    TextRow("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V", role="phases"),
     TextRow("P", "POSITION",   (Arg("position", 2, 0, 65535),),           550, "step to an absolute position", "s.3; T.V", motion=True, role="absolute"),
     TextRow("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False, role="leave"),
     TextRow("R", "RATE",       (Arg("rate", 1, 0, 127),),                  80, "maximum step rate", "s.3; T.V", role="top_rate"),
@@ -130,7 +130,7 @@ TIMES = MappingProxyType({
 # fmt: on
 NS, US = 1000, 1_000_000  # ps
 # fmt: off
-# What the manual prints, between edges.  The step period is that of the highest rate of Table VII; O above 127 pulses as
+# The manual's limits between edges.  The step period is that of the highest rate of Table VII; O above 127 pulses as
 # well, with SLEW high.
 LIMITS = (
     Limit("reset falls", "reset rises", "RESET low while running", "s.9", least=15 * US, mhz=6, keeper="host"),
@@ -173,7 +173,7 @@ OPTIONS = (
     Option("cold", "bool", False, "start without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
 )
 
-# How the manual prints commands
+# The manual's notation of commands
 SLIPS = MappingProxyType(
     {
         "\u00d8": "the manual prints \u00d8 for the digit zero: write 0",

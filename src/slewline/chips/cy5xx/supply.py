@@ -1,8 +1,8 @@
 """Power and RESET.
 
-RESET low for 15 µs (at 6 MHz) is seen; after power-up it takes 10 ms, which the capacitor of fig. 9.1 gives to a chip
-whose RESET nothing drives.  The reset acts through an inner net, so it is the last thing that happens in its instant.
-Its row in the sheet says at which level it is active.
+RESET must be low for 15 µs (at 6 MHz) to be detected; after power-up it takes 10 ms, which the capacitor of fig. 9.1
+provides if nothing drives RESET.  The reset acts through an inner net, so it is the last thing that happens in its
+instant.  Its row in the sheet states its active level.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from ...core.wires.net import Driver, Net
 
 
 class PowerUp(NamedTuple):
-    """How long RESET is active after power-up, whatever the crystal: at least, and by the capacitor; in ps."""
+    """Duration of RESET after power-up, independent of the crystal: the minimum, and that by the capacitor; in ps."""
 
     least_ps: int
     charged_ps: int
 
 
 class Started(ChipContext, Protocol):
-    """A chip, as its supply sees it."""
+    """The part of a chip that its supply uses."""
 
     def start(self) -> None:
         """Start the firmware at this instant."""
 
     def stop(self) -> None:
-        """Kill the firmware where it is."""
+        """Stop the firmware immediately."""
 
 
 class Supplied(NamedTuple):
-    """What a chip does when power comes and goes, and when it is reset."""
+    """Actions of a chip at power-up, at power-down and at reset."""
 
     powered_up: Callable[[], None]  # registers take their values after power-up; outputs are driven, the clock runs
     cleared: Callable[
@@ -44,7 +44,7 @@ class Supplied(NamedTuple):
 
 
 class Supply:
-    """The supply pins and RESET.  It starts the firmware, and kills it."""
+    """The supply pins and RESET, which start and stop the firmware."""
 
     def __init__(self, chip: Started, supplied: Supplied, times: Mapping[str, Timing], power_up: PowerUp) -> None:
         self.chip, self.supplied, self.kernel, self.clock = chip, supplied, chip.kernel, chip.clock
@@ -65,8 +65,8 @@ class Supply:
     def switch(self, on: bool) -> None:
         """Switch the supply.
 
-        After power-up the registers hold their power-up values, and RESET must be low for 10 ms; when nothing drives
-        RESET, the capacitor of fig. 9.1 does it.
+        After power-up the registers have their power-up values, and RESET must be low for 10 ms; when nothing drives
+        RESET, the capacitor of fig. 9.1 keeps it low.
         """
         chip = self.chip
         if on == self.powered:
@@ -103,7 +103,7 @@ class Supply:
         return f"{self.power_up.least_ps / 1_000_000_000:g} ms"
 
     def _capacitor_charged(self, on: int) -> None:
-        """RESET ends by itself, unless something holds it by now."""
+        """End RESET, unless it is driven active by now."""
         if self.powered and self.cold and self.powered_at == on:
             if self.pin.is_active:
                 self.reset_valid = True
@@ -132,7 +132,7 @@ class Supply:
             self.chip.finding("reset-short", f"RESET {self.active} for less than {least}: not seen")
 
     def _reset_seen(self, fell: int) -> None:
-        """RESET has been active for long enough; the inner net makes the kill the last thing of the instant."""
+        """Stop the firmware after RESET has been active long enough, through an inner net: last in the instant."""
         if self.powered and self.pin.is_active and self.reset_fell == fell:
             self.reset_valid = True
             if self.cold:

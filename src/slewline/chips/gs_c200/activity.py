@@ -1,4 +1,4 @@
-"""What a module is working on, and what shows it: RDY is low meanwhile."""
+"""The work of a module; RDY is low while there is any."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ LINE, PROGRAM, EEPROM, START = "line", "program", "EEPROM", "start"
 
 
 class Activity:
-    """What is in progress: a line of the host, a program or a homing, a write to the EEPROM, the start of the module.
+    """Work in progress: a line of the host, a program or a homing, a write to the EEPROM, the start of the module.
 
-    `text` is what is in progress besides a line and an instruction of the program: a homing, a write ...
+    `text` names the work in progress other than a line and an instruction of the program: a homing, a write ...
     """
 
     def __init__(self, chip: ChipContext) -> None:
-        self.chip, self.busy = chip, chip.drivers["rdy"]  # an open collector, active while there is work
+        self.chip, self.busy = chip, chip.drivers["rdy"]  # an open collector, active during work
         self.clear()
 
     def clear(self) -> None:
-        """Forget all work: there is no supply."""
+        """Clear all work, without supply."""
         self.kinds: set[str] = set()
         self.text = ""
 
@@ -28,12 +28,12 @@ class Activity:
         self.busy.put(self.busy.active_level)
 
     def end(self, kind: str) -> None:
-        """End a kind of work, if it is under way."""
+        """End a kind of work, if it is in progress."""
         self.kinds.discard(kind)
         if not self.kinds:
             self.busy.put(None)
 
     def works_on(self, text: str) -> None:
-        """Report what has begun that is no instruction of the program; empty: it is over."""
+        """Set the text of work that is not an instruction of the program; empty when it is over."""
         self.text = text
         self.chip.on_command(text)

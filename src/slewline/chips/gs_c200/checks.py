@@ -1,7 +1,7 @@
-"""What only the linter of the GS-C modules knows: whether a ramp reaches its speed, loops, the position counter.
+"""Rules of the linter of the GS-C modules alone: whether a ramp reaches its speed, loops, the position counter.
 
-The text is walked as a module would run it, with registers whose values are known or not (None), through every branch
-both ways; each motion is then judged with the registers that it would meet.  The ramp is the one of profile.py.
+The text is followed as a module would run it, with registers whose values are known or not (None), with both outcomes
+of every branch; each motion is then checked with its registers.  The ramp is the one of profile.py.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ COMMANDS = "command descriptions"
 
 
 class KnownRegisters(NamedTuple):
-    """Registers as far as the text shows."""
+    """Registers, as far as known from the text."""
 
     start: int | None = None
     top: int | None = None
@@ -32,14 +32,14 @@ class KnownRegisters(NamedTuple):
 
 
 class MotionCommand(NamedTuple):
-    """An instruction that moves the motor, and the registers that it meets."""
+    """An instruction that moves the motor, with the registers at its start."""
 
     statement: Statement
     state: KnownRegisters
 
     @property
     def steps(self) -> int | None:
-        """How far it goes, with its sign, as far as that is known; None: without end, too."""
+        """Signed number of steps; None if unknown or endless."""
         name, values, position = self.statement.row.name, self.statement.values, self.state.position
         if name == "MOVE":
             return values[0]
@@ -57,7 +57,7 @@ def after(statement: Statement, state: KnownRegisters) -> KnownRegisters:
         return state._replace(position=state.position + values[0])
     if row.name == "HOME" or (row.name == "INITIALIZE" and values[0] & 1):
         return state._replace(position=0)
-    if row.motion or (row.stored and row.flow != "n"):  # a velocity move; what is repeated moves again
+    if row.motion or (row.stored and row.flow != "n"):  # a velocity move; a repetition moves again
         return state._replace(position=None)
     return state
 
@@ -66,7 +66,7 @@ def after(statement: Statement, state: KnownRegisters) -> KnownRegisters:
 
 
 def motions(source: Source) -> None:
-    """Walk through the text, and judge every motion."""
+    """Walk through the text, and check every motion."""
     found: dict[MotionCommand, None] = {}  # in the order of their discovery
 
     def step(statement: Statement, state: KnownRegisters) -> KnownRegisters:
@@ -93,7 +93,7 @@ def motions(source: Source) -> None:
 
 
 def judge(source: Source, motion: MotionCommand) -> None:
-    """One motion with one set of registers."""
+    """Check one motion with one set of registers."""
     statement, (start, top, length, position) = motion
     if start is not None and top is not None:
         if top <= start:
@@ -106,7 +106,7 @@ def judge(source: Source, motion: MotionCommand) -> None:
 
 
 def reach(source: Source, motion: MotionCommand, start: int, top: int, length: int) -> None:
-    """A move that turns round before its speed is reached; a ramp without a rate between S and T."""
+    """Report a move that decelerates before its speed is reached, or a ramp without a rate between S and T."""
     steps = abs(motion.steps or 0)
     if 0 < steps < 2 * length + 2:
         up = ramp(start, top, length)
@@ -121,7 +121,7 @@ def reach(source: Source, motion: MotionCommand, start: int, top: int, length: i
 
 
 def counter(source: Source, motion: MotionCommand, position: int) -> None:
-    """The position counter of the GS-C200 has ends: a motion that leaves it ends the program (E5)."""
+    """Report a motion beyond the range of the GS-C200's position counter, which ends the program (E5)."""
     if source.sheet.part != "gs-c200":
         return
     positions, statement = POSITIONS[source.sheet.part], motion.statement
@@ -136,7 +136,7 @@ def counter(source: Source, motion: MotionCommand, position: int) -> None:
 
 
 def unset(source: Source) -> None:
-    """E is refused where a motion stands in the listing before S, T and R, and they are not known from before."""
+    """Report a motion before S, T and R in the listing, if they are not known from before: E is refused."""
     known: set[str] = set()
     for block in source.blocks:
         for statement in block.statements:
@@ -145,7 +145,7 @@ def unset(source: Source) -> None:
                 found = f"{statement.text} before {', '.join(missing)}: E is refused with E4"
                 remedy = set_first(", ".join(missing))
                 source.report(statement, "unset-speed", "warning", found, section=COMMANDS, remedy=remedy)
-                known |= set(missing)  # said once
+                known |= set(missing)  # reported once
             known |= {statement.row.form} & set(SPEEDS)
 
 
@@ -153,7 +153,7 @@ def unset(source: Source) -> None:
 
 
 def loops(source: Source) -> None:
-    """One loop at a time: there is one start and one count."""
+    """Report nested loops: the module has one loop start and one count."""
     for block in source.blocks:
         inside: Statement | None = None
         marks = 0
@@ -176,7 +176,7 @@ def loops(source: Source) -> None:
 
 
 def heads(source: Source) -> None:
-    """What the first instruction of a program is, and what that means."""
+    """Report the effect of certain first instructions of a program."""
     saved = next((s for s in source.statements if s.row.name == "MEMORIZE"), None)
     for block in source.blocks:
         first = block.statements[0] if block.statements else None
@@ -200,7 +200,7 @@ def heads(source: Source) -> None:
 
 
 def pulses(source: Source) -> None:
-    """An output that is on for the time of one instruction."""
+    """Report an output that is on for the time of one instruction only."""
     for block in source.blocks:
         for one, two in pairwise(block.statements):
             if (one.row.name, two.row.name) == ("ACTIVATE", "CLEAR") and one.values == two.values:
@@ -210,5 +210,5 @@ def pulses(source: Source) -> None:
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """The rules of these parts, for `language.lint.lint`; `sheet` names the part."""
+    """Return the rules of these parts, for `language.lint.lint`; `sheet` names the part."""
     return (motions, unset, loops, heads, pulses)

@@ -1,4 +1,4 @@
-"""The EEPROM: what keeps the program without supply, how long a write takes, and what one that fails leaves there."""
+"""The EEPROM: it keeps the program without supply; the time of a write, and the content after one that fails."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ...core.wires.waits import until
 from .activity import EEPROM, Activity
 from .dialogue.program_memory import Program
 
-LOOK_PS = PS_PER_S // 100  # after which a store that is still writing is asked again
-INVALID = b"\xff"  # no opcode; the first byte that a failed write leaves
+LOOK_PS = PS_PER_S // 100  # interval at which a store that is still writing is queried
+INVALID = b"\xff"  # not an opcode; the first byte after a failed write
 
 
 class ProgramEeprom:
@@ -21,8 +21,8 @@ class ProgramEeprom:
 
     Args:
         refresh_idle: called when a write is over.
-        write_ps: what a write of a full memory takes.
-        fails: programming it fails.
+        write_ps: the time to write a full memory.
+        fails: True if programming it fails.
     """
 
     def __init__(
@@ -40,17 +40,17 @@ class ProgramEeprom:
         self.store, self.write_ps, self.fails = store, write_ps, fails
         self.full = chip.sheet.buffer_bytes + 1  # bytes, with the check byte
         self.spoiled = ""  # why the last write failed: until one succeeds, the content is not valid
-        self.saving: tuple[bytes, int] | None = None  # what is being written, since when
+        self.saving: tuple[bytes, int] | None = None  # bytes being written, and since when
         self.task: Task | None = None
 
     @property
     def writing(self) -> bool:
-        """Is it being written?"""
+        """True during a write."""
         return self.task is not None
 
     # ---------------------------------------------------------------------------------------------------------- write
     def write(self, over: Callable[[bool], None]) -> None:
-        """Begin to write the program; `over` is called at the end, with whether that has succeeded."""
+        """Begin to write the program; `over` is called at the end, with True after success."""
         self.task = self.kernel.spawn(self._write, bytes(self.program.memory), over, name=f"{self.chip.name} writes")
         self.activity.begin(EEPROM)
 
@@ -71,7 +71,7 @@ class ProgramEeprom:
         self.refresh_idle()
 
     async def _programmed(self, program: bytes) -> str:
-        """Keep a program; return why that failed, empty if it did not.  The EEPROM takes as long as its store does."""
+        """Store a program; return why that failed, empty if it did not.  The EEPROM is as slow as its store."""
         try:
             self.store.write(INVALID if self.fails else program)
             while is_pending(self.store):
@@ -81,7 +81,7 @@ class ProgramEeprom:
             return str(error)
 
     def cut(self) -> None:
-        """The supply is gone: what has been written is new, the rest as before, and the check byte fits neither."""
+        """Abort a write at power-down: written bytes are new, the rest is unchanged; the check byte fits neither."""
         if self.task is not None:
             self.task.kill()
             self.task = None
@@ -94,14 +94,14 @@ class ProgramEeprom:
             torn = program[:done] + before.removeprefix(INVALID)[done:]
             if torn != before:
                 self.store.write(INVALID + torn)
-            elif done > len(program):  # all of it is there; only its end has not been noticed
+            elif done > len(program):  # all bytes are written; only the end has not been processed
                 self.spoiled = ""
         except OSError as error:
             self.spoiled = str(error)
 
     # ----------------------------------------------------------------------------------------------------------- read
     def recall(self) -> str:
-        """Take the program into the memory; return why that failed, and the memory is as it was; empty: it did not."""
+        """Load the program into the memory; return why that failed, leaving the memory unchanged, or "" on success."""
         try:
             data = self.store.read()
         except OSError as error:

@@ -1,7 +1,7 @@
-"""A GS-C module: it owns the objects, starts and ends what runs, takes and answers lines, and is what a user sees.
+"""A GS-C module: it owns the objects, starts and ends their work, answers lines, and has the public properties.
 
-A line is first looked at here: how was it received (E1), is it for this module?  What it says
-is for immediate_commands.py.
+A line is first checked here: how it was received (E1), and whether it is for this module.  immediate_commands.py
+executes its content.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class GsC(InLines, Chip):
 
     _for_users = ("powered", "eeprom_fault", "fail_eeprom", "kill")
     straps: Straps
-    _wraps: bool  # past its ends the position counter wraps; else a motion that would leave it is E5
+    _wraps: bool  # the position counter wraps at its ends; otherwise a motion beyond them is E5
     _homing_erases: bool  # a homing sent by the host erases the program
 
     def __init__(self, kernel: Kernel, name: str, /, crystal_hz: int | None = None, **given: Any) -> None:
@@ -63,7 +63,7 @@ class GsC(InLines, Chip):
             self, port, self.straps, longest=longest, turnround_ps=times_ps["turnround"], lenient=options.lenient
         )
         self.up_ps = 0  # when the supply was switched on
-        self._address = 0  # as the straps were when it started
+        self._address = 0  # the straps at the start
         self._late_checked = False  # the answer that comes later carries a checksum
         self.store: Store = options.store if options.store is not None else Memory()
         self.axes = (Axis(kernel, POSITIONS[self.sheet.part], 0),)
@@ -87,16 +87,18 @@ class GsC(InLines, Chip):
             self, self.state, self._user, self._interpreter, self._eeprom, self._answer_later, self._homing_erases
         )
         self._supply = Supply(self, Supplied(self._powered_up, self._powered_off), SUPPLY_VOLTS, LOADS_MA)
-        self._pull_down = Driver(self.pins["txpd"].net, PULL_DOWN)  # drives nothing, but shows where the pull-down is
+        self._pull_down = Driver(
+            self.pins["txpd"].net, PULL_DOWN
+        )  # drives no level, but shows the place of the pull-down
         if not self.bare and self.strapped_address() == 0:
-            self.pins["txd"].net.join(self.pins["txpd"].net)  # the standard wiring of a module on a line of its own
+            self.pins["txd"].net.join(self.pins["txpd"].net)  # the standard wiring of a single module on a line
         if options.cold:
             self.idle = True
         else:
             self.power(True)
 
     def _moves(self, times_ps: Mapping[str, int]) -> Moves:
-        """Make what moves the motor: the fast way, or its slow twin."""
+        """Create the object that moves the motor: the fast one, or its slow twin."""
         if self.options.stepwise:
             from .twin import Stepwise
 
@@ -104,7 +106,7 @@ class GsC(InLines, Chip):
         return Motion(self, times_ps, self._step_lines, self._counter)
 
     def _times_ps(self) -> dict[str, int]:
-        """Return the times of the sheet by name, those among them that are options as they were given; picoseconds."""
+        """Return the times of the sheet by name, with the values of the options that replace them; picoseconds."""
         options = self.options
         given = {
             "turnround": options.turnround,
@@ -116,7 +118,7 @@ class GsC(InLines, Chip):
         return times | {name: picoseconds(time) for name, time in given.items()}
 
     def _strapped(self, port: SerialLine) -> Straps:
-        """Return what reads the straps; a GS-C200S has no old firmware (UsageError)."""
+        """Return the reader of the straps; a GS-C200S has no old firmware (UsageError)."""
         options = self.options
         early = tuple(map(int, options.firmware.split("."))) < OR_SINCE
         if early and self.sheet is not GS_C200:
@@ -128,7 +130,7 @@ class GsC(InLines, Chip):
         return Straps(port, self.pins, kept=kept, address=options.address, backwards=options.pin_order)
 
     def check_wiring(self) -> None:
-        """Report as findings what is not wired as the sheet wants it.  Called before time passes."""
+        """Report wiring that violates the sheet as findings.  Called before time passes."""
         super().check_wiring()
         if self.pins["test"].level != 0:
             self.finding("test-pin", "pin 10 (test) is not low; wire it to pin 8")
@@ -141,7 +143,7 @@ class GsC(InLines, Chip):
 
     # --------------------------------------------------------------------------------------------- power and the start
     def power(self, on: bool) -> None:
-        """Switch the supply: program memory, speeds, counter and outputs are lost without it; the EEPROM stays.
+        """Switch the supply: program memory, speeds, counter and outputs are lost without it, but not the EEPROM.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -150,7 +152,7 @@ class GsC(InLines, Chip):
         self._supply.switch(on)
 
     def reset(self) -> None:
-        """The module has no reset input.
+        """Raise an error: the module has no reset input.
 
         Raises:
             UsageError: always; `power` switches the supply.
@@ -158,13 +160,13 @@ class GsC(InLines, Chip):
         raise UsageError(f"{self.name}: RESET of the {self.sheet.part} is an output; use power(False) and power(True)")
 
     def _powered_up(self) -> None:
-        """Start again, with nothing in program memory, registers and counter."""
+        """Start again, with program memory, registers and counter empty."""
         self.up_ps, self.idle = self.kernel.now, False
         self._counter.clear()
         self.start()
 
     def _powered_off(self) -> None:
-        """End everything, and let go of every output."""
+        """End all work, and release every output."""
         self.line.hang_up()
         self._interpreter.cut()
         self._eeprom.cut()
@@ -180,7 +182,7 @@ class GsC(InLines, Chip):
         self.waits("waiting for its supply")
 
     async def run(self) -> None:
-        """Run the firmware from power-up on: RESET pulse, straps, and what is to be done without a host."""
+        """Run the firmware from power-up on: RESET pulse, straps, and the work that needs no host."""
         self.waits("waiting for the end of the RESET pulse")
         self.outputs_reset()
         self._activity.begin(START)
@@ -193,7 +195,7 @@ class GsC(InLines, Chip):
             self._recall_and_run()
 
     def _recall_and_run(self) -> None:
-        """The stand-alone start: recall the program, home at its start-stop speed, run it."""
+        """Start stand-alone: load the program, home at its start-stop speed, run it."""
         program = self._stored
         failed = self._eeprom.recall()
         if failed:
@@ -224,15 +226,15 @@ class GsC(InLines, Chip):
 
     @property
     def answering(self) -> bool:
-        """Is a line in progress, or its answer on its way?  That to M comes when the EEPROM is written."""
+        """True while a line is in progress, or its answer is being sent; M is answered when the EEPROM is written."""
         return self.line.answering or (self._eeprom.writing and not self.options.early_y)
 
     def refresh_idle(self) -> None:
-        """Note whether the module has nothing to do."""
+        """Record whether the module is idle."""
         self.idle = not (self.answering or self._activity.kinds)
 
     async def obey(self, line: Line) -> Sequence[bytes]:
-        """Check how a line was received, and do what it says; return the answers as they go over the line."""
+        """Check how a line was received, and execute it; return the answers in the form sent over the line."""
         body = self.meant(line)
         if body is None:
             return ()
@@ -245,7 +247,7 @@ class GsC(InLines, Chip):
         return self._framed(answer, line.checked)
 
     def meant(self, line: Line) -> bytes | None:
-        """Return what a line says to this module, without address and checksum; None: nothing, or it is for another."""
+        """Return the command of a line to this module, without address and checksum; None if there is none."""
         text = line.text
         if not text:
             return None
@@ -254,32 +256,32 @@ class GsC(InLines, Chip):
         return text[bool(self._address) : len(text) - line.checked]
 
     def _framed(self, answer: str, checked: bool) -> list[bytes]:
-        """Answers as they go over the line, each with its checksum if there is one; none for an empty text."""
+        """Return answers in the form sent over the line, with their checksums if any; none for an empty text."""
         lines = [line.encode("ascii") for line in answer.split("\r") if line]
         return [line + bytes([checksum(line, self.straps.kept)]) if checked else line for line in lines]
 
     def _answer_later(self, answer: str) -> None:
-        """Send the answer to a line that has got none so far."""
+        """Send the late answer to a line."""
         self.line.take(self._framed(answer, self._late_checked)[0])
 
-    # ------------------------------------------------------------------------------------------------- as others see it
+    # ------------------------------------------------------------------------------------------------ public properties
     @property
     def powered(self) -> bool:
-        """Is the supply on?"""
+        """True while the supply is on."""
         return self._supply.powered
 
     @property
     def _running(self) -> bool:
-        """Does a program run, or a homing?"""
+        """True while a program or a homing runs."""
         return self._interpreter.running
 
     @property
     def _entering(self) -> bool:
-        """Does the module take instructions of a program?"""
+        """True while the module accepts instructions of a program."""
         return self._stored.entering
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return what a host has begun: a line, and a program that it has neither ended nor kept."""
+        """Return the unfinished input of a host: a line, and a program that was neither ended nor saved."""
         found = super().left_over()
         if self._entering and not self._stored.kept:
             code, text = self._open_entry()
@@ -288,12 +290,12 @@ class GsC(InLines, Chip):
 
     @property
     def under_way(self) -> str:
-        """What the module works on besides a line of the host."""
+        """Work in progress besides a line of the host."""
         return self._interpreter.under_way
 
     @property
     def eeprom_fault(self) -> bool:
-        """True while programming the EEPROM fails; it can be set, for tests: as `fail_eeprom`."""
+        """True while programming the EEPROM fails; tests can set it, as `fail_eeprom` does."""
         return self._eeprom.fails
 
     @eeprom_fault.setter
@@ -304,7 +306,7 @@ class GsC(InLines, Chip):
     def fail_eeprom(self, on: bool = True) -> None:
         """Make programming the EEPROM fail with the answer E6 (True), or succeed again (False).
 
-        It is an input from outside, which a journal keeps.
+        It is an input from outside, which a journal records.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -318,7 +320,7 @@ class GsC(InLines, Chip):
     def kill(self) -> None:
         """End program and motion immediately, as command K does, without a line of a host and without an answer.
 
-        It is an input from outside, which a journal keeps.  Registers and program remain.
+        It is an input from outside, which a journal records.  Registers and program are kept.
         """
         self.input("kill")
         if self._interpreter.running:
@@ -326,16 +328,16 @@ class GsC(InLines, Chip):
 
     @property
     def program(self) -> bytes:
-        """The program memory in use; the codes are the model's own, since the sheet gives none."""
+        """The program memory in use; the codes are the model's own, because the sheet has none."""
         return bytes(self._stored.memory)
 
     @property
     def program_counter(self) -> int | None:
-        """The location at which the instruction in progress begins."""
+        """Location of the instruction in progress."""
         return self._stored.at
 
     def program_rows(self) -> list[ProgramRow]:
-        """Return the program memory, an instruction a row: location, bytes (codes of the model) and text."""
+        """Return the program memory, one instruction per row: location, bytes (codes of the model) and text."""
         return self._stored.rows()
 
     def listing(self) -> str:
@@ -346,7 +348,7 @@ class GsC(InLines, Chip):
     def registers(self) -> dict[str, int]:
         """The registers by their names.
 
-        start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 where never set; position; user_inputs and
+        start_stop, top_speed (units of 10 steps/s), ramp (steps): 0 if never set; position; user_inputs and
         user_outputs as V2 reads them.
         """
         state = self.state

@@ -1,8 +1,8 @@
-"""What a motion of a GS-C module is made with, and its ideal.
+"""The parameters of a motion of a GS-C module, and its ideal.
 
-steps/s                                  at whole steps of a ramp the rate of the law, the square of the rate growing
-  T ..............._______________       evenly between two of them (constant acceleration): with the law of that
-                 .'               '.     name a parabola of position over time, from S to T in R steps
+steps/s                                  at whole steps of a ramp the rate of the law; between two of them the square
+  T ..............._______________       of the rate grows evenly (constant acceleration).  With the law of that name
+                 .'               '.     position over time is a parabola, from S to T in R steps
                .'                   '.
   S ........ .'                       '.__
              |<-R->|             |<-R->|1|      the last step, the start-stop interval, is made at S
@@ -22,7 +22,7 @@ from .sheet import RATE_UNIT
 
 
 class RegistersAtStart(NamedTuple):
-    """The parameters of a motion, as they were when it began."""
+    """The parameters at the start of a motion."""
 
     start_stop: int
     top_speed: int
@@ -31,18 +31,18 @@ class RegistersAtStart(NamedTuple):
 
     @lru_cache(maxsize=64)  # noqa: B019 (tuples)
     def parameters(self) -> MotionParameters:
-        """What a picture names: the rates of S and T, and R."""
+        """Return the parameters for a picture: the rates of S and T, and R."""
         speeds = (("S", self.start_stop), ("T", self.top_speed))
         rates = {f"{letter} = {speed}": float(RATE_UNIT * speed) for letter, speed in speeds if speed}
         return MotionParameters(rates, {"R": self.ramp})
 
     def homing(self) -> MotionParameters:
-        """The same of a homing."""
+        """Return the parameters of a homing for a picture."""
         return MotionParameters({f"S = {self.start_stop}": float(RATE_UNIT * self.start_stop)})
 
     @property
     def way_up(self) -> list[IdealPiece]:
-        """The ramp, step by step; none unless S < T."""
+        """The ramp, step by step; empty unless S < T."""
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
         if high <= low:
             return []
@@ -53,9 +53,9 @@ class RegistersAtStart(NamedTuple):
         """Return the ideal of the motion.
 
         Args:
-            start: of the first step, ps.
-            position: before it.
-            number: steps; None: until something ends it, or for `limit` steps.
+            start: the time of the first step, ps.
+            position: the position before it.
+            number: steps; None until an event ends the motion, or for `limit` steps.
         """
         low, high = float(RATE_UNIT * self.start_stop), float(RATE_UNIT * self.top_speed)
         up = self.way_up

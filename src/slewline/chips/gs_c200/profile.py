@@ -3,15 +3,15 @@ r"""The law of motion of the GS-C modules: parameters in, a plan out.  Pure func
     steps/s
       T ..............._______________
                      /|               |\            the interval from step i (from 0) of n to the next is 1/rate(k),
-                   _/ |               | \_          k = min(i, n-2-i, R): backwards they read the same
+                   _/ |               | \_          k = min(i, n-2-i, R): it is symmetric
                  _/   |               |   \_
       S ........|     |               |     |       rest: the start-stop interval after the last step
                 | up  |     slew      | down|
     intervals      R    n-1-2R, or 0     R
 
-A move that is too short for both ramps turns round half-way.  T not above S: the whole move at T, without ramps.  The
-sheet fixes only the ends of a ramp and its length, and that both are identical (command R); how the rate goes from S
-to T is a law that can be replaced.
+A move that is too short for both ramps decelerates from its middle on.  If T is not above S, the whole move is made at
+T, without ramps.  The sheet fixes only the ends of a ramp and its length, and that both ramps are identical (command
+R); the rate between S and T follows a law that can be replaced.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ Law = Callable[[float, float, int, int], float]
 
 
 def constant_acceleration(start: float, top: float, ramp: int, k: int) -> float:
-    """The square of the speed grows with the steps: constant torque."""
+    """Return the rate if its square grows linearly with the steps: constant torque."""
     return sqrt(start * start + (top * top - start * start) * k / ramp)
 
 
 def linear_in_steps(start: float, top: float, ramp: int, k: int) -> float:
-    """The speed grows with the steps."""
+    """Return the rate if it grows linearly with the steps."""
     return start + (top - start) * k / ramp
 
 
@@ -52,14 +52,14 @@ def period(speed: int) -> int:
 
 @lru_cache(maxsize=256)
 def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) -> Runs:
-    """The way up: intervals after steps 0 to length-1; empty unless start < top.
+    """Return the ramp: intervals after steps 0 to length-1; empty unless start < top.
 
     Args:
         start, top: S and T, in units of 10 steps/s.
         length: R, steps.
 
     Raises:
-        UsageError: the law leaves the range from S to T, or turns back.
+        UsageError: the law leaves the range from S to T, or is not monotonic.
     """
     if top <= start:
         return ()
@@ -77,7 +77,7 @@ def ramp(start: int, top: int, length: int, law: Law = constant_acceleration) ->
 
 @lru_cache(maxsize=64)
 def move(number: int, start: int, top: int, length: int, law: Law = constant_acceleration) -> Plan:
-    """A move of `number` steps from rest to rest.
+    """Return the plan of a move of `number` steps from rest to rest.
 
     Args:
         number: steps, 1 and more.
@@ -93,26 +93,26 @@ def move(number: int, start: int, top: int, length: int, law: Law = constant_acc
 
 
 def down(up: Runs, intervals: int) -> Runs:
-    """Return the way down from where `intervals` of the way up led, with the start-stop interval after the end."""
+    """Return the ramp down after `intervals` of the ramp up, with the start-stop interval at the end."""
     return (*mirrored(head(up, intervals)), (up[0][0], 1))
 
 
 def endless(start: int, top: int, length: int, law: Law = constant_acceleration, limit: int = OPEN) -> Plan:
-    """A motion without end; `limit` steps lie before the end of the counter, where it stops dead."""
+    """Return the plan of an endless motion; after `limit` steps, at the end of the counter, it stops dead."""
     up = head(ramp(start, top, length, law), limit)
     rest = limit - len(up) if limit < OPEN else OPEN
     return plan(("up", up), ("slew", ((period(top), rest),)))
 
 
 def steady(interval: int) -> Plan:
-    """Steps at one speed without end: a homing."""
+    """Return the plan of endless steps at one rate, for a homing."""
     return plan(("slew", ((interval, OPEN),)))
 
 
 def stopped(of: Plan, step: int) -> Plan:
-    """Return what is left when a motion shall come to rest from `step` on, which is about to begin.
+    """Return the rest of a plan that is to decelerate from `step` on, which is about to begin.
 
-    These are as many ramp steps as it took to get so fast, or the rest of the ramp down.
+    It has as many ramp steps as the ramp up so far, or the rest of the ramp down.
     """
     up, leg = of.legs[0], of.leg(step)
     if up.name != "up" or step == 0:
@@ -124,5 +124,5 @@ def stopped(of: Plan, step: int) -> Plan:
 
 
 def within(of: Plan, room: int) -> Plan:
-    """As many steps of a plan as there are before the end of the counter."""
+    """Return the steps of a plan before the end of the counter, `room` steps away."""
     return of if of.steps <= room else plan(*((leg.name, head(leg.runs, room - leg.first)) for leg in of.legs))

@@ -1,6 +1,6 @@
-"""Where the GS-C200 data sheet is silent or contradicts itself: what the module does, why, which test pins it.  Data only.
+"""Cases where the GS-C200 data sheet is silent or contradicts itself: the model's choice, its reason, and its test.
 
-UND: the sheet leaves it open.  CON: two places of the sheet disagree.
+Data only.  UND: the sheet leaves it open.  CON: two places of the sheet disagree.
 """
 
 from __future__ import annotations

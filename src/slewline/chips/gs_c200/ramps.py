@@ -1,6 +1,7 @@
-"""What the GS-C modules bring to the ramp calculator: S, T, R, and the law of the ramp.
+"""The GS-C modules' parameters for the ramp calculator: S, T, R, and the law of the ramp.
 
-An acceleration here is what a step adds to half the square of the rate, which `constant acceleration` keeps constant.
+An acceleration here is the amount that a step adds to half the square of the rate; `constant acceleration` keeps it
+constant.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ CLOCK = Clock(PS_PER_S)
 
 
 class GscRamp(Ramp):
-    """The way up from S to T in R steps."""
+    """The ramp from S up to T in R steps."""
 
     def __init__(self, part: str, values: Values, crystal_hz: int) -> None:
         self.part, self.values, self.crystal_hz = part, values, crystal_hz
@@ -67,7 +68,7 @@ class GscRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The least number of steps that reaches the top speed; None: none does."""
+        """The least number of steps that reaches the top speed; None if no number does."""
         return least(lambda number: GscMove(self, number).reached, 1, len(POSITIONS[self.part]) - 1)
 
     @property
@@ -93,7 +94,7 @@ class GscMove(Move):
 
     @cached_property
     def train(self) -> StepTrain:
-        """Its steps; who only asks whether a rate is reached does without."""
+        """Train of the steps, computed on demand: a check whether a rate is reached does not need it."""
         return StepTrain(CLOCK, 0, self.runs)
 
     @cached_property
@@ -102,7 +103,7 @@ class GscMove(Move):
         return self.train.end(self.steps - 1) + TIMES["clock"].ticks
 
     def trains(self) -> tuple[StepTrain]:
-        """The pulses of the move, as one train."""
+        """Return the pulses of the move, as one train."""
         return (self.train,)
 
 
@@ -123,24 +124,24 @@ class GscRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> GscRamp:
-        """Return the ramp of some values of S, T and R."""
+        """Return the ramp for values of S, T and R."""
         return GscRamp(self.sheet.part, values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the lines of a host that makes a number of steps with these values."""
+        """Return the host's lines for a move of a number of steps with these values."""
         begin = self.sheet.commands.named("PROGRAM").form
         return [begin, *(f"{form}{values[form]}" for form in "STR"), f"+{steps}", "E"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the parameter of a rate such as "500 steps/s"; None: the text is no rate."""
+        """Return the parameter of a rate such as "500 steps/s"; None if the text is not a rate."""
         rate = steps_per_s(text)
         return None if rate is None else floor(rate / RATE_UNIT + Fraction(1, 2))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield the R around the one that is wanted.
+        """Yield the values of R around the wanted one.
 
-        A ramp with a step more takes longer, since each of its rates is no higher than that of the same step in the
-        shorter one, and is gentler.
+        A ramp with one more step is gentler, and takes longer: none of its rates is higher than that of the same step
+        in the shorter one.
         """
         sign = 1 if search.wanted.goal == "acceleration" else -1
 
@@ -152,4 +153,4 @@ class GscRamps(Calculator):
         return (Candidate({"R": length}) for length in found)
 
 
-ramps = GscRamps  # the calculator of a part, by its sheet
+ramps = GscRamps  # calculators by sheet

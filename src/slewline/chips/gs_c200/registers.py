@@ -1,4 +1,4 @@
-"""What a GS-C module remembers besides its program: speeds, and what F has to report.  Without supply all is lost."""
+"""The memory of a GS-C module besides its program: speeds, and the faults for F.  It is lost without supply."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ class Registers:
         return self.start_stop, self.top_speed, self.ramp
 
     def clear(self) -> None:
-        """Forget everything, as without supply."""
+        """Clear all registers, as without supply."""
         vars(self).update(vars(Registers()))

@@ -1,7 +1,8 @@
 """GS-C200 and GS-C200S data sheet as data.  Source: GS-C200/GS-C200S data sheet (SGS-Thomson, June 1994).
 
 The two modules differ in a few command rows and in the position counter; everything else is one sheet.  The sheet
-gives rates and times, no crystal: the model counts picoseconds.  Its figures are lost; what only they showed is "chosen".
+states rates and times, but no crystal: the model counts picoseconds.  No surviving copy has the figures; values that
+only they showed are "chosen".
 """
 
 from __future__ import annotations
@@ -151,7 +152,7 @@ C200S_ROWS = (
     _immediate("Po", "PROGRAM", "begin programming; erases the program", when="ip", role="enter"),
     _immediate("Px", "PROGRAM_END", "end programming without a run", when="ip", role="leave"),
 )
-C200_ONLY, C200S_ONLY = ("P",), ("f", "g", "j", "jc", "Po", "P0", "Px")  # what only one of the parts knows; P0: Po, misread
+C200_ONLY, C200S_ONLY = ("P",), ("f", "g", "j", "jc", "Po", "P0", "Px")  # commands of only one of the parts; P0: Po, misread
 
 # ------------------------------------------------------------------------------------------------ registers and times
 REGISTERS = (
@@ -198,7 +199,7 @@ def _ramp_law(law: object) -> str:
 
 
 # ---------------------------------------------------------------------------------------------------------- options
-# Where the data sheet leaves a choice, or a module differs; the defaults are the choices of quirks.py.  A supply or a load
+# Choices that the data sheet leaves, and differences of modules; the defaults are in quirks.py.  A supply or a load
 # beyond the limits of the sheet is a finding.
 # fmt: off
 OPTIONS = (

@@ -1,4 +1,4 @@
-"""The supply: what comes and goes with it, and whether it and its loads are within the limits of the sheet."""
+"""The supply: its effects on the module, and the check of its voltage and loads against the limits of the sheet."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from ...core.context import ChipContext
 
 
 class Supplied(NamedTuple):
-    """What a module does when its supply comes and goes."""
+    """Actions of a module at power-up and power-down."""
 
-    powered_up: Callable[[], None]  # it starts again, with nothing in program memory, registers and counter
-    powered_off: Callable[[], None]  # it ends everything, and lets go of every output
+    powered_up: Callable[[], None]  # starts again, with program memory, registers and counter empty
+    powered_off: Callable[[], None]  # ends all work, and releases every output
 
 
 class Supply:
-    """The supply pins, and those that supply something.
+    """The supply pins, and the pins that supply other parts.
 
     Args:
         volts: least and most.
@@ -30,12 +30,12 @@ class Supply:
         self.powered = False
 
     def switch(self, on: bool) -> None:
-        """Switch the supply on or off, unless it is so."""
+        """Switch the supply on or off, unless it already is."""
         if on == self.powered:
             return
         self.chip.switched(on)
         self.powered = on
-        # what else belongs to this instant is done first, its steps among it
+        # all other events of this instant are first, steps included
         kernel = self.chip.kernel
         kernel.call_at(kernel.now, self.supplied.powered_up if on else self.supplied.powered_off)
         kernel.settle()

@@ -1,18 +1,18 @@
-r"""The GS-C modules' motion, one step at a time: the oracle of the fast path, slow and obvious.
+r"""The GS-C modules' motion, one step at a time: the reference for the fast path, slow and obvious.
 
-The fast path plans whole moves and promises step trains.  This twin knows how many steps it has made and how many there
-are to be, looks at the pins just before each step, and drives every edge when it comes; it reports no findings.
+The fast path plans whole moves and promises step trains.  This twin counts the steps made and the steps to make,
+samples the pins just before each step, and drives every edge when it comes; it reports no findings.
 
              setup                index 0         index 1
            |<----->|           |<------------>|<--------->|
     MOV  __/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾ ...
     DIR  ==X====================================
     CLOCK ‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾\_ ...
-                   look           look        look: Z? input? ENABLE? (in a homing EOT or HOME? ENABLE?)
+                  sample         sample      sample: Z, input, ENABLE (in a homing EOT or HOME, ENABLE)
 
 Step i is followed by the period of the rate at an index of the ramp: min(i, n-2-i, R), of the n steps of the move; the
-last one by a start-stop period.  A request to stop after i steps makes n small: min(i, R+1) steps more, as many as it
-took to get so fast.
+last one by a start-stop period.  A request to stop after i steps makes n small: min(i, R+1) steps more, as many as the
+acceleration took.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ SECOND = 10**12
 
 
 def nearest(number: int, by: int) -> int:
-    """A quotient, rounded to the nearest whole number."""
+    """Return a quotient, rounded to the nearest whole number."""
     return (2 * number + by) // (2 * by)
 
 
 class Stepwise:
-    """Plays every motion step by step."""
+    """Player of every motion, step by step."""
 
     def __init__(
         self, chip: ChipContext, times_ps: Mapping[str, int], lines: StepLines, counter: PositionCounter
@@ -47,9 +47,9 @@ class Stepwise:
         self.moving = self.stopped = False
         self.stop = Driver(Net(chip.kernel, f"{chip.name}.(stop)", pull=0), chip.name)
         self.made = 0  # steps of this motion
-        self.number: int | None = None  # how many there are to be; None: no end
-        self.begun_ps = 0  # when the last one began
-        self.start_stop = self.top = self.ramp = 0  # S, T and R as this motion takes them
+        self.number: int | None = None  # steps to make; None: endless
+        self.begun_ps = 0  # start of the last step
+        self.start_stop = self.top = self.ramp = 0  # S, T and R of this motion
         self.law = counter.law
         self.exact = chip.options.law == "constant acceleration"
 
@@ -70,7 +70,7 @@ class Stepwise:
                 watcher.kill()
 
     async def watch(self, net: Net) -> None:
-        """Look at an input once in an instruction time."""
+        """Sample an input once per instruction time."""
         while True:
             await until(self.kernel, self.kernel.now + self.times_ps["instruction"])
             if net.level == 0:
@@ -99,7 +99,7 @@ class Stepwise:
         counter.over(self.stopped)
 
     async def home(self, sign: int, text: str) -> None:
-        """Go to the end of travel, and back to the home position."""
+        """Move to the end of travel, and back to the home position."""
         lines, speed = self.lines, self.counter.made.start_stop
         self.chip.waits(f"{text}: at the end of travel")
         self.moving = True
@@ -116,11 +116,11 @@ class Stepwise:
         self.rest()
 
     def come_to_rest(self) -> None:
-        """Z: end the motion with a ramp."""
+        """Z: end the motion with its ramp."""
         self.stop.drive(1)
 
     async def kill(self) -> None:
-        """Make no further step; a pulse that has begun is completed."""
+        """Output no further step; a pulse that has begun is completed."""
         self.counter.mark_deviation()
         if self.moving:
             await until(self.kernel, self.begun_ps + self.times_ps["clock"])
@@ -129,7 +129,7 @@ class Stepwise:
         self.rest()
 
     def cut(self) -> None:
-        """The supply is gone."""
+        """Stop immediately at power-down."""
         self.counter.mark_deviation()
         self.counter.cut()
         self.moving = False
@@ -142,7 +142,7 @@ class Stepwise:
         await until(self.kernel, self.kernel.now + self.times_ps["dir_setup"])
 
     async def step(self, period: int, sign: int, last: bool) -> None:
-        """Make a pulse, and let the time to the next one pass."""
+        """Output a pulse, and let the time to the next one pass."""
         clock, counter = self.lines.clock, self.counter
         begin = self.begun_ps = self.kernel.now
         leg = Leg(self.leg(self.made), ((period, 1),), 0, 1)
@@ -166,12 +166,12 @@ class Stepwise:
         self.moving = False
 
     def index(self, step: int) -> int:
-        """How far up the ramp the interval after a step is."""
+        """Return the index in the ramp of the interval after a step."""
         down = self.number - 2 - step if self.number is not None else self.ramp
         return max(min(step, down, self.ramp), 0)
 
     def leg(self, step: int) -> str:
-        """What the interval after a step belongs to."""
+        """Return the leg of the interval after a step."""
         if self.ramp == 0 or self.number == 1:
             return "slew"
         if self.number is not None and step >= max(self.number - 1 - self.ramp, self.number // 2):
@@ -179,11 +179,11 @@ class Stepwise:
         return "up" if step < self.ramp else "slew"
 
     def ramping(self) -> int:
-        """RAMP during the step that comes next; a single step has none."""
+        """Return the level of RAMP during the next step; a single step has no ramp."""
         return int(self.number != 1 and self.index(self.made) < self.ramp)
 
     def period(self, index: int) -> int:
-        """The reciprocal of the rate at an index of the ramp, in picoseconds: the rate's square grows evenly."""
+        """Return the reciprocal of the rate at an index of the ramp, in picoseconds: the rate's square grows evenly."""
         if self.ramp == 0:
             return nearest(SECOND, 10 * self.start_stop)
         if not self.exact:
@@ -192,9 +192,9 @@ class Stepwise:
         squared = 4 * SECOND**2 * self.ramp // (low * self.ramp + (high - low) * index)
         return nearest(isqrt(squared), 2)
 
-    # --------------------------------------------------------------------------------------------------------- looks
+    # ------------------------------------------------------------------------------------------------------- samples
     async def may_step(self, limit: int) -> bool:
-        """Just before a step: is there one to be made?  Returns when it may be made."""
+        """Wait, just before a step, until it may be made; return False if there is none."""
         stop, enable = self.stop.net, self.lines.enable
         while True:
             if stop.level == 1:
@@ -216,7 +216,7 @@ class Stepwise:
                 await until(self.kernel, self.kernel.now + self.times_ps["release"])
 
     async def wait_until_step_allowed(self, switch: Net) -> bool:
-        """Wait until a step of a homing may be made.  Returns False once the switch is active."""
+        """Wait until a step of a homing may be made; return False once the switch is active."""
         enable = self.lines.enable
         while switch.level == 1:
             if enable.level == 1:

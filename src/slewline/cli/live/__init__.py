@@ -1,1 +1,1 @@
-"""Commands that go on until they are ended: serve, panel, debug; and the processes that they start."""
+"""Commands that run until they are stopped: serve, panel, debug; and the processes that they start."""

@@ -1,7 +1,7 @@
-"""slewline debug: a bench in a server of its own, whose time stands at first, and a screen in the terminal.
+"""slewline debug: a bench in a server process of its own, paused at first, and a screen in the terminal.
 
-The screen knows the bench by its control port alone.  The server is this command again, with `--control`: what the
-debugger does, a front end of one's own can do.
+The screen uses only the control port of the bench.  The server is this command again, with `--control`: a front end of
+your own can do whatever the debugger does.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LEAST = 80, 24  # columns and lines of a terminal
 
 @dataclass
 class DebugCommand(BenchOptions):
-    """What is to be debugged, as the command line asks for it."""
+    """Target and options of a debug session."""
 
     target: str | None
     crystal: str | None
@@ -55,7 +55,7 @@ class DebugCommand(BenchOptions):
     while_input: bool
 
     def perform(self) -> int:
-        """Do it; return the exit status."""
+        """Run the debugger; return the exit status."""
         self.check_options()
         if self.control is not None:
             return self.serve()
@@ -82,7 +82,7 @@ class DebugCommand(BenchOptions):
             )
 
     def arguments(self) -> list[str]:
-        """Return this command again, as that of the server."""
+        """Return the arguments of this command for the server process."""
         found = [str(self.target)]
         for name in ("chip", "crystal", "options", "memory"):
             if (value := getattr(self, name)) is not None:
@@ -94,7 +94,7 @@ class DebugCommand(BenchOptions):
 
     # ----------------------------------------------------------------------------------------------------- the server
     def serve(self) -> int:
-        """Open a control port for the bench, whose time stands, until a signal ends it."""
+        """Open a control port for the paused bench, until a signal ends it."""
         from ...links.lines.pace import Paced
         from ...links.server import Server
         from .serve import signals
@@ -117,9 +117,9 @@ class DebugCommand(BenchOptions):
         return 0
 
     def new_bench(self, journal: str) -> Bench:
-        """Return the bench: of a bench file, of a program and its chip, or of a chip with a host that waits.
+        """Return the bench: of a bench file, of a program and its chip, or of a chip with an idle host.
 
-        Its journal makes every instant of the past reachable.
+        Its journal makes every past instant reachable.
         """
         target = str(self.target)
         if is_bench(target):
@@ -144,14 +144,14 @@ def is_terminal(file: TextIO | None) -> bool:
 
 
 def end_with_input(server: Server) -> None:
-    """Stop a server when the standard input ends, as it does with the process at its other end."""
+    """Stop a server when its standard input ends, as it does when the parent process ends."""
 
     def read() -> None:
         if not os.read(0, 1024):
             server.stop()
 
     if os.name == "posix":
-        server.loop.watch(0, read)  # a process with threads cannot be forked, and forks are the way back
+        server.loop.watch(0, read)  # a process with threads cannot be forked, and going back needs forks
         return
 
     follow(end_of_input, server.stop)
@@ -161,7 +161,7 @@ def app_class() -> Any:
     """Return the class of the screen.
 
     Raises:
-        UsageError: its extra is missing.
+        UsageError: the optional package is not installed.
     """
     try:
         from ...panel.terminal.debugger import Debugger
@@ -173,12 +173,12 @@ def app_class() -> Any:
 
 
 def run(app: Debugger) -> int:
-    """Show a screen until its user leaves it; return the exit status.
+    """Show a screen until the user leaves it; return the exit status.
 
     Raises:
-        SlewlineError: it could not connect, or the server has gone; or there is no terminal.
+        SlewlineError: there is no terminal, the screen could not connect, or the server has ended.
     """
-    if not (is_terminal(sys.stdin) and is_terminal(sys.__stderr__)):  # on which the screen is drawn
+    if not (is_terminal(sys.stdin) and is_terminal(sys.__stderr__)):  # the screen is drawn there
         raise UsageError(
             "debug needs a terminal for its screen, and standard input or error is none; `slewline run` plays a "
             "program without one"
@@ -196,18 +196,18 @@ def run(app: Debugger) -> int:
 
 @contextmanager
 def server_process(arguments: list[str]) -> Iterator[tuple[str, str]]:
-    """Start `slewline debug --control` in a process of its own; yield where its control port is, and the token.
+    """Start `slewline debug --control` in a process of its own; yield the address of its control port, and the token.
 
-    It ends with us, however we end: when its standard input does.
+    The process ends with ours, however ours ends: its standard input closes.
 
     Raises:
-        UsageError: it has not started; the message is its own.
+        UsageError: it has not started; the message is that of the process.
     """
     token = secrets.token_urlsafe(16)
     call = [sys.executable, "-m", "slewline", "debug", *arguments, "--control", LOOPBACK, "--while-input"]
     environment = os.environ | {TOKEN: token, "PYTHONUNBUFFERED": "1"}
     with (
-        TemporaryFile() as said,  # by the server, beside what the screen shows
+        TemporaryFile() as said,  # by the server, next to the screen
         start(call, environment, said) as process,
     ):
         given, printed = cast("IO[bytes]", process.stdin), cast("IO[bytes]", process.stdout)

@@ -1,4 +1,4 @@
-"""slewline drive: a chip in the place of the one that failed, and a board that steps its motor."""
+"""slewline drive: a virtual chip in place of the failed one, and a board that steps its motor."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ WORDS = "clear: go on after a halt, clear homing, clear homed: with current; sto
 
 @dataclass(kw_only=True)
 class DriveCommand(ServeCommand):
-    """What is to be driven, and what is to be served beside it."""
+    """Options of a drive, and of the ports that it serves."""
 
     board: str
     of: str | None
@@ -73,7 +73,7 @@ class DriveCommand(ServeCommand):
                     return check_up(drive)
                 server = self.server(bench, drive)
                 stack.enter_context(signals(server))
-                self.open_ports(server, ports, None)  # their lines are parts of the bench, which is to be whole
+                self.open_ports(server, ports, None)  # their lines are parts of the bench, which must be complete
                 drive.go_back_by(server.past)
                 self._open(stack, server, drive)
             if not (self.no_black_box or self.check):
@@ -100,7 +100,7 @@ class DriveCommand(ServeCommand):
         return super().check_options()
 
     def _folder(self, stack: ExitStack) -> Path:
-        """Where the session is recorded; without a black box, where the past is kept until the end."""
+        """Return the folder of the recording; without a black box, a temporary one for the past of the session."""
         from ...drive.blackbox import new_folder
 
         if self.no_black_box or self.check:
@@ -108,7 +108,7 @@ class DriveCommand(ServeCommand):
         return new_folder(self.black_box)
 
     def new_drive(self, bench: Bench, folder: Path) -> Drive:
-        """Return the drive, not yet open."""
+        """Return the drive, not yet opened."""
         from ...drive.motor_drive import Drive
 
         chip, axis = self._motor(bench)
@@ -136,7 +136,7 @@ class DriveCommand(ServeCommand):
         )
 
     def _motor(self, bench: Bench) -> tuple[Chip, int]:
-        """The chip whose motor it is, and the number of the axis."""
+        """Return the chip of the motor, and the number of the axis."""
         there = [f"{name}.{number}" for name, chip in bench.chips.items() for number in range(1, len(chip.axes) + 1)]
         wanted = self.of
         if wanted is None and len(bench.chips) == 1:
@@ -148,7 +148,7 @@ class DriveCommand(ServeCommand):
         return bench.chips[name], int(number or 1)
 
     def server(self, bench: Bench, drive: Drive | None = None) -> Server:
-        """Return the server, without ports; the crystal of the board paces it."""
+        """Return the server, without ports; the crystal of the board sets its pace."""
         from ...links.lines.pace import Paced
         from ...links.server import Server
 
@@ -156,7 +156,7 @@ class DriveCommand(ServeCommand):
         return Server(bench, pace, self.log, self.allow_remote, remark)
 
     def _open(self, stack: ExitStack, server: Server, drive: Drive) -> None:
-        """Open the session with the board; without one, the ports are closed again."""
+        """Open the session with the board; if there is no board, close the ports again."""
         try:
             stack.enter_context(drive)
         except BaseException:
@@ -164,7 +164,7 @@ class DriveCommand(ServeCommand):
             raise
 
     def _join(self, server: Server, drive: Drive) -> None:
-        """Let the drive have its turns, and hold back what hosts hear until the motor is there."""
+        """Call the drive from the loop of the server, and delay output to hosts until the motor has caught up."""
         from ...links.sockets.system import be_prompt
 
         for line in server.lines.values():
@@ -175,9 +175,9 @@ class DriveCommand(ServeCommand):
 
         def again(ordered: int | None = None) -> None:
             if ordered not in (None, turns[0]):
-                return  # something has come from outside before this was due
+                return  # an input from outside came before this was due
             drive.turn()
-            number = drive.port.fileno()  # another one after a cable was pulled and put back
+            number = drive.port.fileno()  # a new one after a cable was unplugged and reconnected
             if watched != ([] if number is None else [number]):
                 for old in watched:
                     server.loop.watch(old)
@@ -188,7 +188,7 @@ class DriveCommand(ServeCommand):
             server.loop.after(drive.due(), partial(again, turns[0]))
 
         def begin() -> None:
-            drive.align()  # the server has begun later than the board was opened
+            drive.align()  # the server started later than the board was opened
             again()
 
         server.loop.ask(begin)
@@ -197,7 +197,7 @@ class DriveCommand(ServeCommand):
         self._hear_user(server, drive, f"slewline: {drive.introduction()}; {be_prompt()}")
 
     def _hear_user(self, server: Server, drive: Drive, introduction: str) -> None:
-        """Introduce the drive, as soon as it takes SIGUSR2 for `clear`; take words that are typed."""
+        """Print the introduction once SIGUSR2 means `clear`; read typed commands."""
         from ...drive.board.rehearsal import TwinPort
         from ...links.sockets.system import numbers
 
@@ -242,7 +242,7 @@ class DriveCommand(ServeCommand):
 
 @contextmanager
 def kept_if_it_begins(folder: Path) -> Iterator[None]:
-    """Remove the folder of a session that does not begin: a mistake must not push another black box out."""
+    """Remove the folder of a session that fails to start: a mistake must not evict another black box."""
     try:
         yield
     except BaseException:
@@ -251,7 +251,7 @@ def kept_if_it_begins(folder: Path) -> Iterator[None]:
 
 
 def check_up(drive: Drive) -> int:
-    """Look at link, machine and board; return the exit status."""
+    """Check the link, the machine and the board; return the exit status."""
     from ...links.sockets.system import be_prompt
 
     remark(drive.introduction())

@@ -1,4 +1,4 @@
-"""The commands that go on until they are ended: what they are called, what they take, which module does the work."""
+"""The commands that run until they are stopped: names, options, and the modules that do the work."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Command = Callable[..., Any]
 
 
 def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
-    """Return options that several commands have, as one decorator."""
+    """Return several options as one decorator, for commands that share them."""
 
     def decorate(command: Command) -> Command:
         for option in reversed(options):
@@ -86,23 +86,23 @@ SERVED = together(
 )
 @OPTIONS
 def serve_command(**options: Any) -> int:
-    """Put a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
+    """Serve a chip on a port, where host software finds it as if it were real, until SIGINT, SIGTERM or SIGHUP.
 
     Each port is printed on the standard output as soon as it is open: its name, and the URL or the device under which
     pySerial finds it.  By default a module has 9600 baud and checksums (--strap chs=0: none).
 
-    A pseudo-terminal has 8 bits and no parity, whatever the host asks for.  A host may open it as 7O2 again and again;
-    one that sets 7O2 twice at once gets EINVAL (invalid argument): a timeout set right after the open, one setting
-    after the other, an open right after a close, stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp)
-    or rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
+    A pseudo-terminal has 8 bits and no parity, whatever the host sets.  A host may open it as 7O2 repeatedly; one that
+    sets 7O2 twice in a row gets EINVAL (invalid argument): a timeout set right after the open, one setting after the
+    other, an open right after a close, stty.  Set such a host to 8N1, or open socket://HOST:PORT (--tcp) or
+    rfc2217://HOST:PORT (--rfc2217); a program in Python can also open slewline://gs-c200s, without any server.
 
-    The MC1451A family has registers instead of a line, and is served with --tcp only.  registers://HOST:PORT takes the
-    messages of slewline.links.ports.register_port; their other end is slewline.links.clients.chipset_port for a program
-    in Python, and examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
+    The MC1451A family has registers instead of a serial line, and is served with --tcp only.  registers://HOST:PORT
+    takes the messages of slewline.links.ports.register_port; their other end is slewline.links.clients.chipset_port for
+    a program in Python, and examples/mc1451a/slewline_port.h for one in C that reads and writes I/O ports.
 
-    A chip with a bus and a serial line has the line on one of these ports and the bus on --registers: the
+    For a chip with a bus and a serial line, use one of these ports for the line and --registers for the bus: the
     registers of a parallel card, at registers://HOST:PORT, whose other end is slewline.links.clients.card_port.
-    The line has 9600 baud, unless a host on --rfc2217 sets another.
+    The line has 9600 baud, unless a host on --rfc2217 sets another rate.
     """
     from .serve import ServeCommand
 
@@ -199,15 +199,16 @@ def serve_command(**options: Any) -> int:
 @SERVED
 @OPTIONS
 def drive_command(**options: Any) -> int:
-    """Put a chip in the place of the one that failed: an old host on a port, a motor on a board.
+    """Replace a failed chip with a virtual one: an old host on a port, a motor on a board.
 
-    This stops by itself and keeps count, and is no safety device: an E-stop must cut the supply of the driver.
+    The board stops on its own and keeps count, but it is not a safety device: an E-stop must cut the supply of the
+    driver.
 
-    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host speaks to the chip on one
-    of the ports, as with `slewline serve`.  What goes out, steps and characters, does so a horizon later while the
-    motor moves.  A board that stops by itself, by an input, an E-stop, or because it hears nothing, says where; the
-    drive is halted then, until `clear` is typed, or SIGUSR2 comes.  A driver that the board has switched off stays off
-    then: `clear homing` switches it on, to home the motor, and `clear homed` if you know where it is.
+    The board is an Arduino Uno or Nano with the firmware that `make boards` builds.  The host is connected to the chip
+    by one of the ports, as with `slewline serve`.  While the motor moves, steps and characters are output a horizon
+    later.  A board that stops by itself, because of an input, an E-stop or a lost host, reports its position; the drive
+    is then halted until `clear` is typed or SIGUSR2 is received.  If the board has switched the driver off, the driver
+    stays off: `clear homing` switches it on, to home the motor, and `clear homed` if you know its position.
     """
     from .drive import DriveCommand
 
@@ -230,16 +231,16 @@ def drive_command(**options: Any) -> int:
 @ALLOW_CODE
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect; they need the address with its token.")
 def panel_command(**options: Any) -> int:
-    """Open a panel, a page on which a chip is seen and worked, until SIGINT, SIGTERM or SIGHUP.
+    """Open a panel, a web page that shows a chip and operates it, until SIGINT, SIGTERM or SIGHUP.
 
-    Shown are its pins, registers, program and conversation; time can be stopped, stepped and taken back.  A PROGRAM is
-    given to the chip by its host, as `slewline run` does; time is paused until *Run the program* is pressed, unless
-    --run is given.  The ports of the [[serve]] tables of a bench file are opened, and its time passes from the start.
-    With --attach the panel shows what runs in a server, whatever host program talks to it; a token of its control port
-    is taken from the environment, SLEWLINE_TOKEN.
+    It shows pins, registers, program and conversation; you can pause and step time, and go back in it.  The host sends
+    a PROGRAM to the chip, as `slewline run` does; time is paused until *Run the program* is pressed, or runs with
+    --run.  The ports of the [[serve]] tables of a bench file are opened, and its time runs from the start.  With
+    --attach the panel shows the bench of a running server, whatever host program is connected; the token of its control
+    port is taken from the environment, SLEWLINE_TOKEN.
 
-    The page is found under the address that is printed.  Any browser with its token may work the chip; without it the
-    page only looks.
+    The address of the page is printed.  Any browser with its token may operate the chip; without it the page is
+    read-only.
     """
     from .panel import PanelCommand
 
@@ -270,7 +271,7 @@ def panel_command(**options: Any) -> int:
 def debug_command(**options: Any) -> int:
     """Debug a program, a chip or a bench file: registers, pins, the program and the conversation on one screen.
 
-    Time stands at the first instant.  The space bar lets it pass, s goes on by an instruction, b puts a breakpoint, the
+    Time is paused at the first instant.  The space bar lets it run, s steps one instruction, b sets a breakpoint, the
     left arrow goes back; ? lists the keys.
     """
     from .debug import DebugCommand

@@ -1,4 +1,4 @@
-"""slewline panel: a page for a web browser, of a chip, a bench file, a program, or a server that runs already."""
+"""slewline panel: a web page for a chip, a bench file, a program, or a running server."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class PanelCommand(BenchOptions):
-    """What the panel is to show, as the command line asks for it."""
+    """Subject and options of a panel."""
 
     what: str | None
     attach: str | None
@@ -42,7 +42,7 @@ class PanelCommand(BenchOptions):
     has_program: bool = False
 
     def perform(self) -> int:
-        """Do it, until a signal ends it; returns the exit status."""
+        """Run the panel until a signal ends it; return the exit status."""
         self.check_options()
         return self.serve() if self.attach is None else self.show_server(self.attach)
 
@@ -63,12 +63,12 @@ class PanelCommand(BenchOptions):
 
     @property
     def is_bench(self) -> bool:
-        """Is it a bench file?"""
+        """Whether the subject is a bench file."""
         return self.what is not None and is_bench(self.what)
 
     # ------------------------------------------------------------------------------------------ a server that runs
     def show_server(self, address: str) -> int:
-        """Open the panel of another server, until it or this command ends."""
+        """Open the panel of another server, until the server or this command ends."""
         from ...links.clients.control_client import reach
         from ...links.sockets import system
 
@@ -112,7 +112,7 @@ class PanelCommand(BenchOptions):
 
     @property
     def begins_paused(self) -> bool:
-        """Does time stand until the page lets it pass?  For a program it does; hosts on ports keep their own time."""
+        """Whether time is paused until the page starts it: true for a program; hosts on ports keep their own time."""
         if self.run:
             return False
         if self.file is not None:
@@ -144,7 +144,7 @@ class PanelCommand(BenchOptions):
         return single(part, (text, what), strap=dict(self.strap), journal=self.journal)
 
     def tell(self, panel: PanelProcess) -> None:
-        """Print where the panel is found, and open it in a web browser."""
+        """Print the address of the panel, and open it in a web browser."""
         show_ports([("panel", panel.url)])
         if not self.no_browser:
             webbrowser.open(panel.url)

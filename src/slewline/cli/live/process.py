@@ -1,4 +1,4 @@
-"""The panel as a process of its own, beside a server: it never delays a chip, and it ends with the command."""
+"""The panel as a separate process of a server: it never delays a chip, and it ends with the command."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from ...temporary import TemporaryFolder
 if TYPE_CHECKING:
     from ...links.server import Server
 
-CONTROL = "127.0.0.1:0"  # of the control port that only the panel knows
+CONTROL = "127.0.0.1:0"  # of the panel's private control port
 END_S = 3.0
 
 
 class PanelProcess(Closing):
-    """A panel that starts at once, while the bench is being built, and opens when it knows the control port.
+    """A panel that starts while the bench is being built, and opens when it receives the address of the control port.
 
     Args:
-        listen: where the page is to be found, HOST:PORT.
-        token: of the control port.
-        read_only: the page may look and not touch.
+        listen: the address of the page, HOST:PORT.
+        token: the token of the control port.
+        read_only: the page may view, but not operate.
         allow_remote: browsers on other machines may connect.
 
     Raises:
-        UsageError: something that the panel needs is not installed, or the address is not allowed.
+        UsageError: a package that the panel needs is not installed, or the address is not allowed.
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class PanelProcess(Closing):
 
     @classmethod
     def beside(cls, listen: str, read_only: bool = False, allow_remote: bool = False) -> PanelProcess:
-        """Return a panel of a server of this process; `open` makes it a control port that nobody else knows."""
+        """Return a panel for a server in this process; `open` gives it a control port with a secret token."""
         return cls(listen, secrets.token_urlsafe(24), read_only, allow_remote)
 
     def open(self, server: Server) -> None:
-        """Open the page of a server of this process, which notices when the panel ends by itself."""
+        """Open the page of a server in this process, which is notified when the panel ends by itself."""
         control = server.control(CONTROL, self.token).where
         self.attach(control)
         self._watch(server, control)
@@ -69,29 +69,29 @@ class PanelProcess(Closing):
         """Open the page of the server with this control port, HOST:PORT.
 
         Raises:
-            UsageError: it does not open.
+            UsageError: the page does not open.
         """
         self._send(control)
         if self.process.stdout is not None and not self._opened(self.process.stdout.readline()):
             raise UsageError("the panel has not opened; the reason is above")
 
     def _send(self, control: str) -> None:
-        """Send the panel the control port that it waits for."""
+        """Send the address of the control port to the waiting panel."""
         with suppress(OSError):
             if self.process.stdin is not None:
                 self.process.stdin.write(f"{control}\n".encode())
                 self.process.stdin.flush()
 
     def _opened(self, line: bytes) -> bool:
-        """Take the line in which the panel says where its page is found; return whether it is one."""
+        """Read the line with the address of the page; return whether it is such a line."""
         self.url = line.decode().partition(": ")[2].strip()
         return bool(self.url)
 
     def replace(self, tell: Callable[[str], object]) -> bool:
-        """Start a panel that has ended by itself once more, but only once; return whether that was done.
+        """Restart a panel that has ended by itself, but only once; return whether it was restarted.
 
         Args:
-            tell: is called with what has happened, and what can be done.
+            tell: called with a message: the event and its remedy.
         """
         status, out = self.process.wait(), self.process.stdout
         ended = f"the panel has ended ({how(status)})"
@@ -110,7 +110,7 @@ class PanelProcess(Closing):
         return True
 
     def _watch(self, server: Server, control: str) -> None:
-        """Let the loop of a server notice when the panel ends, or when one that was started again has opened."""
+        """Make the loop of a server check whether the panel has ended, or a restarted one has opened."""
         out, loop = cast("IO[bytes]", self.process.stdout), server.loop
 
         def read(data: bytes) -> None:
@@ -129,7 +129,7 @@ class PanelProcess(Closing):
 
         if os.name == "posix":
             loop.watch(out.fileno(), lambda: read(os.read(out.fileno(), 4096)))
-        else:  # a loop waits for sockets alone
+        else:  # a loop waits only for sockets
             follow(wait, lambda: loop.ask(partial(read, b"")))
 
     def wait(self) -> int:
@@ -137,7 +137,7 @@ class PanelProcess(Closing):
         return self.process.wait()
 
     def stop(self) -> None:
-        """Let the panel end: it does so when its standard input is closed; may be called in a signal handler."""
+        """Close the standard input of the panel, which ends it; may be called in a signal handler."""
         self.stopped = True
         if self.process.stdin is not None:
             with suppress(OSError):
@@ -157,7 +157,7 @@ class PanelProcess(Closing):
 
 @contextmanager
 def kept_journal(path: str | None) -> Iterator[str]:
-    """Yield a journal, without which there is no way back in time: the one that is named, or one for this run alone."""
+    """Yield the path of a journal, needed for going back in time: the given one, or a temporary one for this run."""
     if path is not None:
         yield path
         return

@@ -1,4 +1,4 @@
-"""slewline firmware: write the firmware of a board to a file, ready made, and say how it gets onto the board."""
+"""slewline firmware: write the prebuilt firmware of a board to a file, and print how to load it onto the board."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HERE = Path(__file__).resolve().parents[2]
 
 
 class Firmware(NamedTuple):
-    """A firmware: the board it is for, its file, what it makes of the board, and how it gets there."""
+    """A firmware: its board, its file, its purpose, and how to load it."""
 
     board: str
     file: str
@@ -51,7 +51,7 @@ FIRMWARE = {
 
 
 def next_to_the_wheel() -> list[Path]:
-    """Return the folder of the wheel that was installed, if it was a file, and firmware in it."""
+    """Return the folder of the wheel that was installed, if it was a file, and its firmware folder."""
     try:
         origin = distribution("slewline").read_text("direct_url.json")
     except PackageNotFoundError:
@@ -64,15 +64,15 @@ def next_to_the_wheel() -> list[Path]:
 
 
 def places() -> list[Path]:
-    """Return the folders where firmware may be: of the wheel, of the checkout that the package is in, and this one."""
+    """Return the folders that may contain firmware: of the wheel, of the package's checkout, and the current one."""
     return [*next_to_the_wheel(), HERE.parents[1] / "build" / "firmware", Path("firmware"), Path()]
 
 
 def firmware_of(name: str, board: str | None = None) -> Firmware:
-    """Return the firmware of a name.
+    """Return the firmware with a name.
 
     Raises:
-        UsageError: there is none, or it is for another board than this one.
+        UsageError: there is none, or it is for another board.
     """
     if name not in FIRMWARE:
         raise UsageError(f"firmware {name!r}: known are {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")
@@ -83,10 +83,10 @@ def firmware_of(name: str, board: str | None = None) -> Firmware:
 
 
 def write_firmware(name: str | None, board: str | None, output: str | None, source: str | None) -> int:
-    """Write the firmware of a name, or list all; returns the exit status.
+    """Write the firmware with a name, or list all; return the exit status.
 
     Raises:
-        UsageError: no such firmware, or another board than it is for, or its file is in none of the places.
+        UsageError: there is no such firmware, it is for another board, or its file is in none of the folders.
     """
     if name is None:
         for each, about in FIRMWARE.items():

@@ -1,4 +1,4 @@
-"""slewline serve: chips on ports, for host software that knows nothing of all this."""
+"""slewline serve: chips on ports, for unmodified host software."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ STATUS_S = 1.0
 
 @dataclass
 class ServeCommand(BenchOptions):
-    """What is to be served, as the command line asks for it."""
+    """Chips, ports and options of a server."""
 
     bench: str | None
     tcp: str | None
@@ -63,7 +63,7 @@ class ServeCommand(BenchOptions):
     memory: str | None
     log: str | None
     journal: str | None
-    baud: str | None  # which straps set
+    baud: str | None  # set by straps
     option: tuple[tuple[str, str], ...]
     options: str | None
     allow_remote: bool
@@ -71,7 +71,7 @@ class ServeCommand(BenchOptions):
     panel: str | None = None
 
     def perform(self) -> int:
-        """Do it, until a signal ends it; returns the exit status."""
+        """Serve until a signal ends it; return the exit status."""
         ports = self.check_options()
         say_replaced(self.journal)
         with ExitStack() as stack, state_directory(self.state, self.lockstep) as stores:
@@ -89,7 +89,7 @@ class ServeCommand(BenchOptions):
         return 0
 
     def open_ports(self, server: Server, ports: list[tuple[str, str]], panel: PanelProcess | None) -> None:
-        """Open what is asked for, and tell where it is found."""
+        """Open the requested ports, and print their addresses."""
         try:
             found = open_bench_file(server, self.file) if self.bench else self.open_chip(server, ports)
             if self.control:
@@ -103,7 +103,7 @@ class ServeCommand(BenchOptions):
             raise
 
     def check_options(self) -> list[tuple[str, str]]:
-        """Refuse options that exclude each other; return the ports that are asked for."""
+        """Refuse options that exclude each other; return the requested ports."""
         ports = [(kind, where) for kind in PORTS if (where := getattr(self, kind)) is not None]
         if (self.chip is None) == (self.bench is None):
             raise click.UsageError("give one of a chip, such as gs-c200s, and --bench FILE")
@@ -159,10 +159,10 @@ class ServeCommand(BenchOptions):
             if not self.file.tables.serve:
                 raise UsageError(f"{self.bench}: no [[serve]] table, so there is nothing to serve")
             return self.file.load(journal=self.journal, stores=stores)
-        part = cast("str", self.chip)  # without a bench file there is one
+        part = cast("str", self.chip)  # given if there is no bench file
         bench = Bench(journal=self.journal, stores=stores)
         sheet = sheet_of(part)
-        # nothing strapped is the slowest
+        # the slowest without straps
         options = joined(read_options(self.options, part), read(sheet.options, self.option))
         checked(sheet.part, sheet.options, options, elsewhere=sheet.elsewhere)
         chip = bench.add(part, straps=sheet.fastest | dict(self.strap), **options)
@@ -178,7 +178,7 @@ class ServeCommand(BenchOptions):
         return Server(bench, pace, self.log, self.allow_remote, remark)
 
     def open_chip(self, server: Server, ports: list[tuple[str, str]]) -> list[tuple[str, str]]:
-        """Open the ports of the only chip; return the name of each, and where it is found."""
+        """Open the ports of the only chip; return the name and address of each."""
         (chip,), found = server.bench.chips.values(), []
         for kind, where in ports:
             over = over_which(chip.sheet, kind)
@@ -188,7 +188,7 @@ class ServeCommand(BenchOptions):
 
 
 def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
-    """Open the ports of a bench file; return the name of each, and where it is found."""
+    """Open the ports of a bench file; return the name and address of each."""
     found = []
     served = file.served(server.bench)
     lines = []
@@ -206,19 +206,19 @@ def open_bench_file(server: Server, file: BenchFile) -> list[tuple[str, str]]:
 
 
 def show_ports(found: Iterable[tuple[str, str]]) -> None:
-    """Print the name of each port, and where it is found; a program that waits for it reads it at once."""
+    """Print the name and address of each port, and flush: a program may be waiting for it."""
     for name, where in found:
         click.echo(f"{name}: {where}")
     sys.stdout.flush()
 
 
 def bus_of(part: str) -> str | None:
-    """Return the name of the bus of a part that has several channels; None: it has one channel, or no such bus."""
+    """Return the name of the bus of a part with several channels; None if it has one channel, or no such bus."""
     return over_which(sheet_of(part), REGISTERS)
 
 
 def over_which(sheet: Sheet, kind: str) -> str | None:
-    """Return the channel that a port of a kind serves, where a part has several; None: its only one."""
+    """Return the channel that a port of a kind serves, if a part has several; None for its only one."""
     if len(sheet.channels) == 1:
         return None
     wanted = FlowBus if kind == REGISTERS else AdaptiveLine
@@ -226,19 +226,19 @@ def over_which(sheet: Sheet, kind: str) -> str | None:
 
 
 def joined(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Any]:
-    """Return options from two places; of one that is in both the second counts, of a table each of its rows."""
+    """Return options from two sources; the second one overrides the first, and tables are merged row by row."""
     both = {name for name in one if isinstance(one[name], dict) and isinstance(two.get(name), dict)}
     return {**one, **two, **{name: one[name] | two[name] for name in both}}
 
 
 def keeps(part: str) -> bool:
-    """Return whether a part keeps anything without power."""
+    """Return whether a part has non-volatile memory."""
     sheet = sheet_of(part)
     return sheet.keeps or is_outside(sheet)
 
 
 def titled(line: HostLine) -> str:
-    """Return a line by its name; chips that share it or a bus, with their addresses."""
+    """Return the name of a line; for chips that share a line or a bus, with their addresses."""
     from ...links.ports.prologix import PrologixLine
 
     if isinstance(line, PrologixLine):
@@ -252,14 +252,14 @@ def titled(line: HostLine) -> str:
 
 @contextmanager
 def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores | None]:
-    """Yield the memories of chips, by name, in a directory that one server at a time holds; None: no such directory.
+    """Yield the memories of chips, by name, in a directory that one server at a time locks; None without a directory.
 
     Args:
-        path: of the directory.
-        lockstep: time follows no clock: it waits for the disk.
+        path: the path of the directory.
+        lockstep: time follows no clock and waits for the disk.
 
     Raises:
-        UsageError: it cannot be written, or another server has it.
+        UsageError: the directory cannot be written, or another server uses it.
     """
     if path is None:
         yield None
@@ -291,7 +291,7 @@ def state_directory(path: str | None, lockstep: bool = False) -> Iterator[Stores
 
 
 def background_store(path: Path, lockstep: bool) -> BackgroundStore:
-    """Return a memory in a file; a damaged one is reported now, not when a program is missing."""
+    """Return a memory in a file; a damaged file is reported now, not when a program is missing."""
     from ...links.lines.background import PATIENCE_S, BackgroundStore
     from ...links.lines.memory_file import FileStore
 
@@ -299,7 +299,7 @@ def background_store(path: Path, lockstep: bool) -> BackgroundStore:
 
 
 def finish(store: BackgroundStore) -> None:
-    """Wait until a memory is in its file; what is waited for, and what has failed, is reported."""
+    """Wait until a memory is written to its file; report the wait, and any failure."""
     if not store.wait(STATUS_S):
         remark(f"{store.path} is still being written: the disk is slow; the command ends when it is there")
     try:
@@ -315,7 +315,7 @@ def say(text: str, end: str = "\n") -> None:
 
 
 def remark(text: str) -> None:
-    """Print a line of slewline itself on the standard error."""
+    """Print a message of slewline itself on the standard error."""
     say(f"slewline: {text}")
 
 
@@ -327,21 +327,21 @@ def show(server: Server, end: str = "\n") -> None:
 
 
 def show_again(server: Server) -> None:
-    """Print a status line every second; on a terminal, the next one is written over it."""
+    """Print a status line every second; on a terminal each overwrites the last."""
     show(server, "\033[K\r" if sys.stderr.isatty() else "\n")
     server.loop.after(STATUS_S, lambda: show_again(server))
 
 
 def signals(server: Server) -> AbstractContextManager[None]:
-    """End the server in good order on a signal; print a status line on SIGUSR1."""
+    """End the server cleanly on a signal; print a status line on SIGUSR1."""
     return ended_by_signals(server.loop, server.stop, lambda: show(server))
 
 
 @contextmanager
 def ended_by_signals(loop: Loop, stop: Callable[[], object], status: Callable[[], object]) -> Iterator[None]:
-    """Call `stop` on SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGBREAK; `status`, in its turn, on SIGUSR1.
+    """Call `stop` on SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGBREAK; call `status` from the loop on SIGUSR1.
 
-    From the first one on they mean nothing any more: the process ends anyway.  One that is ignored stays so.
+    After the first one the others are ignored, because the process is ending.  A signal that was ignored stays ignored.
     """
     from ...links.sockets import system
 

@@ -1,4 +1,4 @@
-"""slewline firmware NAME --check PORT: a board in the place of a module answers fixed lines as the model does."""
+"""slewline firmware NAME --check PORT: compare the answers of a board in place of a module with those of the model."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from .module_options import SettingOptions
 from .pull_push import performed
 
 GAP_US = 20_000  # between an answer and the next line
-LASTS_US = {"E": 2_500_000, "I1": 50_000}  # what takes longer
+LASTS_US = {"E": 2_500_000, "I1": 50_000}  # longer waits
 HARMLESS = ("F", "V1", "V2", "A3", "S50", "L0", "K", "Z", "F")
 ENTERED = ("S50", "T200", "R20", "L0", "A1", "+30", "D2", "-30", "C1", "A2", "L2", "Q")
-FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901")  # a module may know one and move
+FAULTY = ("S0", "T1001", "R1000", "A4", "D256", "+1000000", "zoo", "12345678901")  # a module may accept it and move
 
 
 def entry(part: str) -> tuple[str, list[str]]:
-    """Return the command that begins program entry, and those to end it without a run of the program: none or one."""
+    """Return the command that begins program entry, and the commands that end it without a run: none or one."""
     rows = sheet_of(part).rows(LineRow)
     begin = next(row.head for row in rows if row.role == "enter")
     return begin, [row.head for row in rows if row.role == "leave" and not row.may_step]
@@ -43,8 +43,8 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
     Args:
         part: the module that the board replaces.
-        replace: with a program, which takes the place of the one in RAM; nothing is written to the EEPROM.
-        move: and steps, 60 in each direction.
+        replace: include a program, which replaces the one in RAM; the EEPROM is not written.
+        move: include steps, 60 in each direction.
     """
     begin, end = entry(part)
     lines = [*HARMLESS]
@@ -56,7 +56,7 @@ def dialogue_for(part: str, *, replace: bool, move: bool) -> list[str]:
 
 
 def exchanges_with(speech: Speech, lines: list[str]) -> list[RecordedExchange]:
-    """Return lines as a dialogue has them, each with its pause."""
+    """Return lines as recorded exchanges, each with its pause."""
     found: list[RecordedExchange] = []
     at_us = 0
     for number, line in enumerate(lines, start=1):
@@ -76,7 +76,7 @@ def firmware(
     """Write firmware, or check a board that has it; return the exit status.
 
     Raises:
-        UsageError: options of the one and of the other, or a board that does not replace a module.
+        UsageError: options of both tasks are mixed, or the board does not replace a module.
     """
     if port is None:
         if given := [option for option in ONLY_CHECKED if check[option] not in (None, False)]:
@@ -99,7 +99,7 @@ def firmware(
 
 @dataclass
 class CheckBoard(SettingOptions):
-    """The options of a check."""
+    """Options of a check."""
 
     part: str
     port: str
@@ -109,14 +109,14 @@ class CheckBoard(SettingOptions):
     replace: bool
 
     def perform(self) -> int:
-        """Do it; return the exit status."""
+        """Run the check; return the exit status."""
         with ExitStack() as stack:
             folder = stack.enter_context(TemporaryDirectory(prefix="slewline-"))
             path = Path(self.dialogue or Path(folder, "said"))
             return performed(lambda: self._play(path)) or self._compare(path)
 
     def _play(self, path: Path) -> None:
-        """Play the dialogue to the board."""
+        """Send the dialogue to the board, and record it."""
         from ...modules.comparing.playing import play
 
         module = self.found(self.port, sheet_of(chip_class(self.part)), may_move=self.move)
@@ -128,7 +128,7 @@ class CheckBoard(SettingOptions):
             play(exchanges_with(speech, lines), module, self.replace, (self.tolerance or 0) / PS_PER_US / 1e6)
 
     def _compare(self, path: Path) -> int:
-        """Compare the answers of the board with those of the model."""
+        """Compare the answers of the board with those of the model; return the exit status."""
         from ...modules.comparing.model_differences import DialogueComparison, usual_tolerance
         from ...modules.speech import speech_of
 

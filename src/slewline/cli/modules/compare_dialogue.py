@@ -1,4 +1,4 @@
-"""slewline compare DIALOGUE: what a module has said against what the model says to the same lines."""
+"""slewline compare DIALOGUE: the answers of a module against those of the model to the same lines."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ BEGINNING = f'{{"slewline":"{KIND} '.encode()
 
 
 def is_dialogue(path: str) -> bool:
-    """Return whether a file begins as a dialogue does, or cannot be read: reading it reports why."""
+    """Return whether a file begins as a dialogue does, or cannot be read: reading it later reports the cause."""
     try:
         with opened(path) as file:
             return file.read(len(BOM + BEGINNING)).removeprefix(BOM).startswith(BEGINNING)
@@ -45,7 +45,7 @@ def is_dialogue(path: str) -> bool:
 
 
 class SendableFile(DialogueFile):
-    """A dialogue without remarks, which go to the standard error."""
+    """A dialogue file without remarks, which go to the standard error."""
 
     def note(self, text: str) -> None:
         """Print a remark."""
@@ -53,13 +53,13 @@ class SendableFile(DialogueFile):
 
 
 class ComparisonProgress:
-    """Prints how far a comparison is, when it takes long."""
+    """Printer of the progress of a long comparison."""
 
     def __init__(self) -> None:
         self.next_s = monotonic() + PROGRESS_S
 
     def __call__(self, number: int) -> None:
-        """Take the number of an exchange."""
+        """Receive the number of an exchange."""
         if monotonic() >= self.next_s:
             self.next_s += PROGRESS_S
             remark(f"the model is at exchange {number} ...")
@@ -67,7 +67,7 @@ class ComparisonProgress:
 
 @dataclass
 class CompareDialogue(SettingOptions):
-    """What is to be compared, as the command line asks for it."""
+    """Files and options of a comparison."""
 
     dialogue: str
     part: str | None
@@ -84,7 +84,7 @@ class CompareDialogue(SettingOptions):
     as_json: bool
 
     def perform(self) -> int:
-        """Do it; return the exit status."""
+        """Compare; return the exit status."""
         from ...modules.comparing.model_differences import DialogueComparison, usual_tolerance
 
         dialogue = RecordedDialogue.read(self.dialogue)
@@ -120,7 +120,7 @@ class CompareDialogue(SettingOptions):
         return 0 if found.agree else FOUND
 
     def chip(self, dialogue: RecordedDialogue) -> type[Chip]:
-        """Return the class of the part: of the user's word, or of that of the dialogue, which anybody may have made."""
+        """Return the class of the part: named by the user, or by the dialogue, which is not trusted."""
         if self.part is not None:
             return chip_class(self.part)
         try:
@@ -129,7 +129,7 @@ class CompareDialogue(SettingOptions):
             raise UsageError(f"dialogue {self.dialogue}, line 1: part: {error}") from error
 
     def header(self, dialogue: RecordedDialogue) -> DialogueHeader:
-        """Return the header of a dialogue, with what the command line says instead."""
+        """Return the header of a dialogue, with the values that the command line overrides."""
         header = dialogue.header
         checked = header.checksum if self.checksum is None else self.checksum
         return replace(
@@ -144,11 +144,11 @@ class CompareDialogue(SettingOptions):
         )
 
     def speech(self, cls: type[Chip], header: DialogueHeader) -> Speech:
-        """Return how the module was spoken to."""
+        """Return the protocol of the module."""
         return speech_of(sheet_of(cls), header.baud, header.checksum, header.address)
 
     def played(self, dialogue: RecordedDialogue, speech: Speech) -> RecordedDialogue:
-        """Play a dialogue to the module now; return what was said."""
+        """Send a dialogue to the module now; return the new dialogue."""
         from ...modules.comparing.playing import play
 
         with ExitStack() as stack:
@@ -160,7 +160,7 @@ class CompareDialogue(SettingOptions):
 
     @contextmanager
     def module(self, path: Path, header: DialogueHeader, speech: Speech) -> Iterator[Module]:
-        """Yield the module, with a file that takes down what is said; of a failure before anything was, nothing."""
+        """Yield the module, with a file that records the dialogue; leave no file if nothing was exchanged."""
         from ...modules.module import TIDY_S, Module
         from ...modules.module_port import ModulePort
         from .pull_push import raw_record, say_raw

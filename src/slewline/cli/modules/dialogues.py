@@ -1,4 +1,4 @@
-"""The commands about dialogues with a real module: what they take."""
+"""The commands for dialogues with a real module: names and options."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ CHECKSUM = click.option(
 @path("--dialogue", required=True, help="A new file for the dialogue.")
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect to the port of --tcp.")
 def proxy_command(**options: Any) -> int:
-    """Stand between a host program and its module, until SIGINT, SIGTERM or SIGHUP: pass on, and record.
+    """Relay characters between a host program and its module, and record them, until SIGINT, SIGTERM or SIGHUP.
 
-    Every character goes on at once, in both directions; nothing is added, and nothing held back.  What the host sends
-    moves the motor as ever.  The record is a dialogue file, which `slewline compare` replays with the model.
+    Every character is passed on immediately, in both directions; none is added or held back.  The commands of the host
+    move the motor as usual.  The record is a dialogue file, which `slewline compare` replays with the model.
     """
     from .proxy import ProxyCommand
 
@@ -65,8 +65,7 @@ def decode_command(**options: Any) -> int:
     """Read the characters on two recorded wires, and print the dialogue of host and module.
 
     CAPTURE is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).  The
-    format of characters is the part's; TTL levels and those of RS-232 are told apart by themselves.  Exit status 1 if a
-    character is damaged.
+    character format is that of the part; TTL and RS-232 levels are detected.  Exit status 1 if a character is damaged.
     """
     from ..recordings.decode import decode
 
@@ -85,12 +84,12 @@ def decode_command(**options: Any) -> int:
 @CLOCK
 @OPTIONS
 def terminal_command(**options: Any) -> int:
-    """Speak with a real module on PORT, line by line, until Ctrl-D; what is sent may move the motor.
+    """Open a terminal to a real module on PORT, line by line, until Ctrl-D; lines that you send may move the motor.
 
     PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  Lines are sent with the
-    checksum, the address and the end that the part wants.  The tab key completes commands, the row below shows the
-    manual's words, and :help has all of them.  Every line goes to the model as well, which begins as after power-up:
-    what it finds odd stands below the line, with a !.
+    checksum, the address and the terminator that the part needs.  The tab key completes commands, the row below shows
+    the text of the manual, and :help lists all commands.  Every line also goes to the model, which starts in the state
+    after power-up: its findings are printed below the line, with a !.
     """
     from .terminal import TerminalCommand
 
@@ -151,21 +150,21 @@ def terminal_command(**options: Any) -> int:
 @OPTIONS
 @ALLOW_CODE
 def compare_command(**options: Any) -> int:
-    """Compare what was measured with the model: the signals of a waveform file, or the dialogue with a module.
+    """Compare a measurement with the model: the signals of a waveform file, or the dialogue with a module.
 
-    Of two waveforms, a run's and a logic analyser's, it reports of each signal which edges are missing, extra, late or
-    early, and the drift of the measured clock; exit status 1 if there are such edges.  Without --map signals of the
-    same name are compared, whatever their scopes.  --shift first and best go by the first signal of the list.  MEASURED
-    is a VCD file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).
+    Two waveforms, of a run and of a logic analyser: for each signal, missing, extra, late and early edges are reported,
+    and the drift of the measured clock; exit status 1 if there are such edges.  Without --map signals of the same name
+    are compared, whatever their scopes.  --shift first and best use the first signal of the list.  MEASURED is a VCD
+    file, a CSV file of a logic analyser or an oscilloscope, or a session of PulseView (.sr).
 
-    Of a dialogue, which `slewline proxy` and other commands record, every line is sent to the model at its time, in
-    virtual time; reported is every answer and every delay that differs; exit status 1 if one does.  The module and its
+    A dialogue, as recorded by `slewline proxy` and other commands: every line is sent to the model at its time, in
+    virtual time, and every different answer or delay is reported; exit status 1 if there is one.  The module and its
     model should begin in the same state: switch the module on for the recording.
     """
     return compare(**options)
 
 
-WAVEFORMS = ("pairs", "shift", "timescale", "torn", "invert", "threshold")  # options of one kind, and of the other
+WAVEFORMS = ("pairs", "shift", "timescale", "torn", "invert", "threshold")  # options for waveforms, and for dialogues
 DIALOGUES = (
     *(
         "port",

@@ -1,4 +1,4 @@
-"""slewline epics: the motor behind a real module, as a motor record."""
+"""slewline epics: the motor of a real module, as a motor record."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class EpicsCommand(SettingOptions):
-    """What is to be served, as the command line asks for it."""
+    """Module, motor and record to be served."""
 
     port: str
     part: str
@@ -43,7 +43,7 @@ class EpicsCommand(SettingOptions):
     allow_remote: bool
 
     def perform(self) -> int:
-        """Do it, until a signal ends it; return the exit status."""
+        """Serve until a signal ends it; return the exit status."""
         from ...labs.channel_access import interfaces, port_of_server
         from ...labs.record import MotorRecord
 
@@ -71,7 +71,7 @@ class EpicsCommand(SettingOptions):
         return 0
 
     def find(self) -> ModuleMotor:
-        """Find the module, now or again."""
+        """Find the module, for the first time or again."""
         from ...labs.module_motor import ModuleMotor
 
         sheet = sheet_of(self.part)
@@ -104,7 +104,7 @@ class EpicsCommand(SettingOptions):
         return found
 
     def check_program(self, record: MotorRecord) -> None:
-        """Refuse to replace a program that is not one of these moves."""
+        """Refuse to replace a program other than one of these moves."""
         lines = 0 if self.replace else record.motor.foreign_program()
         if lines:
             record.close()
@@ -114,7 +114,7 @@ class EpicsCommand(SettingOptions):
             )
 
     async def serve(self, record: MotorRecord, every_s: float) -> None:
-        """Serve the record until a signal comes."""
+        """Serve the record until a signal ends it."""
         from ...labs.channel_access import interfaces, serve
         from ...links.sockets.system import ends
 

@@ -1,4 +1,4 @@
-"""The commands for a real module, its program and its motor in a laboratory: what they take."""
+"""The commands for a real module, its program and its motor: names and options."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from .module_options import PORT, chip_option, module_options, setting_options
 )
 @click.option("--replace", is_flag=True, help="The file may be there already.")
 def pull_command(**options: Any) -> int:
-    """Save what a real module on PORT holds into a file that `slewline asm` and `slewline push` take.
+    """Save the program and settings of a real module on PORT to a file that `slewline asm` and `slewline push` take.
 
-    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  Read are the program, by
-    its listing until two listings agree, the position, and the registers for which the part may be asked.  Nothing in
-    the module changes, and nothing is sent that may make a step.  Speeds and ramps of a GS-C are only in its program.
-    A CY525 or CY512 is read through an adapter, which takes the lines that a served one takes with --framing, and gives
-    the first 48 bytes of its program.
+    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The command reads the
+    program, by its listing until two listings agree, the position, and the registers that the part can report.  The
+    module is not changed, and no command is sent that may step the motor.  Speeds and ramps of a GS-C are only in its
+    program.  A CY525 or CY512 is read through an adapter, which takes the same lines as a served chip with --framing;
+    the first 48 bytes of its program are read.
 
-    With --eeprom the program that is kept without power takes the place of that in RAM, which is saved first, put back,
-    and verified.  Beside FILE stands all that was said, FILE.dialogue.
+    With --eeprom the stored program replaces the one in RAM, which is saved first, restored, and verified.  The
+    dialogue is recorded next to FILE, in FILE.dialogue.
     """
     from .pull_push import PullCommand
 
@@ -58,13 +58,13 @@ def pull_command(**options: Any) -> int:
 )
 @click.option("--move", is_flag=True, help="Send also commands that may make the motor step.")
 def push_command(**options: Any) -> int:
-    """Send a program to a real module on PORT, and verify it by its listing; nothing is run.
+    """Send a program to a real module on PORT, and verify it by its listing; it is not run.
 
-    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  What was there is saved
-    first.  With --store the module keeps the program without power, but only after its listing has agreed.  Where
-    something goes wrong, what stands in the module is said; the same command again goes on from there.
+    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The old program is saved
+    first.  With --store the module stores the program in its EEPROM, but only after the listing has agreed.  After an
+    error the present content of the module is reported; the same command again resumes from there.
 
-    A GS-C200 stays in program entry, since only E ends it, which runs the program.
+    A GS-C200 stays in program entry, because its only exit is E, which runs the program.
     """
     from .pull_push import PushCommand
 
@@ -94,16 +94,16 @@ def push_command(**options: Any) -> int:
 @click.option("--replace", is_flag=True, help="Moves may replace the program in the module's RAM.")
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect, and move the motor.")
 def epics_command(**options: Any) -> int:
-    """Serve the motor behind a real module on PORT as a motor record, on Channel Access, until SIGINT or SIGTERM.
+    """Serve the motor of a real module on PORT as a motor record, on Channel Access, until SIGINT or SIGTERM.
 
-    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The parameters are those
-    of the ramp of every move, as `slewline ramp CHIP` has them: S=10 T="1000 steps/s" R=50.  A put to VAL completes
-    when the motor is at rest.
+    PORT is what pySerial takes: /dev/ttyUSB0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT.  The parameters set the
+    ramp of every move, as in `slewline ramp CHIP`: S=10 T="1000 steps/s" R=50.  A put to VAL completes when the motor
+    is at rest.
 
-    A GS-C takes moves in programs alone: each replaces the program in RAM, not the one that M has kept.
+    A GS-C moves only by programs: each move replaces the program in RAM, not the one stored by M.
 
-    Clients of this machine may connect; others only if EPICS_CAS_INTF_ADDR_LIST names an address that they
-    reach, with --allow-remote.
+    Clients on this machine may connect; others only with --allow-remote, and if EPICS_CAS_INTF_ADDR_LIST names an
+    address that they reach.
     """
     from .epics import EpicsCommand
 
@@ -122,15 +122,15 @@ def epics_command(**options: Any) -> int:
 @path("--dialogue", help="With --check: write the dialogue into this new file.")
 @click.option("--tolerance", type=TimeWithUnit(), help="With --check: as of slewline compare.")
 def firmware_command(**options: Any) -> int:
-    """Write the firmware of a board to a file, and say how it gets onto the board; without NAME, list what there is.
+    """Write the firmware of a board to a file, and print how to load it; without NAME, list all firmware.
 
-    gs-c200s and gs-c200 make a Raspberry Pi Pico take the place of a module; uno makes an Arduino Uno step for slewline
-    drive.  A file is looked for next to the installed wheel, in the build of a checkout, and in the current
+    gs-c200s and gs-c200 make a Raspberry Pi Pico replace a module; uno makes an Arduino Uno the board of slewline
+    drive.  The file is searched for next to the installed wheel, in the build of a checkout, and in the current
     directory.
 
-    With --check fixed lines are sent to the board, and its answers are compared with those of the model, as slewline
-    compare does.  Switch the board on before, its user inputs open.  PORT is what pySerial takes; rate and
-    checksums are looked for.  Exit status 1 if an answer or a delay differs.
+    With --check fixed lines are sent to the board, and its answers are compared with those of the model, as with
+    slewline compare.  First switch the board on, with its user inputs open.  PORT is what pySerial takes; rate and
+    checksums are detected.  Exit status 1 if an answer or a delay differs.
     """
     from .check_board import firmware
 

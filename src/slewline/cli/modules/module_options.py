@@ -1,4 +1,4 @@
-"""Options of the commands that speak to a real module: where it is, what it is, and how it is set."""
+"""Options of the commands for a real module: its port, its part, and its settings."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ DIALOGUE = path("--dialogue", help="Write what is said into this new file; by de
 
 @dataclass
 class SettingOptions:
-    """How a module is set, as the command line asks for it."""
+    """Settings of a module."""
 
     baud: int | None
     checksum: bool | None
@@ -56,11 +56,11 @@ class SettingOptions:
 
     @property
     def crystal_hz(self) -> int | None:
-        """Its clock, where that is known."""
+        """Clock of the module, Hz; None if unknown."""
         return None if self.crystal is None else int(hertz(self.crystal))
 
     def found(self, port: str, sheet: Sheet, raw: RawRecord | None = None, *, may_move: bool) -> Module:
-        """Return the module at a port, which has answered; raises as `find`."""
+        """Return the module at a port, after it has answered; raises as `find`."""
         from ...modules.finding import find
         from ..live.serve import remark
 
@@ -78,12 +78,12 @@ class SettingOptions:
 
 
 def setting_options(function: Function) -> Function:
-    """Give a command how a module is set."""
+    """Add the options for the settings of a module to a command."""
     for option in reversed(SETTING):
         function = option(function)
     return function
 
 
 def module_options(function: Function) -> Function:
-    """Give a command the port of a module, and what it takes to speak to it."""
+    """Add the port of a module, and all options of the connection, to a command."""
     return PORT(PART(setting_options(DIALOGUE(MARKINGS(CLOCK(function))))))

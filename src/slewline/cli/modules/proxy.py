@@ -1,4 +1,4 @@
-"""slewline proxy: between a host program and its module, with a record of what they say."""
+"""slewline proxy: relay characters between a host program and its module, and record them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class ProxyCommand(SettingOptions):
-    """What is to be passed on, as the command line asks for it."""
+    """Ports and options of a proxy."""
 
     serial: str
     pty: str | None
@@ -35,20 +35,20 @@ class ProxyCommand(SettingOptions):
     allow_remote: bool
 
     def perform(self) -> int:
-        """Do it, until a signal ends it; return the exit status."""
+        """Run the proxy until a signal ends it; return the exit status."""
         from ...links.sockets.system import be_prompt
         from ...modules.recording_proxy import DialogueRecorder, Proxy
 
         if (self.pty is None) == (self.tcp is None):
             raise click.UsageError("give one of --pty LINK and --tcp HOST:PORT, for the host program")
-        given = be_prompt()  # the thread of the recorder has the same
+        given = be_prompt()  # same as in the thread of the recorder
         setting, file = self.opened()
         recorder = DialogueRecorder(file)
         try:
             proxy = Proxy(self.serial, setting, recorder, self.host_port, remark, self.echo)
         except SlewlineError:
             recorder.close()
-            file.path.unlink(missing_ok=True)  # nothing was said
+            file.path.unlink(missing_ok=True)  # no character was exchanged
             raise
         with closing(proxy), ended_by_signals(proxy.loop, proxy.stop, lambda: say(report(proxy))):
             show_ports([("host", proxy.port.where)])
@@ -58,7 +58,7 @@ class ProxyCommand(SettingOptions):
         return 0
 
     def opened(self) -> tuple[LineSetting, DialogueFile]:
-        """Return how the module is spoken to, and the file of the dialogue."""
+        """Return the line settings of the module, and the file of the dialogue."""
         from ...modules.dialogue import DialogueFile, DialogueHeader
         from ...modules.speech import speech_of
 
@@ -89,5 +89,5 @@ class ProxyCommand(SettingOptions):
 
 
 def report(proxy: Proxy) -> str:
-    """Return how promptly characters were passed on, in words."""
+    """Return the latency of the relayed characters, in words."""
     return f"slewline: to the module: {proxy.host.lateness}\nslewline: to the host: {proxy.module.lateness}"

@@ -1,4 +1,4 @@
-"""slewline pull and push: the program of a real module into a file, and back."""
+"""slewline pull and push: save the program of a real module to a file, and send it back."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DIALOGUE, RAW = ".dialogue", ".raw"
 
 @dataclass
 class PortOptions(SettingOptions):
-    """Where a module is and what it is, as the command line asks for it."""
+    """Port, part and settings of a module."""
 
     port: str
     part: str | None
@@ -39,7 +39,7 @@ class PortOptions(SettingOptions):
 
     @contextmanager
     def module(self, sheet: Sheet, beside: str, may_move: bool = False) -> Iterator[Module]:
-        """Find the module, and take down what is said to it; what has gone wrong is shown by `shown`."""
+        """Find the module, and record the dialogue with it; `shown` reports errors."""
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         path = free(beside, DIALOGUE) if self.dialogue is None else Path(self.dialogue)
         check_new(path, replace=None)
@@ -56,7 +56,7 @@ class PortOptions(SettingOptions):
 
 
 def free(beside: str, ending: str) -> Path:
-    """Return the name of a new file of a kind, beside another file."""
+    """Return the name of a new file with an extension, next to another file."""
     path, number = Path(beside + ending), 1
     while path.exists():
         number += 1
@@ -66,7 +66,7 @@ def free(beside: str, ending: str) -> Path:
 
 @contextmanager
 def raw_record(beside: str) -> Iterator[RawRecord]:
-    """Keep what comes from a module in a file of its own; where something goes wrong, say where it is."""
+    """Record the characters of a module in a separate file; report its path after an error."""
     raw = RawRecord(free(beside, RAW), remark)
     try:
         yield raw
@@ -78,13 +78,13 @@ def raw_record(beside: str) -> Iterator[RawRecord]:
 
 
 def say_raw(raw: RawRecord) -> None:
-    """Say where the characters are that have come."""
+    """Report the path of the file with the received characters."""
     if raw.is_kept:
         remark(f"the raw characters that came are in {raw.path}")
 
 
 def performed(work: Callable[[], object]) -> int:
-    """Do something with a module; return the exit status, 1 if the module has not done it."""
+    """Do a task on a module; return the exit status, 1 if the module has not done it."""
     try:
         work()
     except ModuleFailure as failure:
@@ -98,7 +98,7 @@ def performed(work: Callable[[], object]) -> int:
 
 @dataclass
 class PullCommand(PortOptions):
-    """What is to be saved, as the command line asks for it."""
+    """Options of a pull."""
 
     output: str
     base: int | None
@@ -106,7 +106,7 @@ class PullCommand(PortOptions):
     replace: bool
 
     def perform(self) -> int:
-        """Do it; return the exit status."""
+        """Save the program; return the exit status."""
         sheet = sheet_for(self.output, self.part, speech_of)
         check_new(Path(self.output), self.replace)
         check_recall(sheet, self.eeprom)
@@ -121,7 +121,7 @@ class PullCommand(PortOptions):
 
 @dataclass
 class PushCommand(PortOptions):
-    """What is to be sent, as the command line asks for it."""
+    """Options of a push."""
 
     file: str
     store: bool
@@ -130,7 +130,7 @@ class PushCommand(PortOptions):
     move: bool
 
     def perform(self) -> int:
-        """Do it; return the exit status."""
+        """Send the program; return the exit status."""
         sheet = sheet_for(self.file, self.part, check_push)
         check_push(sheet)
         check_store(sheet, self.store)

@@ -1,4 +1,4 @@
-"""slewline terminal: a person's conversation with a module."""
+"""slewline terminal: an interactive terminal to a module."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from ..files import read_options
 from ..live.serve import remark
 from .pull_push import PortOptions, performed, raw_record
 
-LISTEN_S = 0.05  # how often what comes unasked is looked for
+LISTEN_S = 0.05  # interval of checks for unsolicited characters
 LEAVE = "Ctrl-D leaves, :help lists the commands"
 
 
 @dataclass
 class TerminalCommand(PortOptions):
-    """With whom a person wants to speak, as the command line asks for it."""
+    """Module and options of a terminal."""
 
     plain: bool
     model: bool
@@ -37,8 +37,8 @@ class TerminalCommand(PortOptions):
     options: str | None
 
     def perform(self) -> int:
-        """Do it until the person leaves; return the exit status."""
-        part = str(self.part)  # which the command line demands
+        """Run the terminal until the user leaves; return the exit status."""
+        part = str(self.part)  # required on the command line
         sheet = sheet_of(part)
         speech_of(sheet, self.baud, self.checksum, self.address)  # a mistake here opens no port
         options = read_options(self.options, part)
@@ -67,7 +67,7 @@ class TerminalCommand(PortOptions):
             converse(Conversation(module, shadow), self.lines)
 
     def lines(self, conversation: Conversation, lock: Lock) -> Iterator[str]:
-        """Return the lines of the person: of a terminal with completion, or of whatever the standard input is."""
+        """Return the lines of the user: from a terminal with completion, or from the standard input."""
         if not sys.stdin.isatty():
             return piped(conversation)
         if not self.plain:
@@ -102,7 +102,7 @@ def converse(conversation: Conversation, lines: Lines) -> None:
 
 
 def show(reply: Reply) -> None:
-    """Print what a line has led to: findings with a !, an answer with its meaning and how long it took."""
+    """Print the result of a line: findings with a !, and the answer with its meaning and its delay."""
     for text in reply.since:
         click.echo(f"  ! meanwhile, {text}")
     if reply.text:
@@ -119,21 +119,21 @@ def show(reply: Reply) -> None:
 
 
 def show_unasked(conversation: Conversation) -> None:
-    """Print what the module has said by itself."""
+    """Print unsolicited characters of the module."""
     if text := conversation.unasked():
         click.echo(f"unasked: {text.encode('unicode_escape').decode()}")
 
 
 # --------------------------------------------------------------------------------------------------------------- input
 def piped(conversation: Conversation) -> Iterator[str]:
-    """Yield lines of a file or of another program; they are printed, for nobody has seen them."""
+    """Yield lines of a file or of another program, and print each, because the user has not typed it."""
     for line in sys.stdin:
         click.echo(f"{conversation.sheet.part}> {line.rstrip()}")
         yield line
 
 
 def typed(conversation: Conversation) -> Iterator[str]:
-    """Yield lines as Python reads them, with history and completion by the tab key where it has them."""
+    """Yield lines from Python's input, with history and tab completion if available."""
     with completed(conversation):
         while True:
             try:
@@ -143,13 +143,13 @@ def typed(conversation: Conversation) -> Iterator[str]:
                 return
             except Terminated:
                 raise
-            except KeyboardInterrupt:  # the line is given up
+            except KeyboardInterrupt:  # the line is cancelled
                 click.echo()
 
 
 @contextmanager
 def completed(conversation: Conversation) -> Iterator[None]:
-    """Let the tab key complete a line, where there is a readline."""
+    """Enable tab completion of a line, if there is a readline."""
     try:
         readline: Any = import_module("readline")
     except ModuleNotFoundError:
@@ -170,17 +170,17 @@ def completed(conversation: Conversation) -> Iterator[None]:
 
 
 def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
-    """Return lines from a prompt that completes them, and shows the manual's words below.
+    """Return lines from a prompt that completes them, and shows the text of the manual below.
 
     Raises:
-        ModuleNotFoundError: its package is missing.
+        ModuleNotFoundError: the package of the prompt is not installed.
     """
     from prompt_toolkit import PromptSession
     from prompt_toolkit.completion import Completer, Completion
     from prompt_toolkit.patch_stdout import patch_stdout
 
     class ManualCompleter(Completer):
-        """What a line may become, with the manual's words."""
+        """Completions of a line, with the text of the manual."""
 
         def get_completions(self, document: Any, _event: Any) -> Iterator[Completion]:
             begun = document.text_before_cursor
@@ -203,7 +203,7 @@ def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
                     return
                 except Terminated:
                     raise
-                except KeyboardInterrupt:  # the line is given up
+                except KeyboardInterrupt:  # the line is cancelled
                     continue
 
     return lines()
@@ -211,7 +211,7 @@ def prompted(conversation: Conversation, lock: Lock) -> Iterator[str]:
 
 @contextmanager
 def listening(conversation: Conversation, lock: Lock) -> Iterator[None]:
-    """Print what a module says by itself while a line is written."""
+    """Print unsolicited characters of a module while the user types."""
     over = Event()
 
     def listen() -> None:

@@ -1,1 +1,1 @@
-"""Commands about motors: which ramp holds, and what no data sheet says."""
+"""Commands about motors: the fastest ramp, and constants that no data sheet lists."""

@@ -1,4 +1,4 @@
-"""calibrate: friction and iron loss of a motor and its machine, from what was measured on it."""
+"""calibrate: friction and iron loss of a motor and its machine, from measurements."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ...tuning.tuned_bench_file import toml
 from ..programs import print_json
 from .own import OPTION, motor_value
 
-REPLACED = ("friction", "stiction", "force")  # of a load, by the friction that was found
+REPLACED = ("friction", "stiction", "force")  # of a load, replaced by the friction found
 
 
 def calibrate(
@@ -69,19 +69,19 @@ def calibrate(
 
 
 def rate(text: str | None, name: str, per_turn: int) -> float | None:
-    """Return a rate in full steps/s.
+    """Return a rate in full steps/s; None without a text.
 
     Args:
-        per_turn: full steps a turn of the motor.
+        per_turn: full steps per turn of the motor.
 
     Raises:
-        UsageError: it is none.
+        UsageError: the text is not a rate.
     """
     return None if text is None else quantity(text, "steps/s", name, per_turn)
 
 
 def rows_of(found: Calibration, motor: str | Mapping[str, Any], load: str) -> list[str]:
-    """Return the lines for a bench file; `motor` is as a user gave it."""
+    """Return the lines for a bench file, with the `motor` as the user wrote it."""
     iron = {} if found.iron is None else {"iron": float(f"{found.iron:.3g}")}
     if isinstance(motor, str) and not is_described(motor):
         rows = [f"motor = {toml({'like': motor} | iron if iron else motor)}"]

@@ -1,4 +1,4 @@
-"""The commands about motors: what they take."""
+"""The commands about motors: names and options."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from .wizard import AskingCommand
 @click.option("--stepping", default="full", show_default=True, metavar="HOW", help="full, wave, half, or 'micro 8'.")
 @JSON
 def calibrate_command(**options: Any) -> int:
-    """Find the two constants of a motor that are on no data sheet, friction and iron loss.
+    """Find the two constants of a motor that no data sheet lists, friction and iron loss.
 
-    Measured on a real motor with a driver and a load that are known: the greatest rate at which it starts from rest
-    gives the friction; the rate at which it stalls while it is sped up slowly, in a second or more, gives the iron
-    loss.  Rates are in full steps/s.  Printed are the constants, what was taken for them so far, and the rows for a
-    bench file.
+    Measure a real motor with a known driver and load: the highest rate at which it starts from rest determines the
+    friction; the rate at which it stalls when accelerated slowly, in a second or more, determines the iron loss.  Rates
+    are in full steps/s.  The command prints the constants, the values assumed without them, and the rows for a bench
+    file.
     """
     from .calibrate import calibrate
 
@@ -78,12 +78,12 @@ def calibrate_command(**options: Any) -> int:
 def tune_command(**options: Any) -> int:
     """Find the fastest ramp of a chip that a motor with its driver and load follows.
 
-    Every move that the chip can make on a grid of parameters is a candidate.  From the fastest on, each is simulated
-    with the physics of the motor, under perturbations of load, inertia, supply, current, friction and drag, until one
-    holds under all: the best.  Recommended is the fastest one whose neighbours in the grid hold as well, and whose lag
-    is never more than 1.8 steps.
+    Every move that the chip can make on a grid of parameters is a candidate.  Candidates are simulated from the fastest
+    on, with the physics of the motor, under perturbations of load, inertia, supply, current, friction and drag, until
+    one completes under all of them: the best.  The recommended move is the fastest one whose neighbours in the grid
+    also complete, and whose lag is never more than 1.8 steps.
 
-    A Dask cluster executes whatever is sent to it, and so does a client what it gets back: name only your own.
+    A Dask cluster runs any code sent to it, and a client any result it receives: name only your own cluster.
     """
     from .tune import tune
 

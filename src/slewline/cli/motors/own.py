@@ -1,4 +1,4 @@
-"""The value of --motor: a name of the list, the figures of a data sheet as text, a table of TOML, or a file of it."""
+"""The value of --motor: a name of the list, the figures of a data sheet as text, a TOML table, or a TOML file."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ OPTION = "--motor"
 
 
 def motor_value(text: str) -> Any:
-    """Return the motor that --motor names or describes, as `read_motor` takes it; a table of a file is checked.
+    """Return the motor that --motor names or describes, as `read_motor` takes it; the table in a file is checked.
 
     Args:
         text: "QSH4218-51-10-049"; "current 2 A, resistance 1.4 ohm ..."; a table as in a bench file,
-            '{ like = "QSH4218-51-10-049", inertia = "80 g cm2" }'; or the name of a file, which ends in .toml.
+            '{ like = "QSH4218-51-10-049", inertia = "80 g cm2" }'; or the name of a file with the extension .toml.
 
     Raises:
-        BenchFileError: the file cannot be read, is no TOML, or is a bench file.
-        UnknownName, UsageError: no motor, as `read_motor` says; of a file with its name.
+        BenchFileError: the file cannot be read, is not TOML, or is a bench file.
+        UnknownName, UsageError: not a motor, with the message of `read_motor`, and the name of the file.
     """
     if text.lstrip().startswith("{"):
         return _checked(read_toml(OPTION, f"motor = {text}")["motor"], OPTION)

@@ -52,7 +52,7 @@ def tune(
     bench: str | None,
     options: str | None = None,
 ) -> int:
-    """BestFirst, and print what was found; exit status 1 if nothing holds."""
+    """Find the best move, and print the result; exit status 1 if no candidate completes."""
     outputs = Outputs([])
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
@@ -85,7 +85,7 @@ def tune(
 
 
 def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | None, bench: str | None) -> None:
-    """Write picture and bench file, if a move holds."""
+    """Write picture and bench file, if a move completes."""
     if found.best is None:
         return
     outputs.save(plot, lambda path: draw(path, found, calculator))
@@ -96,10 +96,10 @@ def write(outputs: Outputs, found: Tuned, calculator: Calculator, plot: str | No
 
 
 def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> AbstractContextManager[Workers]:
-    """Return who does the work.
+    """Return the workers that simulate the candidates.
 
     Raises:
-        UsageError: both a pool and a cluster.
+        UsageError: both a pool and a cluster are given.
     """
     if cluster is not None:
         if jobs is not None:
@@ -111,7 +111,7 @@ def workers_of(jobs: int | None, cluster: str | None, full_map: bool) -> Abstrac
 
 
 def draw(path: str, found: Tuned, calculator: Calculator) -> None:
-    """Draw map, curve and lag."""
+    """Draw map, pull-out curve and lag."""
     from ...tuning.tuning_picture import save_tuning
 
     save_tuning(path, found, calculator)
@@ -134,7 +134,7 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     if found.recommended is not None:
         yield "              its neighbours hold" + (", also with the switching chopper" if found.switched else "")
     here = "" if found.runs_here == found.runs else f", {found.runs_here} of them now" * (found.runs_here < found.runs)
-    full = f" of {found.exhaustive}" if found.runs <= found.exhaustive else ""  # a switching chopper adds some
+    full = f" of {found.exhaustive}" if found.runs <= found.exhaustive else ""  # a switching chopper adds lag
     yield f"runs          {found.runs}{full}{here}"
     killers = sorted(found.killers.items(), key=lambda each: -each[1])[:4]
     if killers:
@@ -148,25 +148,25 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
 
 
 def grid_text(grid: Grid, calculator: Calculator) -> str:
-    """Return a grid without parameters that have one value, their default."""
+    """Return a grid as text, without parameters whose only value is the default."""
     shown = [*grid.free, *calculator.told({name: of for name, of in grid.at(0).items() if name not in grid.free})]
     places = [(name, of) for name, of in zip(grid.names, grid.values, strict=True) if name in shown]
     return str(Grid(*zip(*places, strict=True)))
 
 
 def chosen_line(chosen: Chosen, calculator: Calculator) -> str:
-    """Return a move in a line."""
+    """Return a line that describes a move."""
     return f"{told(calculator, chosen.values)}: {readable(chosen.time_ps)}, worst lag {chosen.worst:.2f} steps"
 
 
 def told(calculator: Calculator, values: Any) -> str:
-    """Return values without those at their default."""
+    """Return parameter values as text, without those at their default."""
     named: dict[str, Value] = calculator.told(values)
     return ", ".join(f"{name} {value}" for name, value in named.items())
 
 
 def map_lines(found: Tuned, calculator: Calculator) -> Iterator[str]:
-    """Yield the map: what holds, and what each of the others fails under, the fastest first."""
+    """Yield the map, the fastest first: the moves that complete, and the perturbation that fails each other move."""
     counts = Counter(place.says for place in found.map)
     yield f"map           {', '.join(f'{count} {says}' for says, count in counts.most_common())}"
     names = found.task.grid.free or found.task.grid.names[:1]
@@ -186,7 +186,7 @@ def _verdict(place: MapPlace) -> tuple[str, str, str]:
 # ------------------------------------------------------------------------------------------------------------- progress
 @contextmanager
 def progress() -> Iterator[OnProgress]:
-    """Show the best so far, and how many candidates are left below its time, on a terminal."""
+    """Show the best move so far, and the number of faster candidates left, on a terminal."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return

@@ -1,8 +1,8 @@
-"""Questions of `slewline tune` in a terminal: what is missing on its line is asked for, with a list and a default.
+"""Questions of `slewline tune` in a terminal: a prompt for each missing argument, with a list and a default.
 
-An answer is a number of the list, a name, a part of names, which makes the list shorter, or a text of one's own; the
-enter key alone takes the default.  Each answer is checked as the option checks it, so whatever the option takes may be
-typed here.  At the end the whole line is printed, to be typed the next time.
+An answer is a number of the list, a name, a part of a name, which shortens the list, or any other text; the enter key
+alone selects the default.  The option checks each answer, so any value of the option may be typed.  At the end the
+complete command line is printed, for the next time.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ LOADS = (
 
 @dataclass
 class Question:
-    """What is asked: a list of answers, each with a word about it, a default, and how an answer is checked."""
+    """A question: a list of answers, each with a short description, a default, and a check."""
 
     title: str
     choices: list[tuple[str, str]]
@@ -49,10 +49,10 @@ class Question:
     check: Callable[[str], object]
 
     def ask(self) -> str:
-        """Ask until there is a good answer, and return it.
+        """Ask until the answer is valid, and return it.
 
         Raises:
-            click.Abort: the user has had enough.
+            click.Abort: the user ends the input.
         """
         shown, default = self.choices, self.default
         while True:
@@ -60,7 +60,7 @@ class Question:
             try:
                 answer = str(click.prompt(self.title, default=default, err=True)).strip()
             except click.Abort:
-                click.echo(err=True)  # the next message begins a line
+                click.echo(err=True)  # the next message starts on a new line
                 raise
             taken = self.taken(answer, shown)
             try:
@@ -78,7 +78,7 @@ class Question:
                 return taken
 
     def taken(self, answer: str, shown: list[tuple[str, str]]) -> str:
-        """Return the answer that is meant: a name, whatever its case; a number of the list; else the text itself."""
+        """Return the answer that a text means: a name, in any case; a number of the list; else the text itself."""
         names = {name.lower(): name for name, _ in self.choices}
         if answer.lower() in names:
             return names[answer.lower()]
@@ -86,7 +86,7 @@ class Question:
         return shown[number - 1][0] if 1 <= number <= min(len(shown), MOST_SHOWN) else answer
 
     def show(self, rows: list[tuple[str, str]]) -> None:
-        """Print a list with numbers; of a long one the beginning."""
+        """Print a list with numbers; only the beginning of a long one."""
         width = max((len(name) for name, _ in rows), default=0)
         for number, (name, says) in enumerate(rows[:MOST_SHOWN], 1):
             click.echo(f"  {number:2}  {name:<{width}}  {says}".rstrip(), err=True)
@@ -96,10 +96,10 @@ class Question:
 
 
 class AskingCommand(HintingCommand):
-    """`tune`: asks in a terminal for what is missing."""
+    """Command `tune`, which prompts for missing arguments in a terminal."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; the parameters of a ramp are one option here."""
+        """Read the arguments; parameters of a ramp are allowed only in --grid."""
         values = [
             word for before, word in pairwise(["", *args]) if VALUE.fullmatch(word) and not before.startswith("--")
         ]
@@ -108,7 +108,7 @@ class AskingCommand(HintingCommand):
         return super().parse_args(ctx, args)
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the arguments with the answers, and print the whole line."""
+        """Return the arguments with the answers, and print the complete line."""
         if not (sys.stdin.isatty() and sys.stderr.isatty()) or not self.missing(ctx, args):
             return args
         click.echo("What is not on the line is asked for; the enter key takes the default, Ctrl-C ends.", err=True)
@@ -120,7 +120,7 @@ class AskingCommand(HintingCommand):
         return line
 
     def answers(self, ctx: click.Context, given: dict[str, Any]) -> Iterator[tuple[str, str]]:
-        """Ask, and yield each option with its answer; "" for an argument."""
+        """Ask, and yield each option with its answer; "" stands for an argument."""
         for name, question in self.questions():
             param = next(each for each in self.get_params(ctx) if each.name == name)
             if name in given:
@@ -137,7 +137,7 @@ class AskingCommand(HintingCommand):
                 yield ("" if isinstance(param, click.Argument) else param.opts[0]), given[name]
 
     def questions(self) -> list[tuple[str, Callable[[dict[str, str]], Question]]]:
-        """Return what is asked, in this order, each made from what is known by then."""
+        """Return the questions in order; each is made from the answers so far."""
         return [
             ("chip", chip_question), ("motor", motor_question), ("driver", driver_question), ("load", load_question),
             ("steps", steps_question),
@@ -145,7 +145,7 @@ class AskingCommand(HintingCommand):
 
 
 def chip_question(_given: dict[str, str]) -> Question:
-    """Which chip?"""
+    """Return the question for the chip."""
     from ...chips import PARTS, ramps_of
 
     rows = [(part, row.says) for part, row in PARTS.items()]
@@ -153,7 +153,7 @@ def chip_question(_given: dict[str, str]) -> Question:
 
 
 def motor_question(_given: dict[str, str]) -> Question:
-    """Which motor?"""
+    """Return the question for the motor."""
     from ...parts.motors.motors import MOTORS, read_motor
 
     rows = [(row.name, f"{row.current:g} A, {row.torque:g} N m") for row in MOTORS.values()]
@@ -168,7 +168,7 @@ def motor_of(given: dict[str, str]) -> MotorData:
 
 
 def driver_question(given: dict[str, str]) -> Question:
-    """Which driver, for this motor?"""
+    """Return the question for the driver of this motor."""
     from ...parts.motors.drivers import read_driver
 
     motor = motor_of(given)
@@ -182,7 +182,7 @@ def driver_question(given: dict[str, str]) -> Question:
 
 
 def load_question(given: dict[str, str]) -> Question:
-    """Which load?"""
+    """Return the question for the load."""
     from ...parts.motors.drivers import read_driver
     from ...parts.motors.loads import check_holds, read_load
 
@@ -196,7 +196,7 @@ def load_question(given: dict[str, str]) -> Question:
 
 
 def steps_question(_given: dict[str, str]) -> Question:
-    """How many steps?"""
+    """Return the question for the number of steps."""
 
     def check(steps: Any) -> None:
         if steps < 1:
@@ -206,5 +206,5 @@ def steps_question(_given: dict[str, str]) -> Question:
 
 
 def written(words: list[str]) -> str:
-    """Return a command line as this system's shell takes it."""
+    """Return a command line, quoted for the shell of this system."""
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)

@@ -1,1 +1,1 @@
-"""Options of the command line: what their values are, how a shell completes them, what help they give."""
+"""Options of the command line: their values, completion in a shell, and help."""

@@ -1,4 +1,4 @@
-"""Kinds of commands; and what is meant by commands and options that there are not."""
+"""Kinds of commands; suggestions for unknown commands and options."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import click
 from ...core.messages.near import near
 from .word_order import misplaced
 
-MEANT = {  # what is meant by a command, or an option of one, that there is not
+MEANT = {  # suggestions for unknown commands and options
     "plot": "slewline run FILE --plot F.svg draws a run, slewline ramp CHIP ... --plot F.svg a ramp",
     **dict.fromkeys(("simulate", "sim", "play", "start", "test"), "slewline run FILE"),
     **dict.fromkeys(("emulate", "server", "port", "listen"), "slewline serve CHIP --tcp 4001"),
@@ -61,15 +61,15 @@ EXAMPLES = {  # of commands that need more than one option
 
 
 def meant(name: str, names: Iterable[str]) -> str:
-    """Return which option or command may be meant by one that does not exist; empty: none is near."""
+    """Return the option or command that a wrong name may mean; empty if none is near."""
     return next((f". Did you mean {each!r}?" for each in near(name, names)), "")
 
 
 class HintingCommand(click.Command):
-    """A command that knows what is meant by options that it does not have, and names all that are missing."""
+    """A command that suggests a name for an unknown option, and lists all missing ones."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read the arguments; name the option that replaces an unknown one."""
+        """Read the arguments; suggest an option for an unknown one."""
         given = list(args)
         is_checked = not (ctx.resilient_parsing or {"-h", "--help"} & {*args})
         if is_checked and (says := misplaced(self, ctx, given)):
@@ -95,30 +95,30 @@ class HintingCommand(click.Command):
         return [name for each in listed for name in (*each.opts, *each.secondary_opts) if name.startswith("--")]
 
     def completed(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return the arguments with what the user was asked for."""
+        """Return the arguments, completed with the answers of the user."""
         return args
 
     def given(self, ctx: click.Context, args: list[str]) -> dict[str, Any]:
-        """Return what was given, as it was written, by the names of the parameters."""
+        """Return the arguments of the line, as they were written, by the names of the parameters."""
         found, _, _ = self.make_parser(ctx).parse_args(list(args))
         return {
             name: value for name, value in found.items() if isinstance(value, (str, bool, list, tuple)) and value != ()
         }
 
     def missing(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Return what the command needs and has not been given, as one writes it."""
+        """Return the required arguments that the line lacks, as a user writes them."""
         found = self.given(ctx, args)
         needed = [each for each in self.get_params(ctx) if each.required and each.name not in found]
         return [each.human_readable_name if isinstance(each, click.Argument) else each.opts[0] for each in needed]
 
 
 class ChipOption(click.Option):
-    """The option --chip of a command for a real module; its old name --part is taken too, and no longer shown."""
+    """The option --chip of a command for a real module; its old name --part still works, but is hidden."""
 
     also = ("--part",)
 
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
-        """Let the parser know both names."""
+        """Add both names to the parser."""
         shown, self.opts = self.opts, [*self.opts, *self.also]
         try:
             super().add_to_parser(parser, ctx)
@@ -127,7 +127,7 @@ class ChipOption(click.Option):
 
 
 class CommandGroup(click.Group):
-    """The commands; one that is not there leads to what is."""
+    """The commands; an unknown one leads to a suggestion."""
 
     command_class = HintingCommand
 
@@ -153,7 +153,7 @@ class CommandWithGuide(HintingCommand):
     """A command whose help ends with the guide to run scripts."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the docstring of the script module, as it is, and the exit status."""
+        """Write the docstring of the script module, unchanged, and the exit status."""
         from ...bench.scripts import script
 
         formatter.write_paragraph()
@@ -162,10 +162,10 @@ class CommandWithGuide(HintingCommand):
 
 
 class OncePerName(click.Option):
-    """An option that may be repeated, NAME=VALUE, but not for the same name: the last one would win silently."""
+    """A repeatable option, NAME=VALUE, which refuses the same name twice: the last one would win silently."""
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
-        """Return the values, each of another name."""
+        """Return the values, each with a different name."""
         found = super().type_cast_value(ctx, value)
         given: dict[str, Any] = {}
         for each in found or ():

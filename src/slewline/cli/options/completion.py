@@ -1,7 +1,7 @@
-"""What a shell completes besides options: parts, pins, options of a part, commands, parameters, examples.
+"""Shell completion of arguments: parts, pins, options of a part, commands, parameters, examples.
 
-Nothing is imported for it that only runs with leave: a part that is given as module:Class has no completion.  Whatever
-goes wrong, a shell must not see.
+No code is imported for it that needs permission: a part given as module:Class has no completion.  Errors are hidden
+from the shell.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ Complete = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 
 
 def fitting(words: Iterable[tuple[str, str]], begun: str) -> list[CompletionItem]:
-    """Return the words that go on as was begun, each with what it means; capitals do not count."""
+    """Return the words that begin with a text, whatever its case, each with its meaning."""
     return [CompletionItem(word, help=says or None) for word, says in words if word.lower().startswith(begun.lower())]
 
 
 def quietly(complete: Complete) -> Complete:
-    """Return a completer that finds nothing where it fails."""
+    """Return a completer that finds nothing if it fails."""
 
     def completed(ctx: click.Context, param: click.Parameter, begun: str) -> list[CompletionItem]:
         try:
@@ -45,11 +45,11 @@ def parts(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[Comp
 
 
 def sheet(ctx: click.Context) -> Sheet | None:
-    """Return the data sheet of the part that the line names, or that the ending of its file does."""
+    """Return the data sheet of the part that the line names, by its argument or by a file extension."""
     from ...chips import CATALOGUE, sheet_of
 
     known = CATALOGUE.names()
-    # In front of an option that is not complete, click leaves what was given where it is.
+    # click leaves the arguments before an incomplete option in place.
     for given in (ctx.params.get("chip"), ctx.params.get("file"), *ctx.args):
         for name in (str(given).lower(), Path(str(given)).suffix[1:].lower()):
             if name in known:
@@ -58,7 +58,7 @@ def sheet(ctx: click.Context) -> Sheet | None:
 
 
 def of_sheet(words: Callable[[Sheet], Iterable[tuple[str, str]]]) -> Complete:
-    """Return a completer of words that a data sheet has."""
+    """Return a completer for words of a data sheet."""
 
     def complete(ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
         found = sheet(ctx)
@@ -85,7 +85,7 @@ def commands(found: Sheet) -> Iterable[tuple[str, str]]:
 
 
 def parameters(found: Sheet) -> Iterable[tuple[str, str]]:
-    """Yield what the ramp calculator of a part takes."""
+    """Yield the parameters of the ramp calculator of a part."""
     from ...chips import ramps_of
 
     return ((f"{quantity.name}=", quantity.says) for quantity in ramps_of(found.part).quantities)
@@ -99,7 +99,7 @@ parameter = of_sheet(parameters)
 
 @quietly
 def pins(ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Complete the last of several names of pins with commas between."""
+    """Complete the last of several names of pins, separated by commas."""
     found = sheet(ctx)
     before, comma, last = begun.rpartition(",")
     rows = [pin for pin in found.pins if pin.way not in ("power", "none")] if found is not None else []
@@ -120,10 +120,10 @@ def example(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[Co
 
 
 def file(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Leave it to the shell to complete a file."""
+    """Let the shell complete a file name."""
     return [CompletionItem(begun, type="file")]
 
 
 def directory(_ctx: click.Context, _param: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Leave it to the shell to complete a directory."""
+    """Let the shell complete the name of a directory."""
     return [CompletionItem(begun, type="dir")]

@@ -1,4 +1,4 @@
-"""Values of options that click does not know."""
+"""Option values of kinds that click does not have."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ T = TypeVar("T")
 
 
 class Completed(click.ParamType[T]):
-    """A value with which a shell can go on: `complete` says how."""
+    """A value that a shell can complete, by `complete`."""
 
     complete: completion.Complete
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Return what a shell may go on with."""
+        """Return the completions for the shell."""
         return self.complete(ctx, param, incomplete)
 
 
@@ -52,7 +52,7 @@ class TimeWithUnit(click.ParamType[int]):
     name = "time"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return the picoseconds of a time."""
+        """Return a time in picoseconds."""
         try:
             return picoseconds(value)
         except TimeError as error:
@@ -60,12 +60,12 @@ class TimeWithUnit(click.ParamType[int]):
 
 
 class UnitsPerStep(click.ParamType[float]):
-    """A number, whose unit is another option."""
+    """A number, in a unit that another option sets."""
 
     name = "number"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return it."""
+        """Return the number."""
         parts = re.fullmatch(r"\s*([-+.0-9eE]*)\s*(.*?)\s*", str(value))
         number, unit = parts.groups() if parts is not None else ("", "")
         try:
@@ -81,10 +81,10 @@ class WholeNumber(click.ParamType[int]):
     """A whole number.
 
     Args:
-        example: one, for messages.
-        noun: what is counted, which may follow the number.
-        also: what else a message says.
-        least, most: what is allowed; None: the command checks that.
+        example: an example, for messages.
+        noun: the unit counted, which may follow the number.
+        also: more text for a message.
+        least, most: the allowed range; None: the command checks it.
     """
 
     name = "number"
@@ -95,7 +95,7 @@ class WholeNumber(click.ParamType[int]):
         self.example, self.noun, self.also, self.least, self.most = example, noun, also, least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return it; "400 steps" is one, too, where steps are counted."""
+        """Return the number; for counts of steps, "400 steps" is allowed too."""
         noun = rf"(?:{self.noun}?)?" if self.noun else ""
         found = re.fullmatch(rf"\s*([+-]?[0-9]{{1,12}})\s*{noun}\s*", str(value))
         if found is None:
@@ -112,7 +112,7 @@ class AnyNumber(click.ParamType[float]):
     """A number.
 
     Args:
-        example: one, for messages.
+        example: an example, for messages.
     """
 
     name = "number"
@@ -121,7 +121,7 @@ class AnyNumber(click.ParamType[float]):
         self.example = example
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return it."""
+        """Return the number."""
         try:
             return float(value)
         except ValueError:
@@ -135,7 +135,7 @@ class QuantityWithUnit(click.ParamType[float]):
     """A number with its unit, of one row of the table of units.
 
     Args:
-        unit: that of the row, in which the number is returned.
+        unit: the unit of the row, in which the number is returned.
     """
 
     name = "quantity"
@@ -155,8 +155,8 @@ class CheckedText(click.ParamType[str]):
     """A text that is checked here and read later.
 
     Args:
-        name: what it is, for the usage line.
-        read: reads it, and raises UsageError or TimeError for what it is not.
+        name: the kind of value, for the usage line.
+        read: reads it, and raises UsageError or TimeError for a wrong text.
     """
 
     def __init__(self, name: str, read: Callable[[str], object]) -> None:
@@ -173,7 +173,7 @@ class CheckedText(click.ParamType[str]):
 
 def step_rate(text: str) -> None:
     """Check steps per second, with their unit."""
-    from ...drive.terminals import steps_a_second  # most commands have no use for it
+    from ...drive.terminals import steps_a_second  # most commands do not need it
 
     steps_a_second(text)
 
@@ -186,7 +186,7 @@ FREQUENCY, TIME, STEP_RATE = (
 
 
 class PinDrive(Completed[tuple[str, int, int]]):
-    """pin=level@time."""
+    """A pin, its level, and a time: pin=level@time."""
 
     name = "pin=level@time"
     complete = staticmethod(completion.drive)
@@ -206,7 +206,7 @@ class PinDrive(Completed[tuple[str, int, int]]):
 
 
 def wrong_level(value: str) -> str:
-    """Return that a level is 0 or 1, where a pin was given with another one; empty: it is not that."""
+    """Return a message that a level is 0 or 1, if the text has a pin and another level; else an empty string."""
     match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([^\s@]+)\s*(@.*)?", value)
     if match is None or match[2] in ("0", "1"):
         return ""
@@ -220,20 +220,20 @@ class PartName(Completed[str]):
     complete = staticmethod(completion.parts)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the name as it was written; one with a colon may be found in the current directory."""
+        """Return the name as it was written; a name with a colon may be a module in the current directory."""
         look_here(None, None, ":" in value)
         return str(value)
 
 
 def look_here(ctx: click.Context | None, param: click.Parameter | None, wanted: bool) -> bool:
-    """Let modules be found in the current directory, as `python -m` does, after all other places."""
+    """Add the current directory to the module path, as `python -m` does, but after all other directories."""
     if wanted and os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     return wanted
 
 
 class Names(Completed[tuple[str, ...]]):
-    """Names with commas between."""
+    """Names separated by commas."""
 
     name = "a,b,c"
     complete = staticmethod(completion.pins)
@@ -251,7 +251,7 @@ class Names(Completed[tuple[str, ...]]):
 
 
 class Strap(Completed[tuple[str, int]]):
-    """pin=level."""
+    """A pin and its level: pin=level."""
 
     name = "pin=level"
     complete = staticmethod(completion.strap)
@@ -269,7 +269,7 @@ class Strap(Completed[tuple[str, int]]):
         return match[1], int(match[2])
 
     def wrong(self, value: str, sheet: Sheet | None) -> str:
-        """Return what is wrong with a strap, which inputs there are, and which of them is meant."""
+        """Return a message for a wrong strap: the error, the inputs of the chip, and the nearest name."""
         if sheet is None:
             return wrong_level(value) or "give a pin and its level, 0 or 1, such as 'chs=0'"
         inputs = {row.name: row.says for row in sheet.pins if row.way in ("in", "both")}
@@ -286,11 +286,11 @@ class Strap(Completed[tuple[str, int]]):
 
 
 class SettingText(Completed[tuple[str, str]]):
-    """name=value, or table.name=value; the part knows what the text means.
+    """A setting, name=value or table.name=value; the part interprets the text.
 
     Args:
-        what: is named, for messages.
-        example: of both.
+        what: the kind of setting, for messages.
+        example: an example of name and value.
     """
 
     name = "name=value"

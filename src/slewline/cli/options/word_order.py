@@ -1,8 +1,8 @@
-"""Words on a command line that are in each other's place: what each of them is, and the line that was meant.
+"""Words in the wrong order on a command line: the kind of each word, and the line that the user meant.
 
-A word is a chip, a port, a file, a parameter ...: `kind_of`.  What an argument takes follows from its name (`TAKES`);
-which option takes a word for which there is no argument, from its kind (`OPTIONS`).  A line in which every word has
-its place is left alone, and so is one that cannot be put in order.
+A word is a chip, a port, a file, a parameter ...: `kind_of`.  The kinds that an argument takes follow from its name
+(`TAKES`); a word without an argument belongs to an option that takes its kind (`OPTIONS`).  A line in the right order
+is left alone, and so is a line that cannot be put in order.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ TAKES = {  # arguments by name, and the kinds of words that they take, preferred
     "target": (*FILES, "chip"),
     "parameters": ("parameter",),
 }
-OPTIONS = {  # kinds of words, and the options that take one: the first that the command has
+OPTIONS = {  # kinds of words, and the options that take one: the first option that the command has
     "chip": ("--chip",),
     "port": ("--board", "--serial", "--port"),
     "address": ("--tcp", "--attach"),
@@ -49,7 +49,7 @@ RECORDINGS = (".csv", ".sr")
 
 
 def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -> str | None:
-    """Return that a word is in a wrong place, and the line that was meant; None: every word is in its place."""
+    """Return a message with the misplaced word and the line that the user meant; None if every word is in its place."""
     try:
         words, rest = parted(command, args)
     except LookupError:
@@ -89,7 +89,7 @@ def misplaced(command: click.Command, ctx: click.Context, args: Sequence[str]) -
 
 
 def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], words: Sequence[str]) -> str:
-    """Return that a port is given where a file is written, and a file for the port; empty: they are not."""
+    """Return a message that an output file and a port are exchanged; empty if they are not."""
     written = next((each for each in command.params if "--output" in each.opts), None)
     first = next((each for each in command.get_params(ctx) if isinstance(each, click.Argument)), None)
     if written is None or first is None or TAKES.get(first.name or "") != TAKES["port"] or len(words) != 1:
@@ -103,7 +103,7 @@ def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], w
 
 
 def said(word: str, kind: str, argument: click.Argument | None) -> str:
-    """Return what a word is, and what should be in its place."""
+    """Return the kind of a word, and the kind that its argument needs."""
     if kind == ANY:
         return f"{word!r} is not {shown(argument)}" if argument is not None else f"{word!r} comes too late"
     here = argument is not None and not fits(kind, TAKES.get(argument.name or ""))
@@ -113,16 +113,16 @@ def said(word: str, kind: str, argument: click.Argument | None) -> str:
 
 
 def is_file_of_chip(command: click.Command, words: Sequence[tuple[str, str]]) -> bool:
-    """Return whether the first of some words is a file, given for the chip that no other word is."""
+    """Return whether the first word is a file in place of the chip, and no other word is a chip."""
     kinds = [kind for _, kind in words]
     return kinds[0] in FILES and "chip" not in kinds and not option_of(command, kinds[0])
 
 
 def parted(command: click.Command, args: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the words that are no options, and all others.
+    """Return the words that are arguments, and all others.
 
     Raises:
-        LookupError: an option that the command does not have.
+        LookupError: the command does not have the option.
     """
     takes_value = {
         name: not (each.is_flag or each.count)
@@ -135,7 +135,7 @@ def parted(command: click.Command, args: Sequence[str]) -> tuple[list[str], list
     before = ""
     for word in args:
         name = word.partition("=")[0] if word.startswith("--") else word[:2]
-        is_value = takes_value.get(before, False) and not word.startswith("--")  # of --json F the F may be missing
+        is_value = takes_value.get(before, False) and not word.startswith("--")  # the F of --json F may be missing
         if is_value or word in ("-", "--") or not word.startswith("-"):
             (rest if is_value else words).append(word)
             before = ""
@@ -148,12 +148,12 @@ def parted(command: click.Command, args: Sequence[str]) -> tuple[list[str], list
 
 
 def fits(kind: str, takes: Sequence[str] | None) -> bool:
-    """Return whether a word may be what an argument takes."""
+    """Return whether an argument takes a word of this kind."""
     return takes is None or kind == ANY or kind in takes
 
 
 def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tuple[str, str] | None:
-    """Return the word for an argument: of the kind that it prefers, else one of which nothing is known."""
+    """Return the word for an argument: of the kind that it prefers, else a word of unknown kind."""
     if takes is None:
         return words[0] if words else None
     known = [each for kind in takes for each in words if each[1] == kind]
@@ -161,7 +161,7 @@ def fitting(words: Sequence[tuple[str, str]], takes: Sequence[str] | None) -> tu
 
 
 def kind_of(command: click.Command, word: str) -> str:
-    """Return what a word on a command line is."""
+    """Return the kind of a word on a command line."""
     from ...chips import CATALOGUE
 
     path = Path(word)
@@ -182,7 +182,7 @@ def kind_of(command: click.Command, word: str) -> str:
 
 
 def is_motor(command: click.Command, word: str) -> bool:
-    """Return whether a word is a motor of the list, for a command that has use for one."""
+    """Return whether a word is a motor of the list, and the command takes a motor."""
     if not has(command, "--motor"):
         return False
     from ...parts.motors.motors import MOTORS
@@ -202,14 +202,14 @@ def is_given(command: click.Command, option: str, args: Sequence[str]) -> bool:
 
 
 def option_of(command: click.Command, kind: str) -> str:
-    """Return the option that takes a word; empty: none does."""
+    """Return the option that takes words of a kind; empty if none does."""
     names = OPTIONS.get(kind, ()) if not (kind == "bench file" and command.name in WRITES) else ()
     several = {name for each in command.params if getattr(each, "multiple", False) for name in each.opts}
     return next((name for name in names if has(command, name) and (kind == "parameter" or name not in several)), "")
 
 
 def ending_of(path: str) -> str:
-    """Return the chip after which a file is named; empty: none."""
+    """Return the chip that a file extension names; empty if none."""
     from ...chips import CATALOGUE
 
     ending = Path(path).suffix[1:].lower()
@@ -217,12 +217,12 @@ def ending_of(path: str) -> str:
 
 
 def shown(argument: click.Argument) -> str:
-    """Return the name of an argument, as the usage line has it."""
+    """Return the name of an argument, as in the usage line."""
     return argument.human_readable_name.strip("[].").partition(" ")[0]
 
 
 def needed(command: click.Command, ctx: click.Context, line: Sequence[str]) -> Iterator[str]:
-    """Yield the options that the command needs and the line does not have, each with what it takes."""
+    """Yield the required options that the line lacks, each with its metavar."""
     for each in command.get_params(ctx):
         if isinstance(each, click.Option) and each.required and not is_given(command, each.opts[0], line):
             yield f"{each.opts[0]} {each.make_metavar(ctx)}"

@@ -1,1 +1,1 @@
-"""Packages with a chip or a part of one's own, from templates: `slewline new-chip` and `slewline new-part`."""
+"""Packages with a user's own chip or part, from templates: `slewline new-chip` and `slewline new-part`."""

@@ -21,8 +21,8 @@ INTO = click.option(
 def new_chip_command(**options: Any) -> int:
     """Write a package with a chip of your own: sheet, class, tests, conformance table, and a program for it.
 
-    NAME is what the chip is called: small letters, digits, single hyphens.  The package works unchanged; the chip in it
-    is made up, and you replace its rows.
+    NAME is the name of the chip: small letters, digits, single hyphens.  The package works unchanged; the chip in it is
+    fictitious, and you replace its rows.
     """
     from .new_package import new
 
@@ -33,10 +33,10 @@ def new_chip_command(**options: Any) -> int:
 @click.argument("name")
 @INTO
 def new_part_command(**options: Any) -> int:
-    """Write a package with a part of your own, for a place beside a chip: class, tests, conformance table, bench files.
+    """Write a package with a part of your own, to connect to a chip: class, tests, conformance table, bench files.
 
-    NAME is what the part is called: small letters, digits, single hyphens.  The package works unchanged; the part in it
-    is a relay, and you replace what it does.
+    NAME is the name of the part: small letters, digits, single hyphens.  The package works unchanged; the part in it is
+    a relay, and you replace its behaviour.
     """
     from .new_package import new
 

@@ -1,7 +1,7 @@
-"""slewline new-chip, new-part: a package of the user's own, whose tests pass at once.
+"""slewline new-chip, new-part: write a package of the user's own, whose tests pass from the start.
 
-The templates are that package with words to replace, those of `words`.  What every package has is in the folder `both`,
-what only a chip or a part has in the other two.
+The templates are that package with words to replace, those of `words`.  Files common to every package are in the folder
+`both`, those of a chip or a part in the other two.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from ..demo import made
 Kind = Literal["chip", "part"]
 
 SHAPE = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-LONGEST = 30  # characters of a name: with it, no line of a template is longer than ruff allows
-ENDINGS = {"bin", "hex", "json", "toml", "txt"}  # a program has the name of its chip as its ending
+LONGEST = 30  # characters of a name: no line of a template may get longer than ruff allows
+ENDINGS = {"bin", "hex", "json", "toml", "txt"}  # the extension of a program is the name of its chip
 MEANT = {"src", "test", "tests"}  # folders of a package
 DEVICES = {"aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}  # of Windows
 
 
 def new(kind: Kind, name: str, output: str) -> int:
-    """Write a package with a chip or a part of the user's own; returns the exit status."""
+    """Write a package with a chip or a part of the user's own; return the exit status."""
     check_shape(kind, name)
     place = Path(output) / name
     if os.path.lexists(place):
@@ -52,7 +52,7 @@ def new(kind: Kind, name: str, output: str) -> int:
 
 
 def words(kind: Kind, name: str) -> dict[str, str]:
-    """Return what stands in a package for each word of the templates."""
+    """Return the replacement of each template word."""
     return {
         "new-name": name,
         "NEW-NAME": name.upper(),
@@ -67,7 +67,7 @@ def check_shape(kind: Kind, name: str) -> None:
     """Check that a name can be that of a package, a module, a class and a file.
 
     Raises:
-        UsageError: it cannot; the message says what is allowed.
+        UsageError: it cannot; the message describes the allowed names.
     """
     if SHAPE.fullmatch(name) and len(name) <= LONGEST:
         return
@@ -80,10 +80,10 @@ def check_shape(kind: Kind, name: str) -> None:
 
 
 def check_free(kind: Kind, name: str) -> None:
-    """Check that nothing else has a name.
+    """Check that a name is not in use.
 
     Raises:
-        UsageError: something has it; the message says what.
+        UsageError: it is in use; the message names the user of it.
     """
     module, cls = (words(kind, name)[word] for word in ("new_name", "NewName"))
     if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:
@@ -104,7 +104,7 @@ def check_free(kind: Kind, name: str) -> None:
 
 
 def rendered(kind: Kind, name: str) -> dict[Path, bytes]:
-    """Return the files of a package by their places in it, the upper ones first."""
+    """Return the files of a package by their paths in it, files of upper folders first."""
     table = words(kind, name)
     pattern = re.compile("|".join(table))
 
@@ -120,14 +120,14 @@ def rendered(kind: Kind, name: str) -> dict[Path, bytes]:
 
 
 def write_whole(place: Path, texts: Mapping[Path, bytes]) -> None:
-    """Write a folder of files that appears whole or not at all.
+    """Write a folder of files, completely or not at all.
 
     Raises:
-        UsageError: the system refuses; nothing is left.
+        UsageError: the system refuses; no file is left.
     """
     part = place.with_name(f".slewline-{os.getpid()}.part")
     try:
-        part.mkdir()  # a new one, not what another program may have put there
+        part.mkdir()  # a new folder, not one of another program
         for path, text in texts.items():
             (part / path).parent.mkdir(parents=True, exist_ok=True)
             (part / path).write_bytes(text)

@@ -32,7 +32,7 @@ def capture(
     plot: str | None,
     as_json: bool,
 ) -> int:
-    """Print what is wrong with a recording; 0 if nothing is."""
+    """Print the faults of a recording; return 0 if there are none."""
     from ...record.pictures.picture_files import SUFFIXES
 
     outputs = Outputs([file])

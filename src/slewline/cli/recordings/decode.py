@@ -1,4 +1,4 @@
-"""decode: the dialogue on two wires of a recording, printed, and written as a dialogue file."""
+"""decode: print the dialogue on two wires of a recording, and write it as a dialogue file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def decode(
     torn: bool,
     dialogue: str | None,
 ) -> int:
-    """Print a dialogue, and which characters are damaged; 0 if none is."""
+    """Print a dialogue and its damaged characters; return 0 if there are none."""
     waves = read_waveforms(file, timescale=timescale, torn=torn, threshold=threshold)
     found = decode_dialogue(waves, sheet_of(part), host, module, baud=baud, checksum=checksum, address=address or 0)
     if dialogue is not None:

@@ -1,1 +1,1 @@
-"""Programs for another part or controller: the command, its report on paper and as data."""
+"""The command that translates programs for another part or controller, and its report as text and as data."""

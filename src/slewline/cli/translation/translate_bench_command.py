@@ -36,7 +36,7 @@ def translate_bench_file(
     plot: str | None,
     as_json: bool,
 ) -> int:
-    """Translate a bench file into a folder, print the report; return the exit status."""
+    """Translate a bench file into a folder, and print the report; return the exit status."""
     from ...translation.translate import refusal
     from ...translation.whole_bench import translate_bench
 
@@ -85,7 +85,7 @@ def translate_bench_file(
 
 
 def proven_alone(done: Translation) -> Proof | str:
-    """Run a program without its bench; a text says why it does not run so."""
+    """Prove a program without its bench; return a text with the reason if it does not run."""
     try:
         return proven(done)
     except ProgramError as error:
@@ -93,7 +93,7 @@ def proven_alone(done: Translation) -> Proof | str:
 
 
 def does_not_load(path: str) -> str:
-    """Return why the bench of the result cannot be put together; empty: it can."""
+    """Return the reason why the translated bench cannot be loaded; empty if it can."""
     from ...bench.file import BenchFile
 
     try:
@@ -104,14 +104,14 @@ def does_not_load(path: str) -> str:
 
 
 def whole_proof(done: BenchTranslation, path: str) -> BenchProof:
-    """Run both benches."""
+    """Run and compare both benches."""
     from ...translation.proof.prove_bench import prove_bench
 
     return prove_bench(done, path)
 
 
 def around(done: BenchTranslation, proof: BenchProof | None, refused: str) -> Iterator[tuple[str, str | None]]:
-    """Yield what became of what is around the programs, each line with its colour."""
+    """Yield the report on the bench around the programs, each line with its colour."""
     for line in done.lines:
         becomes = line.becomes or "nothing"
         yield (

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 COLOURS = {"same": None, "nearly": "yellow", "not possible": "red"}
 MOST_STEPS_PER_MM = 1e6
 MISSING = "what is missing where a line is not possible is a difference: mend that, and prove it again"
-WIDTH = 24  # of what was written for a line
+WIDTH = 24  # of the output for a line
 
 
 def translate(
@@ -80,7 +80,7 @@ def translate(
 
 
 def writer_options(steps_per_mm: float | None, axis: str, unroll: int, settings: Sequence[str] = ()) -> WriterOptions:
-    """Return what a user says about the target.
+    """Return the user's settings for the target.
 
     Raises:
         UsageError: a value is out of range.
@@ -99,7 +99,7 @@ def writer_options(steps_per_mm: float | None, axis: str, unroll: int, settings:
 
 
 def meant(text: str, file: str, part: str) -> str:
-    """Return for which part a program may be that is refused; empty: for this one."""
+    """Return the part that a refused program may be for; empty if it is for this one."""
     from ..dialects import foreign
 
     cls = chip_class(part)
@@ -107,7 +107,7 @@ def meant(text: str, file: str, part: str) -> str:
 
 
 def proven(done: Translation) -> Proof:
-    """Run source and result."""
+    """Run source and result, and return the comparison."""
     from ...translation.proof.prove import prove
 
     return prove(done)
@@ -121,13 +121,13 @@ def drawn(proof: Proof, path: str, done: Translation) -> None:
 
 
 def status(done: Translation, proof: Proof | None) -> int:
-    """Return the exit status: 1 if something is not possible, or the runs differ."""
+    """Return the exit status: 1 if a line is not possible, or the runs differ."""
     failed = proof is not None and proof.compared is not None and not proof.proven
     return int(failed or done.report.counts[worst()] > 0 or any(each.kind is worst() for each in done.report.whole))
 
 
 def worst() -> Any:
-    """Return what a line is that is not possible."""
+    """Return the verdict "not possible"."""
     from ...translation.translation_report import LineKind
 
     return LineKind.IMPOSSIBLE
@@ -157,19 +157,19 @@ def shown(report: Report, proof: Proof | None) -> Iterator[tuple[str, str | None
 
 
 def once(lines: Sequence[str]) -> Iterator[str]:
-    """Yield lines, and how often each comes, where one comes several times one after the other."""
+    """Yield lines; identical consecutive lines are merged, with their number."""
     for text, same in groupby(lines):
         number = len(list(same))
         yield text if number == 1 else f"{text} ({number} times)"
 
 
 def described(verdict: LineVerdict) -> str:
-    """Return what a verdict says, its limit and its remedy; empty: it is the same."""
+    """Return the text of a verdict, its limit and its remedy; empty for "the same"."""
     return "; ".join(filter(None, (verdict.says, verdict.limit, verdict.remedy)))
 
 
 def proved(proof: Proof) -> str:
-    """Return what a proof found, in a line."""
+    """Return the result of a proof, in one line."""
     if proof.compared is None:
         return "not run: this target cannot be run here"
     lint = f"; the linter reports: {proof.lint[0]}" if proof.lint else ""

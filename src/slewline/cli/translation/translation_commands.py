@@ -37,16 +37,16 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
 @path("--plot", metavar="F.svg", help="With --prove: draw both runs over each other (SVG, PNG or PDF).")
 @JSON
 def translate_command(**options: Any) -> int:
-    """Translate a program for another part or controller, and report what became of each line.
+    """Translate a program for another part or controller, and report the result for each line.
 
-    FILE is a program, or a bench file (.toml): of a bench each program becomes a file of the folder --output, and for
-    a part the bench around them as well.
+    FILE is a program, or a bench file (.toml): each program of a bench becomes a file in the folder --output, and if
+    the target is a part, the bench around them is translated as well.
 
-    A line is the same, nearly the same (by how much), or not possible (the limit of the target, and what a person can
-    do).  Without --output the result goes to the standard output and the report to the standard error.  Exit status 1
-    if a line is not possible, or if the runs differ by more than the report states.
+    A line is the same, nearly the same (by how much), or not possible (the limit of the target, and a manual remedy).
+    Without --output the result goes to the standard output and the report to the standard error.  Exit status 1 if a
+    line is not possible, or if the runs differ by more than the report states.
 
-    Run a result first without load.  Try it with --prove, which runs both sides.
+    First run a result without load, or with --prove, which runs both sides.
     """
     from ..files import is_bench
 

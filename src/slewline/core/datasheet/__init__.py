@@ -1,7 +1,7 @@
 """Data sheets as data: pins, commands, registers, times, options, channels, quirks; how parts are found by name.
 
-A fact with two readers is a column of its row, so that no text needs to be parsed.  Roles (`roles.py`) are the words
-for the purpose of a pin or a command that several parts have: wiring, hosts and rules go by them.  The `reflex` of a
-pin is what it does to a running motor by itself, `at_once` in a row that the command does not wait for the end of a
-motion.  An option is a row (`option.py`), checked before use.  How a host reaches a part is a channel (`channel.py`).
+A fact that two readers need is a column of its row, so that no text has to be parsed.  Roles (`roles.py`) name the
+purpose of a pin or a command across parts: wiring, hosts and rules use them.  The `reflex` of a pin is its direct
+effect on a running motor; `at_once` in a row means that the command does not wait for the end of a motion.  An
+option is a row (`option.py`), checked before use.  A host reaches a part over a channel (`channel.py`).
 """

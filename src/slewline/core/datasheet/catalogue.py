@@ -1,12 +1,12 @@
-"""Classes found by name, one way for chips and for parts: ours, those of installed packages, and those of any module.
+"""Classes of chips and parts, found by name: built-in ones, those of installed packages, and those of any module.
 
-    the name of a part    ours
+    the name of a part    built-in
     mx10                  an entry point of a package that the user has installed
     my_lab.mx10:Mx10      module:Class
 
-To import a module is to run its code.  A name that users give themselves, on the command line or as an argument, is
-trusted.  A bench file, a journal or a URL may come from anywhere: the code that reads names from one says whether
-modules are allowed (`allow_code`).  What the user has installed is allowed everywhere.
+Importing a module runs its code.  A name that users give themselves, on the command line or as an argument, is
+trusted.  A bench file, a journal or a URL may come from anywhere: the code that reads names from one decides whether
+modules are allowed (`allow_code`).  Packages that the user has installed are allowed everywhere.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ T = TypeVar("T")
 
 
 class Catalogue(Generic[T]):
-    """Where the classes of one kind are found.
+    """The classes of one kind, by name.
 
     Args:
         what: the kind in words, such as "chip".
-        base: what all of them are classes of.
-        group: the group of entry points by which packages bring more of them.
-        ours: those of slewline by name, as module:Class.
-        spelled: returns a name as it stands in `ours`.
+        base: the base class of all of them.
+        group: the group of entry points for further classes from packages.
+        ours: the built-in classes by name, as module:Class.
+        spelled: a function that returns a name as spelled in `ours`.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Catalogue(Generic[T]):
         spelled: Callable[[str], str] = str,
     ) -> None:
         self.what, self.base, self.group, self.ours, self.spelled = what, base, group, ours, spelled
-        self._guests: WeakKeyDictionary[type[T], str] = WeakKeyDictionary()  # names; to look for one takes 10 ms
+        self._guests: WeakKeyDictionary[type[T], str] = WeakKeyDictionary()  # names; a search for one takes 10 ms
 
     def load(self, name: str, *, allow_code: bool) -> type[T]:
         """Return the class of a name.
@@ -55,9 +55,9 @@ class Catalogue(Generic[T]):
             allow_code: a name may be module:Class, which imports the module.
 
         Raises:
-            UnknownName: nothing has this name; the message says which names there are.
-            UsageError: module:Class where that is not allowed; or no such module or class, a class of another kind, or
-                a module that fails when it is imported.
+            UnknownName: no class has this name; the message lists the names.
+            UsageError: module:Class where it is not allowed; or no such module or class, a class of another kind, or a
+                module that fails when it is imported.
         """
         key = self.canonical(name)
         if key in self.ours:
@@ -76,17 +76,17 @@ class Catalogue(Generic[T]):
         return self._imported(brought.value, f"{self.what} {key!r} of {package(brought)} ({brought.value})")
 
     def canonical(self, name: str) -> str:
-        """Return a name as it is kept: module:Class as it is, another one as ours are spelled.
+        """Return the stored form of a name: module:Class unchanged, another one as spelled in `ours`.
 
         Raises:
-            UnknownName: the name is no text.
+            UnknownName: the name is not text.
         """
         if not isinstance(name, str):
             raise self.unknown(name)
         return name if ":" in name else self.spelled(name)
 
     def name_of(self, cls: type[T]) -> str:
-        """Return the name by which a class is found: ours, that of an entry point, or module:Class."""
+        """Return the name by which a class is found: built-in, of an entry point, or module:Class."""
         place = f"{cls.__module__}:{cls.__qualname__}"
         names = [name for name, ours in self.ours.items() if ours == place]
         if len(names) == 1:  # a class of several says by itself none of them
@@ -97,13 +97,13 @@ class Catalogue(Generic[T]):
         return self._guests[cls]
 
     def names(self) -> list[str]:
-        """Return all names: ours, then those of installed packages."""
+        """Return all names: built-in ones, then those of installed packages."""
         return [*self.ours, *self.brought()]
 
     # ------------------------------------------------------------------------------------------- installed packages
     def brought(self) -> dict[str, list[EntryPoint]]:
-        """Return the entry points of installed packages by name; several, where packages contradict each other."""
-        from importlib.metadata import entry_points  # it takes long to load, and most runs want ours
+        """Return the entry points of installed packages by name; more than one if packages conflict."""
+        from importlib.metadata import entry_points  # it takes long to load, and most runs use built-in classes
 
         found: dict[str, list[EntryPoint]] = {}
         for point in sorted(entry_points(group=self.group), key=lambda point: point.name):
@@ -125,7 +125,7 @@ class Catalogue(Generic[T]):
         return found[0] if found else None
 
     def unknown(self, name: object) -> UnknownName:
-        """Return the error that nothing has a name, with the names there are."""
+        """Return the error for an unknown name, with the list of all names."""
         names = self.names()
         remedy = hint(self.spelled(str(name)), names)
         if str(name).endswith(".toml"):
@@ -136,7 +136,7 @@ class Catalogue(Generic[T]):
 
     # --------------------------------------------------------------------------------------------------- any module
     def _imported(self, place: str, said: str) -> type[T]:
-        """Return the class at module:Class, of which errors say `said`."""
+        """Return the class at module:Class; errors quote it as `said`."""
         module, _, attribute = place.partition(":")
         if "<locals>" in attribute:
             raise UsageError(f"{said}: a class within a function cannot be found by name; move it out of the function")
@@ -150,7 +150,7 @@ class Catalogue(Generic[T]):
             raise UsageError(
                 f"{said}: no module {error.name!r}; install its package, or name its directory in PYTHONPATH"
             ) from None
-        except (Exception, SystemExit) as error:  # whatever a module does: it is not ours
+        except (Exception, SystemExit) as error:  # any error: the code of the module is not ours
             raise UsageError(f"{said}: {failed(module, error)}") from error
         for part in attribute.split("."):
             if not hasattr(found, part):
@@ -163,7 +163,7 @@ class Catalogue(Generic[T]):
         return found
 
     def _classes_in(self, module: object) -> str:
-        """The classes of this kind that a module defines, in words."""
+        """Return the names of the classes of this kind that a module defines, in words."""
         names = [
             name
             for name, cls in vars(module).items()
@@ -180,7 +180,7 @@ def package(point: EntryPoint) -> str:
 
 
 def failed(module: str, error: BaseException) -> str:
-    """Return what went wrong in a module that was being imported, and where."""
+    """Return the error in a module that was being imported, and its line, in words."""
     at = ""
     if isinstance(error, SyntaxError) and error.filename:
         at = f" ({error.filename}, line {error.lineno})"
@@ -192,7 +192,7 @@ def failed(module: str, error: BaseException) -> str:
 
 
 def _last(trace: TracebackType) -> TracebackType:
-    """Where an error was raised."""
+    """Return the innermost frame of a traceback."""
     while trace.tb_next is not None:
         trace = trace.tb_next
     return trace

@@ -1,4 +1,4 @@
-"""How a host reaches a part: the channels of a data sheet.  Data only; what makes a host of one is in bench/hosting.py.
+"""The channels of a data sheet: how a host reaches a part.  Data only; bench/hosting.py makes the hosts.
 
 A sheet may have several: a part with a bus and a serial port takes commands over both, and each has its own host.
 """
@@ -16,10 +16,10 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """A way to reach a part.  `name` is what `bench.host(x, over=name)` calls it, `says` what messages do.
+    """A channel to a part.  `name` is the argument in `bench.host(x, over=name)`, `says` the wording in messages.
 
-    The pins that every such channel has are found by their roles; those that only some parts have it names.  `instead`
-    says what a chip has, where a directive is for another channel.
+    The pins that every such channel has are found by their roles; the channel names pins that only some parts have.
+    `instead` is the remedy in a message about a directive for another channel.
     """
 
     name: ClassVar[str]
@@ -28,16 +28,16 @@ class Channel:
 
     @property
     def fastest(self) -> dict[str, int]:
-        """The straps of its highest rate; none, where there is nothing to choose."""
+        """The straps of the highest rate; empty if there is no choice."""
         return {}
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps that leave out what a program file does not hold, such as checksums."""
+        """The straps that switch off features that a program file does not contain, such as checksums."""
         return {}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return what sets something that is no option, with this value, in words; empty: nothing does."""
+        """Return how a setting that is not an option gets this value, in words; empty: it cannot be set."""
         return ""
 
 
@@ -68,7 +68,7 @@ class HostPort(Channel):
 
 
 def ways(pin: str) -> str:
-    """Return how a strap is given in Python and on the command line."""
+    """Return how to set a strap in Python and on the command line, in words."""
     return f'straps={{"{pin}": 0, ...}}, or --strap {pin}=0'
 
 
@@ -123,7 +123,7 @@ class SerialLine(Channel):
         return ""
 
     def strapping(self, baud: int | str) -> str:
-        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap gives it."""
+        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap selects it."""
         levels = next((levels for levels, rate in self.bauds.items() if str(rate) == str(baud)), ())
         return ", ".join(f"{pin}={level}" for pin, level in zip(self.baud_pins, levels, strict=False))
 
@@ -135,7 +135,7 @@ class SerialLine(Channel):
 
 @dataclass(frozen=True, eq=False)
 class FlowBus(Channel):
-    """A data bus with a handshake for every byte, and a flow line that shows in which direction the bytes go.
+    """A data bus with a handshake for every byte, and a flow line that shows the direction of the bytes.
 
     The pins have the roles "request", "ready" and "flow".
 
@@ -157,7 +157,7 @@ class FlowBus(Channel):
 
     @property
     def answers(self) -> tuple[int, int]:
-        """The mode register, under a mask, with which answers come over this channel."""
+        """The mask and the value of the mode register with which answers are sent over this channel."""
         return self.in_use
 
 
@@ -196,10 +196,10 @@ def row_for(channel: Channel, table: Mapping[type[Channel], T], what: str) -> T:
     """Return the row of a table for a channel, or for the channel that its class is derived from.
 
     Args:
-        what: what the rows do, for the message: "makes a host for".
+        what: the purpose of the rows, for the message: "makes a host for".
 
     Raises:
-        UsageError: no row.
+        UsageError: there is no row.
     """
     for kind in type(channel).__mro__:
         if kind in table:

@@ -1,6 +1,6 @@
 """Rows of commands with the columns of a family: commands as text, as lines, as packets.
 
-Who reads such a column asks for the rows of that family: `sheet.rows(PacketRow)`.
+Code that reads such a column takes the rows of that family: `sheet.rows(PacketRow)`.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class LineRow(Row):
 
     @property
     def size(self) -> int:
-        """How many bytes the instruction takes in the program memory."""
+        """The number of bytes of the instruction in the program memory."""
         return max(1 + self.data_bytes, self.room) if self.coded else 0
 
     def pack(self, values: Sequence[int]) -> bytes:
-        """Opcode and arguments as stored in the program memory."""
+        """Return opcode and arguments as stored in the program memory."""
         return Row.pack(self, values).ljust(self.room, b"\0")
 
 
@@ -61,7 +61,7 @@ class PacketRow(Row):
             in a "mask", or all ("global").
         reads: the values that a host reads after the arguments.
         buffered: the command takes effect with the next update.
-        encoder: the command is meant for parts with an encoder, but accepted by the others.
+        encoder: the command is meant for parts with an encoder, but the others accept it too.
     """
 
     stored: bool = False
@@ -72,17 +72,17 @@ class PacketRow(Row):
 
     @property
     def coded(self) -> bool:
-        """Each has a command byte."""
+        """True: every packet has a command byte."""
         return True
 
     @property
     def order(self) -> Order:
-        """In a packet a number is sent high byte first."""
+        """The order of the bytes of a number in a packet: high byte first."""
         return "big"
 
 
 def row_object(row: Row) -> dict[str, Any]:
-    """Return a row as data, with the columns of every family: those that it does not have are empty."""
+    """Return a row as data, with the columns of every family; columns that it does not have are empty."""
     found = asdict(row)
     others = {each.name: each.default for kind in (TextRow, LineRow, PacketRow) for each in fields(kind)}
     return found | {name: getattr(row, name, value) for name, value in others.items() if name not in found}

@@ -4,8 +4,8 @@ Option("stepwise", "bool", False, "play every motion step by step; slow, and the
 Option("ramp_unit", "int", 452, "clocks that one rate unit takes", low=1, high=65535, unit="clocks", where="s.8")
 Option("load", "table", {}, "what the motor drives", table=(Option("inertia", "float", 0.0, "...", unit="kg m2"), ...))
 
-A chip names its rows in its sheet, a part in its class; `checked` gives the constructor all of them.  What comes as
-text, in a URL or on a command line, is made a value by its row first: `read`.
+A chip has its rows in its sheet, a part in its class; `checked` passes all of them to the constructor.  For text, from
+a URL or a command line, the method `read` of the row converts it to a value first.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
 )
 
 
-SHOWN = 80  # characters of a value in a message; of a longer one the start, and which number is wrong
+SHOWN = 80  # characters of a value in a message; of a longer one the start, and the wrong number
 LIKE: Mapping[Kind, str] = MappingProxyType({"number": "9600 or '37.5'", "time": "'20 ms'", "frequency": "'11 MHz'"})
 
 
@@ -67,7 +67,7 @@ def _whole(value: Any) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 
-FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of the kind, whatever its range?
+FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # checks of the kind of a value, not of its range
     {
         "bool": lambda value: isinstance(value, bool),
         "int": _whole,
@@ -85,7 +85,7 @@ FITS: Mapping[Kind, Callable[[Any], bool]] = MappingProxyType(  # is a value of 
         "object": lambda _: True,
     }
 )
-SIZES: Mapping[Kind, Callable[[Any], Any]] = MappingProxyType(  # what the range bounds
+SIZES: Mapping[Kind, Callable[[Any], Any]] = MappingProxyType(  # the number that the range limits
     {"number": Fraction, "time": picoseconds, "frequency": hertz}
 )
 
@@ -112,16 +112,16 @@ READ: Mapping[Kind, Callable[[str], Any]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """An option with which a chip or a part can be made.
+    """An option for making a chip or a part.
 
     Attributes:
         name: the name.
         kind: the kind of value: "bool", "int", "float", "time" (ps), "frequency" (Hz), "ints", "text", "bytes"; a
             "choice" of `choices`, by their texts; a "table" with the rows of `table`; a "number", which is exact:
             whole, or a decimal as text; a "quantity", a number of `unit` or text such as "68 g cm2", which becomes a
-            float; an "object", which only Python can give (a function, a store), or one of `choices`.
-        default: the value if none is given; ... if one must be given.
-        says: what the option does, in words.
+            float; an "object", which only Python can pass (a function, a store), or one of `choices`.
+        default: the value if none is given; ... if the option is required.
+        says: the effect of the option, in words.
         low: the least value: of a number, a time in ps, a frequency in Hz, each of "ints"; None: no limit.
         high: the greatest value, likewise.
         unit: the unit of the value; for a "quantity" an SI unit.
@@ -149,12 +149,12 @@ class Option:
 
     @property
     def required(self) -> bool:
-        """Must it be given?"""
+        """True if the option has no default."""
         return self.default is ...
 
     @property
     def allowed(self) -> str:
-        """What the option may be, in words."""
+        """The values allowed, in words."""
         words = [*map(str, self.choices)]
         if not self.choices or self.kind == "object":
             words.append(self._expected)
@@ -196,16 +196,16 @@ class Option:
         return "" if self.kind in ("table", "object") and not self.default else repr(self.default)
 
     def checked(self, owner: str, value: Any) -> Any:
-        """Return a value that is allowed; of a table all of it, with what is left out.
+        """Return an allowed value; a table complete, with the defaults of its missing rows.
 
         Raises:
-            UsageError: it is not; the message says what is.
+            UsageError: the value is not allowed; the message says which are.
         """
         if value is None and self.none:
             return None
         if self.kind == "table" and isinstance(value, Mapping):
             return checked(f"{owner}: {self.name}", self.table, value)
-        if _whole(value) or isinstance(value, str):  # what a choice may be named by
+        if _whole(value) or isinstance(value, str):  # types that may name a choice
             for choice in self.choices:
                 if str(choice) == str(value):
                     return choice
@@ -221,7 +221,7 @@ class Option:
         return int(value) if _whole(value) else value
 
     def _wrong(self, value: Any) -> str | None:
-        """Return why a value is not allowed, "" where `allowed` says it all; None: it is."""
+        """Return why a value is not allowed, "" if `allowed` explains it; None: it is allowed."""
         if self.kind == "ints" and isinstance(value, (list, tuple)) and len(repr(value)) > SHOWN:
             odd = next((k for k, each in enumerate(value) if not _whole(each) or not self._within(each)), None)
             if odd is not None:
@@ -245,7 +245,7 @@ class Option:
         return (self.low is None or size >= self.low) and (self.high is None or size <= self.high)
 
     def read(self, text: str) -> Any:
-        """Return the value that a text stands for; if it stands for none the text, which `checked` refuses."""
+        """Return the value of a text; if it has none, the text itself, which `checked` refuses."""
         if self.none and text.lower() == "none":
             return None
         value: Callable[[str], Any] = READ.get(self.kind, _same)
@@ -255,7 +255,7 @@ class Option:
             return text
 
     def data(self) -> dict[str, Any]:
-        """Return the row as plain data, for a program: without what only Python can hand in."""
+        """Return the row as plain data, for a program, without objects that only Python can pass."""
         plain = None if self.required or (self.kind in ("table", "object") and not self.default) else self.default
         return {
             "name": self.name,
@@ -274,7 +274,7 @@ class Option:
 
 
 def _cut(value: Any) -> str:
-    """Return a value for a message, of a long one its begin."""
+    """Return a value for a message; of a long value, its start."""
     text = repr(value)
     return text if len(text) <= SHOWN else f"{text[:SHOWN]} ..."
 
@@ -284,7 +284,7 @@ def _same(value: Any) -> Any:
 
 
 def nowhere(_name: str, _value: object) -> str:
-    """Return nothing: what is no option is set nowhere else, either."""
+    """Return "": the setting cannot be set anywhere else."""
     return ""
 
 
@@ -295,11 +295,12 @@ def checked(
     beside: str = "",
     elsewhere: Callable[[str, object], str] = nowhere,
 ) -> dict[str, Any]:
-    """Return every option of some rows: what is given, checked, and the defaults of the others.
+    """Return the values of all rows: the given ones, checked, and the defaults of the others.
 
     Args:
-        beside: what else may be given where these options are, for the message about one that does not exist.
-        elsewhere: returns what sets something that is no option, with its value; empty: nothing does.
+        beside: the other arguments allowed next to these options, for the message about an unknown one.
+        elsewhere: a function that returns how to set something that is not an option, with its value; empty: it cannot
+            be set.
 
     Raises:
         UsageError: an option that does not exist, a value that is not allowed, or one that is missing.
@@ -323,9 +324,9 @@ def checked(
 
 
 def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """Return the options that texts stand for: ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
+    """Return the options for pairs of texts: ("stepwise", "true") or, in a table, ("load.inertia", "2e-5").
 
-    Names that are no option, and texts that stand for no value, come back as they are: `checked` refuses them.
+    Unknown names, and texts without a value, are returned unchanged: `checked` refuses them.
     """
     known = {row.name: row for row in rows}
     found: dict[str, Any] = {}
@@ -340,7 +341,7 @@ def read(rows: Iterable[Option], pairs: Iterable[tuple[str, str]]) -> dict[str, 
 
 
 def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the rows with what is given, checked, as their defaults; a table's are those of its rows."""
+    """Return the rows with the given values, checked, as their defaults; in a table, as defaults of its rows."""
     found = []
     for row in rows:
         if row.name in given and row.table:
@@ -352,12 +353,12 @@ def defaulted(rows: Iterable[Option], given: Mapping[str, Any]) -> tuple[Option,
 
 
 def defaults(rows: Iterable[Option]) -> dict[str, Any]:
-    """Return what holds where nothing is said, by full names: "ramp_jumps", "inferred.rates"."""
+    """Return the defaults by full name: "ramp_jumps", "inferred.rates"."""
     return {name: row.default for name, row in flat(rows)}
 
 
 def flat(rows: Iterable[Option], of: str = "") -> Iterator[tuple[str, Option]]:
-    """Yield every row with its full name, those of a table after it: ("load.inertia", row)."""
+    """Yield every row with its full name, the rows of a table after it: ("load.inertia", row)."""
     for row in rows:
         yield f"{of}{row.name}", row
         yield from flat(row.table, f"{of}{row.name}.")

@@ -1,4 +1,4 @@
-"""Where the pins of a part are: which packages it has, and which pins are on which side of them.
+"""The packages of a part: which pins are on which side.
 
 DIP                    PLCC, counted from the middle of its upper side
 1 |‾u‾| 8                   3 2 1 12 11
@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .table import Pin
 
-SIZES = (8, 14, 16, 18, 20, 24, 28, 38, 40, 44, 48, 64, 68, 84)  # in which packages are made
+SIZES = (8, 14, 16, 18, 20, 24, 28, 38, 40, 44, 48, 64, 68, 84)  # numbers of pins of packages
 LARGEST_DIP = 40
 PREFIX = re.compile("([a-z]+)_")
 SAID = re.compile(r"(.+? chip)\b")
-SIGNALS = ("in", "out", "both")  # ways of pins that carry one
+SIGNALS = ("in", "out", "both")  # values of `way` for pins that carry a signal
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +29,12 @@ class Package:
     """A package, by the names of its pins.
 
     Args:
-        name: which one of a chipset; empty, if it is the only one.
-        numbered: the numbers of its pins are known; else they are in the order of the manual.
-        square: pins on four sides.
+        name: its name in a chipset; empty if it is the only one.
+        numbered: True: the numbers of its pins are known; False: they are in the order of the manual.
+        square: True: it has pins on four sides.
         sides: left and right of a DIP; left, bottom, right and top of a square one: each from top to bottom, or from
             left to right; a number is a pin that is not in the sheet.
-        loose: pins whose number is not known, of a package whose numbers are.
+        loose: pins whose number is not known, in a package with numbered pins.
     """
 
     name: str
@@ -50,10 +50,10 @@ def packages(pins: Iterable[Pin]) -> list[Package]:
 
 
 def _by_package(pins: Sequence[Pin]) -> dict[str, list[Pin]]:
-    """The pins of each package.
+    """Return the pins of each package.
 
-    A chipset says in `where` to which one a pin belongs; without it, its pins without a signal have the package before
-    their name, and a package ends with the last one of these.
+    In a chipset, `where` names the package of a pin; otherwise the pins without a signal have the package before their
+    name, and a package ends with the last one of these.
     """
     numbers = [pin.number for pin in pins if pin.number]
     if len({*numbers}) == len(numbers):
@@ -73,7 +73,7 @@ def _prefix(pin: Pin) -> str:
 
 
 def _arranged(name: str, pins: Sequence[Pin]) -> Package:
-    """The package of some pins."""
+    """Return the package of some pins."""
     at = {pin.number: pin.name for pin in pins if pin.number}
     if not at:
         names = [pin.name for pin in pins]
@@ -90,7 +90,7 @@ def _arranged(name: str, pins: Sequence[Pin]) -> Package:
     if count <= LARGEST_DIP:
         return Package(name, True, False, (run(1, count // 2), run(count, count // 2 + 1)), loose)
     side = count // 4
-    top = (side + 1) // 2  # pin 1 is in the middle of the upper side, the first ones left of it
+    top = (side + 1) // 2  # pin 1 is in the middle of the upper side; the next ones are to its left
     sides = (
         run(top + 1, top + side),
         run(top + side + 1, top + 2 * side),

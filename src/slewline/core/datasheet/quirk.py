@@ -1,4 +1,4 @@
-"""A place where a manual is silent or contradicts itself, and what the model does there.  Data only."""
+"""Choices of the model where a manual is silent or contradicts itself.  Data only."""
 
 from __future__ import annotations
 

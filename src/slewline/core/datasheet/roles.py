@@ -1,4 +1,4 @@
-"""What pins and commands are for, in words that all parts share: hosts, parts, wiring, rules and texts go by them."""
+"""Names for the purpose of pins and commands, shared by all parts: hosts, parts, wiring, rules and texts use them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ AXIS_ROLES: Mapping[str, str] = MappingProxyType(  # a pin of an axis that ...
         "index": "takes the index mark of an encoder, once per turn",
     }
 )
-ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that are wired `to` a neighbour go by it
+ROLES: Mapping[str, str] = MappingProxyType(  # the purpose of a pin; parts that are wired `to` a neighbour use it
     {
         **AXIS_ROLES,
         **{f"output{n}": f"is output {n} that programs set" for n in (1, 2, 3)},
@@ -55,7 +55,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
         "serial_pull_down": "pulls low a line that modules share",
         "computer_in": "is the input of a computer's serial port",
         "computer_out": "is the output of a computer's serial port",
-        # the bus of a part that has memory and displays of its own
+        # the bus of a part with its own memory and displays
         "memory_select": "selects the memory; the high byte of the address is on the bus at that edge",
         "display_select": "selects a display",
         "switch_select": "selects thumbwheel switches",
@@ -69,7 +69,7 @@ ROLES: Mapping[str, str] = MappingProxyType(  # what a pin is for; parts that ar
 )
 
 REFLEXES: Mapping[str, str] = (
-    MappingProxyType(  # an input that stops the motor by itself, so a board does it at once: it ...
+    MappingProxyType(  # an input that stops the motor directly, so a board reacts immediately: it ...
         {
             "stop": "stops the motor: the running step is its last one",
             "stop up": "does so while the motor runs in positive direction",
@@ -84,7 +84,7 @@ REFLEXES: Mapping[str, str] = (
         }
     )
 )
-AT_ONCE: Mapping[str, str] = MappingProxyType(  # a command that does not wait for the end of what is under way: it ...
+AT_ONCE: Mapping[str, str] = MappingProxyType(  # a command that does not wait for the end of a motion: it ...
     {
         "stop": "stops the motor: the running step is its last one",
         "brake": "slows the motor down, and stops it",
@@ -110,7 +110,7 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "preset": "sets the position, without motion",
         "store": "keeps the program without power",
         "recall": "puts the program that is kept without power in the place of the other",
-        # what a program does with the motor, by which it is translated for another part
+        # the effect on the motor, used to translate a program for another part
         "start_rate": "sets the rate at which motions start and end",
         "top_rate": "sets the rate of motions between their ramps",
         "ramp": "sets how the rate rises from the one to the other",
@@ -120,6 +120,7 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "distance": "sets the number of steps of the relative moves that follow",
         "target": "sets the position to which the next motion goes",
         "absolute": "moves to a position, as a part does that no computer asks where it is",
+        "phases": "sets the phases to a step of their pattern",
         "plus": "sets the direction of the relative moves that follow: clockwise",
         "minus": "sets their direction: counter-clockwise",
         "move": "moves by a number of steps",

@@ -1,8 +1,8 @@
-"""What a data sheet is made of: pins, arguments, command rows, registers, times.  Data only, no behaviour.
+"""The elements of a data sheet: pins, arguments, command rows, registers, times.  Data only, no behaviour.
 
-Rules of this file: every number names its source (`where`) and how sure we are (`trust`): "stated" by the manual,
-"derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" where no source of a
-part states it, from sister parts and from what others write about it.
+Rules of this file: every number names its source (`where`) and its certainty (`trust`): "stated" by the manual,
+"derived" from statements of the manual, "chosen" by us where the manual is silent, or "inferred" from sister parts and
+other publications where no source of a part states it.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ class Pin:
         number: the number of the pin.
         name: the name in the manual, in lower case.
         way: the direction: "in", "out", "both", "power" or "none" (not connected).
-        says: what the pin does, in words.
+        says: the function of the pin, in words.
         active: the active level, 0 or 1; None if it has none.
-        pull: the level that a built-in resistor gives to an open input; None: there is no resistor.
+        pull: the level that a built-in resistor pulls an open input to; None: there is no resistor.
         tie: the level of the standard wiring, without which a bare part does not work; None: there is none.
         reset: the level of an output after reset; None: it is not defined.
         seen: when the chip samples an input, in words.
         where: the section of the manual.
         role: the purpose of the pin, a word of ROLES, which all parts share: wiring joins pins by it.
         axis: the axis that the role belongs to, counted from 1.
-        sense: the level at which the role holds, by default `active`; it differs if the pin is named for the opposite
-            (ATREST is low while the motor is moving).  A driver steps when its step pin takes this level.
-        told: what a transcript says when the pin becomes low, and when it becomes high; None: nothing.
-        reflex: what the chip does with a running motor when an input takes its active level, a word of REFLEXES; for a
-            pin that enables steps, when it takes the other level.
-        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
+        sense: the level at which the role is active, by default `active`; it differs if the pin is named for the
+            opposite (ATREST is low while the motor is moving).  A driver steps when its step pin takes this level.
+        told: the text in a transcript when the pin goes low, and when it goes high; None: no text.
+        reflex: the direct effect of an active input on a running motor, a word of REFLEXES; for a pin that enables
+            steps, the effect of its inactive level.
+        trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
 
     Raises:
         SheetError: an unknown role or reflex, or a reflex without a level.
@@ -82,7 +82,7 @@ class Pin:
         return 1 - level if self.role == "enable" and level is not None else level
 
     def plays(self, role: str, axis: int = 1) -> bool:
-        """Return whether the pin has a role, on an axis if it is the role of one."""
+        """Return whether the pin has a role, on the given axis if roles of this kind belong to an axis."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
 
 
@@ -95,8 +95,8 @@ class Arg:
         size: the number of bytes; an argument of size 0 is added to the opcode.
         low: the least value.
         high: the greatest value.
-        label: a letter may stand for the value.
-        unit: what the value counts, such as "steps".
+        label: a letter may be used instead of the value.
+        unit: the unit that the value counts, such as "steps".
         sign: how a sign is written: "no", "may" (none means plus), "must", or "alone" (a direction: + is 1, - is -1).
         zero: 0 is within the range.
         optional: the argument may be left out, and is `high` then.
@@ -121,11 +121,11 @@ class Arg:
 
     @property
     def modulus(self) -> int:
-        """Numbers wrap at this value: 256 or 65536."""
+        """The value at which numbers wrap: 256 or 65536."""
         return 1 << (8 * self.size)
 
     def fit(self, number: int) -> int:
-        """Return what the part makes of a number, whatever its range."""
+        """Return the value that the part uses for a number, in range or not."""
         return dict(self.alias).get(number, number % self.modulus)
 
     def allows(self, value: int) -> bool:
@@ -137,11 +137,11 @@ class Arg:
         return (value % self.modulus).to_bytes(self.size, order)
 
     def unpack(self, data: bytes, order: Order = "little") -> int:
-        """Return the value of bytes; bytes that are missing count as 0."""
+        """Return the value of bytes; missing bytes count as 0."""
         return int.from_bytes(data.ljust(self.size, b"\0"), order, signed=self.low < 0)
 
     def spell(self, value: int) -> str:
-        """Return a value as it is written: no leading zeros, the sign where one belongs."""
+        """Return a value as text: no leading zeros, a sign where one belongs."""
         if self.sign == "alone":
             return "+" if value > 0 else "-"
         return f"{value:+d}" if self.sign != "no" else str(value)
@@ -149,28 +149,28 @@ class Arg:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One form of a command, in what all parts say of one; `LineRow`, `TextRow` and `PacketRow` have more columns.
+    """One form of a command, with the columns of all parts; `LineRow`, `TextRow` and `PacketRow` have more.
 
     Attributes:
-        form: what distinguishes the form: the letter or name that a host sends first.
-        name: the name, from which that of the firmware method follows: do_loop for LOOP.
+        form: the text that identifies the form: the letter or name that a host sends first.
+        name: the name, which determines that of the firmware method: do_loop for LOOP.
         args: the arguments, in order.
         time_us: the time that the last byte of the command takes in command mode, µs, with the usual crystal and
             without the conversion of digits.
-        says: what the command does, in words.
+        says: the effect of the command, in words.
         where: the section of the manual.
         program_us: the time that the instruction takes in a running program, µs, with the usual crystal.
         code: the opcode in the program memory, or the command byte of a packet; by default the first letter.
         stored: the command can be stored in a program.
         motion: the command makes the motor step.
-        when: the states in which the command is executed at once: "i" idle, "p" program entry, "r" program running.
+        when: the states in which the command is executed immediately: "i" idle, "p" program entry, "r" program running.
         flow: where a program continues: "n" next instruction, "t" target, "0" location 0, "l" start of the loop; "" the
             program ends.
         role: the purpose of the command, a word of ROW_ROLES, which all parts share.
-        at_once: what the command does to a running motor without waiting for it, a word of AT_ONCE; if it waits for an
-            update, at the update.
-        starts: the command itself makes no step, but outside program entry it may start a program or a homing.
-        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
+        at_once: the effect of the command on a running motor, without waiting for the end of the motion, a word of
+            AT_ONCE; a buffered command acts at the update.
+        starts: the command itself outputs no steps, but outside program entry it may start a program or a homing.
+        trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
 
     Raises:
         SheetError: an unknown role, or an unknown word in `at_once`.
@@ -203,7 +203,7 @@ class Row:
 
     @property
     def data_bytes(self) -> int:
-        """How many data bytes the command has: the data count of the binary form."""
+        """The number of data bytes of the command: the data count of the binary form."""
         return sum(arg.size for arg in self.args)
 
     @property
@@ -213,22 +213,22 @@ class Row:
 
     @property
     def may_step(self) -> bool:
-        """May it make the motor step, if a host sends it outside program entry?"""
+        """True if the command may make the motor step when a host sends it outside program entry."""
         return self.motion or self.starts or self.role == "run"
 
     @property
     def head(self) -> str:
-        """What a host sends first."""
+        """The text that a host sends first."""
         return self.form
 
     @property
     def coded(self) -> bool:
-        """Does a byte stand for the command: its opcode in the program buffer, or the head of its packet?"""
+        """True if the command has a code: its opcode in the program buffer, or the first byte of its packet."""
         return self.stored
 
     @property
     def size(self) -> int:
-        """How many bytes the instruction takes in the program buffer, or the host writes of a packet."""
+        """The number of bytes of the instruction in the program buffer, or of the packet that the host writes."""
         return 1 + self.data_bytes if self.coded else 0
 
     @property
@@ -238,11 +238,11 @@ class Row:
 
     @property
     def handler(self) -> str:
-        """Name of the firmware method that performs it: do_loop for LOOP."""
+        """The name of the firmware method that performs the command: do_loop for LOOP."""
         return "do_" + self.name.lower()
 
     def pack(self, values: Sequence[int]) -> bytes:
-        """Opcode and arguments as stored in the program buffer, or written in a packet."""
+        """Return opcode and arguments as stored in the program buffer, or as written in a packet."""
         code, data = self.code, b""
         for arg, value in zip(self.args, values, strict=True):
             if arg.size:
@@ -252,7 +252,7 @@ class Row:
         return bytes([code]) + data
 
     def unpack(self, data: bytes, code: int | None = None) -> tuple[int, ...]:
-        """Argument values from their bytes; bytes that are missing count as 0.  `code`: the opcode as stored."""
+        """Return the values of arguments from their bytes; missing bytes count as 0.  `code`: the opcode as stored."""
         values, at = [], 0
         for arg in self.args:
             if arg.size:
@@ -267,7 +267,7 @@ class Row:
         """Return a row with the columns of this family.
 
         Raises:
-            SheetError: it is that of another family.
+            SheetError: the row is of another family.
         """
         if isinstance(row, cls):
             return row
@@ -289,10 +289,10 @@ class Register:
         name: the name in the manual, in lower case.
         bits: the number of bits.
         default: the value after power-up.
-        says: what the register holds, in words.
+        says: the meaning of the value, in words.
         letter: the command that loads it.
         where: the section of the manual.
-        unit: what it counts, such as "steps".
+        unit: the unit that it counts, such as "steps".
     """
 
     name: str
@@ -306,14 +306,14 @@ class Register:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """A time that the chip takes for something, as stated in the data sheet.
+    """A time that an operation of the chip takes, as stated in the data sheet.
 
     Attributes:
         us: the time, µs.
         mhz: the crystal for which it is stated, MHz.
-        says: what takes this time, in words.
+        says: the operation, in words.
         where: the section of the manual.
-        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
+        trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
     """
 
     us: float
@@ -340,17 +340,17 @@ class Limit:
     Attributes:
         start: the edge at which the time begins, such as "io_request falls".
         end: the edge at which it ends.
-        says: what the limit is about, in words.
+        says: the purpose of the limit, in words.
         where: the section of the manual.
         least: the minimum, ps; None: there is none.
         typical: the typical time, ps; None: it is not given.
         most: the maximum, ps; None: there is none.
         symbol: the symbol in the data sheet, such as "t14".
         mhz: the crystal for which the limit is given, MHz; 0: it holds with every crystal.
-        keeper: who must keep it: the "part", or the "host" and whatever else drives the inputs.
+        keeper: the side that must comply: the "part", or the "host" and any other driver of the inputs.
         given: levels that pins must have at `end`, for the limit to apply.
         before: levels that pins must have had at `start`, for the limit to apply.
-        trust: how sure the row is: "stated", "derived", "chosen" or "inferred".
+        trust: how certain the row is: "stated", "derived", "chosen" or "inferred".
     """
 
     start: str
@@ -368,7 +368,7 @@ class Limit:
     trust: Trust = "stated"
 
     def at(self, crystal_hz: int) -> tuple[int | None, int | None, int | None]:
-        """Return at least, typically, at most with a crystal, in ps, rounded in favour of the keeper."""
+        """Return minimum, typical and maximum time with a crystal, in ps, rounded in favour of the keeper."""
         if not self.mhz:
             return self.least, self.typical, self.most
         up, down = self.mhz * 10**6, crystal_hz
@@ -386,12 +386,12 @@ R = TypeVar("R", bound=Row)
 
 
 class Table(Sequence[R_co]):
-    """The command table of a part: a sequence of rows, which can also be looked up by form, as in table["R"].
+    """The command table of a part: a sequence of rows, also accessible by form, as in table["R"].
 
     Attributes:
         rows: the rows.
         by_form: the rows, by form.
-        by_code: the rows of commands that have one, by opcode or command byte.
+        by_code: the rows of commands with a code, by opcode or command byte.
 
     Raises:
         SheetError: two rows have the same form or opcode.
@@ -435,10 +435,10 @@ class Table(Sequence[R_co]):
         raise KeyError(name)
 
     def of(self, kind: type[R]) -> Table[R]:
-        """Return the table with the columns of a family, which have their defaults in a row that was made without them.
+        """Return the table with the columns of a family; rows made without them have the defaults.
 
         Raises:
-            SheetError: a row is that of another family.
+            SheetError: a row is of another family.
         """
         if kind not in self._of:
             self._of[kind] = self if all(isinstance(row, kind) for row in self) else Table(*map(kind.of, self))
@@ -447,7 +447,7 @@ class Table(Sequence[R_co]):
 
 @dataclass(frozen=True, slots=True)
 class Bits:
-    """A field of a word that the chip keeps: `width` bits from bit `low` on; 0 stands for `first`."""
+    """A field of a stored word: `width` bits from bit `low` on; the field value 0 means `first`."""
 
     name: str
     low: int
@@ -457,7 +457,7 @@ class Bits:
 
     @property
     def mask(self) -> int:
-        """The word with this field full of ones."""
+        """The word with ones in this field, and zeros elsewhere."""
         return (1 << self.width) - 1 << self.low
 
     def of(self, word: int) -> int:
@@ -466,15 +466,15 @@ class Bits:
 
 
 class DialectSpec(Protocol):
-    """What a sheet says of its dialect; all that a dialect can do is in language/dialect.py."""
+    """The part of a dialect that a sheet uses; the complete dialect is in language/dialect.py."""
 
     @property
     def name(self) -> str:
-        """What it is called: "letters", "lines", "packets"."""
+        """The name of the dialect: "letters", "lines", "packets"."""
 
     @property
     def row_type(self) -> type[Row]:
-        """What the rows of commands in it are."""
+        """The class of its command rows."""
 
 
 C = TypeVar("C", bound=Channel)
@@ -482,27 +482,27 @@ C = TypeVar("C", bound=Channel)
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """A complete data sheet: everything that tools need to know about a part without running it.
+    """A complete data sheet: all facts about a part that tools need without running it.
 
     Attributes:
         part: the part number, in lower case.
-        title: one line that says what the part is.
+        title: one line that describes the part.
         manual: the source of the facts.
         pins: the pin table.
         commands: the command table.
-        behaviour: a number that is increased when the same inputs give other outputs; a journal has that of its run.
+        behaviour: a number that is increased when the same inputs lead to other outputs; a journal has that of its run.
         crystal_hz: the usual crystal, Hz; 10^12 (ticks of 1 ps) for a part without a crystal to choose.
         crystal_low_hz: the lowest crystal frequency allowed, Hz.
         crystal_high_hz: the highest crystal frequency allowed, Hz; 0: there is no crystal to choose.
         registers: the register table.
-        options: the options with which the part can be made.
+        options: the options for making the part.
         rates: the rate for each value of the rate parameter, steps/s, with the usual crystal.
-        times: the times that the part takes, each by a name of our own.
+        times: the times that the part takes, by names of our own.
         limits: the limits for times between edges.
         buffer_bytes: the size of the program memory, in `memory_unit`.
-        buffer_where: the section of the manual that gives it.
+        buffer_where: the section of the manual that states it.
         labels: the letters that can be labels in a program.
-        suffix: the suffix of program files.
+        suffix: the file extension of programs.
         notes: further text for `slewline describe`, by headings.
         dialect: how commands are written, sent and stored.
         channels: the channels over which a host can reach the part, the usual one first.
@@ -512,7 +512,7 @@ class Sheet:
         slips: the remedy for characters that are often mistaken, by character.
         sections: the sections of the manual to which the rules of the linter refer, by subject.
         key: the abbreviation of the manual in `where`.
-        memory_unit: the unit in which the manual gives the size of the program memory.
+        memory_unit: the unit in which the manual states the size of the program memory.
     """
 
     part: str
@@ -553,33 +553,33 @@ class Sheet:
 
     @property
     def keeps(self) -> bool:
-        """Does the part keep something without power, in its option `store`?"""
+        """True if the part has non-volatile memory, in its option `store`."""
         return any(row.name == "store" for row in self.options)
 
     @property
     def encoder(self) -> bool:
-        """Does the part read encoders?"""
+        """True if the part reads encoders."""
         return self.role("encoder_a") is not None
 
     @property
     def enter(self) -> Row | None:
-        """The command that begins program entry; None: the part keeps no program."""
+        """The command that begins program entry; None: the part stores no program."""
         return next(iter(self.acting("enter")), None)
 
     @property
     def leave(self) -> tuple[Row, ...]:
-        """The commands that end it; the last one does nothing else, if there is one."""
+        """The commands that end program entry; if one of them does only that, it is the last one."""
         return self.acting("leave")
 
     @property
     def takes_live(self) -> bool:
-        """Whether the part takes commands while its program runs: a host may pull its pin of program entry low."""
+        """True if the part takes commands while its program runs: a host may pull its pin of program entry low."""
         entry = self.role("program_entry")
         return entry is not None and entry.way == "both"
 
     @property
     def bus(self) -> str:
-        """What the names of the data bus pins begin with."""
+        """The common beginning of the names of the data bus pins."""
         data = self.role("data")
         return data.name.rstrip("0123456789") if data is not None else "db"
 
@@ -590,11 +590,11 @@ class Sheet:
 
     @property
     def plain(self) -> dict[str, int]:
-        """The straps that leave out what program files do not hold, of every channel."""
+        """The straps that switch off features that program files do not contain, of every channel."""
         return {pin: level for channel in self.channels for pin, level in channel.plain.items()}
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return what sets something that is no option of the part, such as a baud rate; empty: nothing does."""
+        """Return how to set something that is not an option, such as a baud rate; empty: it cannot be set."""
         return next((says for channel in self.channels if (says := channel.elsewhere(name, value))), "")
 
     def channel(self, kind: type[C]) -> C | None:
@@ -617,7 +617,7 @@ class Sheet:
         """Return the commands with the columns of a family.
 
         Raises:
-            SheetError: they are those of another family.
+            SheetError: the commands are of another family.
         """
         return self.commands.of(kind)
 
@@ -626,14 +626,14 @@ class Sheet:
         return tuple(row for row in self.commands if row.role == role)
 
     def role(self, role: str, axis: int = 1) -> Pin | None:
-        """Return the pin that has a role, on an axis if it is the role of one; None: there is none."""
+        """Return the pin that has a role, on the given axis if the role belongs to one; None: there is none."""
         return self._by_role.get((role, axis if role in AXIS_ROLES else 0))
 
     def in_role(self, role: str) -> Pin:
         """Return the pin that has a role.
 
         Raises:
-            SheetError: none has.
+            SheetError: no pin has it.
         """
         pin = self.role(role)
         if pin is None:
@@ -648,9 +648,9 @@ class Sheet:
 
     @cached_property
     def _by_name(self) -> dict[str, Pin]:
-        return {pin.name: pin for pin in reversed(self.pins)}  # of several that share a name the first
+        return {pin.name: pin for pin in reversed(self.pins)}  # the first one if several share a name
 
     @cached_property
     def _by_role(self) -> dict[tuple[str, int], Pin]:
-        """The first pin of each role, on each axis where the role is that of an axis."""
+        """The first pin of each role, per axis if the role belongs to one."""
         return {(pin.role, pin.axis if pin.role in AXIS_ROLES else 0): pin for pin in reversed(self.pins)}

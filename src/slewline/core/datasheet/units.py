@@ -1,13 +1,13 @@
-"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a number that is no text is in the first unit of its row.
+"""Quantities with units: "68 g cm2", "62 oz-in", "36 kHz"; a plain number is in the first unit of its row.
 
     quantity("68 gcm2", "kg m2", "inertia")                       6.8e-06
     quantity(6.8e-6, "kg m2", "inertia")                          6.8e-06
     quantity("600 rpm", "steps/s", "rate", per_turn=200)          2000.0
     quantity("5 mH", "kg m2", "inertia")                          UsageError: ... mH is a unit of inductance ...
 
-A text is rounded once: "68 g cm2" is the same number as 6.8e-6.  A text has its unit, unless it is 0 or an angle:
-who writes 68 for an inertia means no kg m2.  Spaces, dots, stars and dashes within a unit do not count.  Turns become
-steps only where the steps a turn of a motor are known.
+A text is rounded once: "68 g cm2" is the same number as 6.8e-6.  A text must have a unit, unless it is 0 or an angle:
+68 for an inertia is unlikely to mean kg m2.  Spaces, dots, stars and dashes within a unit are ignored.  Turns become
+steps only where the steps per turn of a motor are known.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from types import MappingProxyType
 from ...errors import UsageError
 from ..messages.decimal_comma import without_comma
 
-UNITS: Mapping[str, Mapping[str, str]] = MappingProxyType(  # by the first unit: what may be written, how much it is
+UNITS: Mapping[str, Mapping[str, str]] = MappingProxyType(  # by the first unit: the units allowed, and their factors
     {
         "V": {"V": "1", "mV": "1e-3"},
         "A": {"A": "1", "mA": "1e-3"},
@@ -48,7 +48,7 @@ UNITS: Mapping[str, Mapping[str, str]] = MappingProxyType(  # by the first unit:
         "steps/s2": {"steps/s2": "1"},
     }
 )  # fmt: skip
-TURNS: Mapping[str, Fraction] = MappingProxyType(  # a second; units of "steps/s" where the steps a turn are known
+TURNS: Mapping[str, Fraction] = MappingProxyType(  # per second; units of "steps/s" where the steps per turn are known
     {"rev/s": Fraction(1), "rpm": Fraction(1, 60), "rev/min": Fraction(1, 60)}
 )
 KINDS: Mapping[str, str] = MappingProxyType(
@@ -58,7 +58,7 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "N m/rad": "stiffness", "deg": "angle", "steps/s": "rate", "steps/s2": "acceleration",
     }
 )  # fmt: skip
-ALONE = ("deg",)  # may be left out in a text, too: nobody gives the angle of a step in radians
+ALONE = ("deg",)  # may be left out in a text, too: step angles are never in radians
 GREATEST = sys.float_info.max
 _NUMBER = r"([+-]?(?:[0-9]{1,30}(?:\.[0-9]{0,30})?|\.[0-9]{1,30})(?:[eE][+-]?[0-9]{1,2})?)"
 _NUMBER_AND_UNIT = re.compile(rf"{_NUMBER}(.*)", re.DOTALL)
@@ -72,10 +72,10 @@ def measured(value: object, unit: str, per_turn: int | None = None) -> float:
     """Return a quantity as a number of its first unit, which is the SI unit.
 
     Args:
-        per_turn: the steps a turn of the motor of a rate, which may be in turns then.
+        per_turn: the steps per turn of the motor, if a rate may be in turns.
 
     Raises:
-        ValueError: it is neither a finite number nor text with one and a unit of this quantity.
+        ValueError: the value is neither a finite number nor text with one and a unit of this quantity.
     """
     if isinstance(value, str):
         return _of_text(value, unit, per_turn)
@@ -101,14 +101,14 @@ def _of_text(text: str, unit: str, per_turn: int | None) -> float:
 
 
 def _plain(unit: str) -> str:
-    """Return a unit for comparison: ozf-in is oz in, oz-in-sec2 is oz in s2."""
+    """Return a unit in a form for comparison: ozf-in becomes oz in, oz-in-sec2 becomes oz in s2."""
     plain = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "", "".join(unit.translate(SPELLED).split()))
     plain = re.sub(r"^(kg|g|oz|lb)f(?=[a-z])", r"\1", plain).replace("sec", "s")
     return plain.lower() if plain.lower() in TURNS else plain
 
 
 def other_kind(value: object, unit: str) -> str:
-    """Return what a text has that is a unit of another quantity, "mH is a unit of inductance; ", or ""."""
+    """Return a note if a text has a unit of another quantity, "mH is a unit of inductance; ", or ""."""
     found = _NUMBER_AND_UNIT.fullmatch(value.strip()) if isinstance(value, str) else None
     if found is None:
         return ""
@@ -124,10 +124,10 @@ def other_kind(value: object, unit: str) -> str:
 
 
 def in_steps(text: str, per_turn: int) -> str:
-    """Return a text with the rates, accelerations and jerks in turns that are in it as steps: 600 rpm, 2000 steps/s.
+    """Return a text with its rates, accelerations and jerks in turns converted to steps: 600 rpm, 2000 steps/s.
 
     Args:
-        per_turn: the steps a turn.
+        per_turn: the steps per turn.
     """
 
     def steps(found: re.Match[str]) -> str:
@@ -138,7 +138,7 @@ def in_steps(text: str, per_turn: int) -> str:
 
 
 def expected(unit: str, number: str = "", per_turn: int | None = None) -> str:
-    """Return what a quantity may be, in words.
+    """Return the allowed form of a quantity, in words.
 
     Args:
         number: which numbers are allowed; by default all.
@@ -155,7 +155,7 @@ def quantity(value: object, unit: str, name: str, per_turn: int | None = None) -
         per_turn: as for `measured`.
 
     Raises:
-        UsageError: it is no such quantity; the message says what is allowed.
+        UsageError: the value is not such a quantity; the message says which are allowed.
     """
     try:
         return measured(value, unit, per_turn)

@@ -1,1 +1,1 @@
-"""Memories: what is kept without power, and images of what a memory holds."""
+"""Non-volatile memories, and images of their content."""

@@ -1,10 +1,10 @@
-"""Images of a memory: what it holds from address 0 on, as bytes or as the text of an Intel HEX file.
+"""Images of a memory: its content from address 0 on, as bytes or as the text of an Intel HEX file.
 
 :10 0010 00 4E20310D2B0D470D4420323030300D4C 5F        count, address, type, data, checksum
 :00 0000 01 FF                                         the end
 
-A binary image is a dump: the bytes of the part, one after the other.  What a HEX file leaves out reads FF, as in an
-erased part.  An image that is as long as a part of SIZES is taken for a dump of such a part.
+A binary image is a dump: the bytes of the part, one after the other.  Bytes missing from a HEX file are FF, as in an
+erased part.  An image that is as long as a part of SIZES is treated as a dump of such a part.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ ERASED = 0xFF
 LARGEST = 1 << 16
 SIZES = tuple(1 << bits for bits in range(11, 17))  # of parts: 2K to 64K bytes
 DATA, END, SEGMENT, START_SEGMENT, LINEAR, START_LINEAR = range(6)  # types of records
-SHIFTS = {SEGMENT: 4, LINEAR: 16}  # what the base of later addresses is shifted by
-ROW = 16  # bytes of a record that is written
+SHIFTS = {SEGMENT: 4, LINEAR: 16}  # shift of the base of later addresses
+ROW = 16  # bytes per record in written files
 
 
-HEX = (".hex", ".ihx", ".ihex")  # endings of Intel HEX; a file of any other name has the bytes themselves
+HEX = (".hex", ".ihx", ".ihex")  # extensions of Intel HEX; any other file has the bytes themselves
 
 
 def named_file(owner: str, name: str) -> UsageError:
-    """Return the error that the name of a file is given as an image."""
+    """Return the error for the name of a file given instead of an image."""
     return UsageError(
         f"{owner}: image {name!r} is the name of a file, and text is taken for the content itself; give "
         f"slewline.read_image({name!r}), or in a bench file the key file"
@@ -31,10 +31,10 @@ def named_file(owner: str, name: str) -> UsageError:
 
 
 def check_text(owner: str, image: object) -> None:
-    """Check that an image is no text that ends as the names of files do.
+    """Check that an image is not text with a file extension.
 
     Raises:
-        UsageError: it is.
+        UsageError: it is, so it is probably the name of a file.
     """
     if isinstance(image, str) and image.lower().endswith((".bin", *HEX)):
         raise named_file(owner, image)
@@ -46,19 +46,19 @@ def size_of(image: bytes) -> int:
 
 
 def is_hex(data: bytes) -> bool:
-    """Return whether the content of a file is text in Intel HEX: its first line begins with a colon, and ends so."""
+    """Return whether the content of a file is text in Intel HEX, judged by its first line."""
     first = data.lstrip()[:44].replace(b"\r", b"\n").split(b"\n", 1)[0].strip()
     return first[:1] == b":" and all(byte in b"0123456789ABCDEFabcdef" for byte in first[1:])
 
 
 def from_file(data: bytes, where: str) -> bytes:
-    """Return the image that the content of a file is: Intel HEX, else the bytes themselves.
+    """Return the image in the content of a file: Intel HEX, else the bytes themselves.
 
     Args:
         where: the file, for messages.
 
     Raises:
-        BenchFileError: more than 64K bytes, or a line that is no record; the message names it.
+        BenchFileError: more than 64K bytes, or a line that is not a record; the message has its number.
     """
     if is_hex(data):
         return from_hex(data.decode("latin-1"), where)
@@ -68,13 +68,13 @@ def from_file(data: bytes, where: str) -> bytes:
 
 
 def from_hex(text: str, where: str) -> bytes:
-    """Return the image that a text in Intel HEX stands for, FF where it says nothing.
+    """Return the image in a text in Intel HEX; missing bytes are FF.
 
     Args:
         where: the file, for messages.
 
     Raises:
-        BenchFileError: a line that is no record, an address beyond 64K, a byte given twice in two ways, or no end.
+        BenchFileError: a line that is not a record, an address beyond 64K, a byte with two different values, or no end.
     """
     image, given, base = bytearray(), bytearray(), 0
     for number, line in enumerate(text.splitlines(), 1):
@@ -88,7 +88,7 @@ def from_hex(text: str, where: str) -> bytes:
             base = int.from_bytes(data, "big") << SHIFTS[kind]
         elif kind == DATA:
             _put(image, given, base + address, data, at)
-        elif kind not in (START_SEGMENT, START_LINEAR):  # where a processor would begin: a controller begins elsewhere
+        elif kind not in (START_SEGMENT, START_LINEAR):  # start address of a processor: not used by a controller
             raise BenchFileError(f"{at}: a record of type {kind:02X}; allowed 00 to 05")
     raise BenchFileError(f"{where}: it has no end record (type 01); the file is truncated: read the part again")
 
@@ -116,7 +116,7 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
 
 
 def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str) -> None:
-    """Put the data of a record into an image; `given` marks what has been put there."""
+    """Copy the data of a record into an image; `given` marks the bytes set so far."""
     end = address + len(data)
     if end > LARGEST:
         raise BenchFileError(f"{at}: up to address {end - 1:X}; allowed FFFF, sixteen address lines")
@@ -131,11 +131,11 @@ def _put(image: bytearray, given: bytearray, address: int, data: bytes, at: str)
 
 
 def to_hex(image: bytes) -> str:
-    """Return an image as text in Intel HEX; rows that are erased throughout are left out, but for the last one."""
+    """Return an image as text in Intel HEX, without rows that are completely erased, except the last one."""
     lines = []
     for address in range(0, len(image), ROW):
         row = image[address : address + ROW]
-        if row.count(ERASED) < len(row) or address + ROW >= len(image):  # the last one says how long the image is
+        if row.count(ERASED) < len(row) or address + ROW >= len(image):  # the last one defines the length of the image
             record = bytes([len(row), *address.to_bytes(2, "big"), DATA, *row])
             lines.append(f":{record.hex().upper()}{-sum(record) & 0xFF:02X}\n")
     return "".join(lines) + ":00000001FF\n"

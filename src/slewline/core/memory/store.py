@@ -1,9 +1,9 @@
-"""What a part keeps without power: a store is handed in by the bench, and the part sees nothing else of it.
+"""Non-volatile memory of a part: the bench passes in a store, and the part knows nothing else of it.
 
-content   0 ........ 17 ........ 23            a store holds bytes from address 0 on
-          write: all of them again
+content   0 ........ 17 ........ 23            a store has bytes from address 0 on
+          write: all of them
 append:             |new| at 17                some of them, or more after the last one
-pending             is it still being written?    where a store returns before it has written
+pending             still writing              for a store that returns before it has written
 """
 
 from __future__ import annotations
@@ -22,39 +22,39 @@ class Store(Protocol):
     """Non-volatile memory.  `read` and `write` raise OSError on a memory fault."""
 
     def read(self) -> bytes:
-        """Return the content; empty when nothing was ever written."""
+        """Return the content; empty if none was ever written."""
 
     def write(self, data: bytes) -> None:
-        """Make this the content, all of it or nothing of it."""
+        """Replace the content, completely or not at all."""
 
 
 class AppendStore(Store, Protocol):
-    """A store that a large memory is kept in: what changes is appended.  Parts that do not append take any store."""
+    """A store for a large memory, to which changes are appended.  Parts that do not append accept any store."""
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Put some bytes into the content, all of them or none, at a cost that does not depend on its length.
+        """Write some bytes into the content, all of them or none, at a cost that does not depend on its length.
 
         Args:
-            data: replace as many bytes from `at` on; what reaches beyond the end makes the content longer.
+            data: replaces as many bytes from `at` on; bytes beyond the end make the content longer.
             at: address, 0 to the length of the content; by default its end.
 
         Raises:
-            UsageError: there would be a hole before `at`: what a new memory holds is for the part to write.
+            UsageError: there would be a gap before `at`: the part must write the whole content of a new memory.
         """
 
 
 def is_pending(store: Store) -> bool:
-    """Return whether a store is still writing what it was given last; one without `pending` has written it.
+    """Return whether a store is still writing the last data; a store without `pending` has written it.
 
     Raises:
-        OSError: it has refused that.
+        OSError: the store could not write the data.
     """
     pending = getattr(store, "pending", None)
     return pending is not None and bool(pending())
 
 
 class Memory:
-    """Non-volatile memory that lives as long as the model."""
+    """Non-volatile memory that exists as long as the model."""
 
     def __init__(self, data: bytes = b"") -> None:
         self._content = bytearray(data)
@@ -69,22 +69,22 @@ class Memory:
         return bytes(self._content)
 
     def write(self, data: bytes) -> None:
-        """Make this the content."""
+        """Replace the content."""
         self._content = bytearray(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Put some bytes into the content from `at` on, by default after its end.
+        """Write some bytes into the content from `at` on, by default after its end.
 
         Raises:
-            UsageError: there would be a hole before `at`.
+            UsageError: there would be a gap before `at`.
         """
         put(self._content, data, at)
 
 
 class JournaledStore:
-    """A store whose faults a journal gets: calls that it refuses, delays, and another content than it was given.
+    """A store that reports its faults to a journal: failed calls, delays, and content other than the data written.
 
-    Calls are numbered from `begin` on; in a replay `ReplayedStore` does at the same calls what this one did.
+    Calls are numbered from `begin` on; in a replay, `ReplayedStore` repeats the faults at the same calls.
 
     Args:
         tell: called with the number of a call, and the text of its error or the content found.
@@ -92,11 +92,11 @@ class JournaledStore:
 
     def __init__(self, store: Store, tell: Callable[..., object]) -> None:
         self.store, self._tell = store, tell
-        self._known = Memory()  # what the store of a replay holds
+        self._known = Memory()  # content of the store in a replay
         self._calls: int | None = None
 
     def begin(self) -> bytes:
-        """Return the content, and begin to number the calls."""
+        """Return the content, and start numbering the calls."""
         self._known.write(self.store.read())
         self._calls = 0
         if isinstance(self.store, ReplayedStore):
@@ -104,7 +104,7 @@ class JournaledStore:
         return self._known.data
 
     def read(self) -> bytes:
-        """Return the content, as the store does."""
+        """Return the content of the store."""
         data = self._told(self.store.read)
         if self._calls and data != self._known.data:
             self._tell(call=self._calls, content=list(data))
@@ -112,12 +112,12 @@ class JournaledStore:
         return data
 
     def write(self, data: bytes) -> None:
-        """Make this the content, as the store does."""
+        """Replace the content of the store."""
         self._told(lambda: self.store.write(data))
         self._known.write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Put some bytes into the content, as the store does; one that cannot gets all of it."""
+        """Write some bytes into the content of the store; a store without `append` gets the whole content."""
         append = getattr(self.store, "append", None)
         if append is not None:
             self._told(lambda: append(data, at))
@@ -128,7 +128,7 @@ class JournaledStore:
             self.write(bytes(whole))
 
     def pending(self) -> bool:
-        """Return whether the store is still writing; a call of its own if it is, or has refused what it was given."""
+        """Return whether the store is still writing; a call in the numbering if it is, or if it could not write."""
         try:
             pending = is_pending(self.store)
         except OSError as error:
@@ -148,10 +148,10 @@ class JournaledStore:
         self.store = ReplayedStore(self._known.data, faults, self._calls)
 
     def attach(self, store: Store) -> None:
-        """Keep the content in another store from now on; one that holds something else gets it, others are not written.
+        """Keep the content in another store from now on, which is written only if its content differs.
 
         Raises:
-            OSError: it has refused; the content stays where it is.
+            OSError: the store could not be written; the content remains in the present one.
         """
         if store.read() != self._known.data:
             store.write(self._known.data)
@@ -175,11 +175,11 @@ class JournaledStore:
 
 
 class ReplayedStore(Memory):
-    """The memory of a replay, with the faults of the store that it stands for (see `JournaledStore`).
+    """The memory of a replay, with the faults of the recorded store (see `JournaledStore`).
 
     Args:
         faults: by the number of the call: its `error`, or the `content` that was found.
-        calls: how many there were before; None: they are numbered from `begin` on.
+        calls: the number of calls before; None: they are numbered from `begin` on.
     """
 
     def __init__(self, data: bytes, faults: Mapping[int, Mapping[str, Any]], calls: int | None = None) -> None:
@@ -187,7 +187,7 @@ class ReplayedStore(Memory):
         self._faults, self._calls = faults, calls
 
     def begin(self) -> None:
-        """Begin to number the calls."""
+        """Start numbering the calls."""
         self._calls = 0
 
     def read(self) -> bytes:
@@ -200,7 +200,7 @@ class ReplayedStore(Memory):
         super().write(data)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Put some bytes into the content from `at` on, by default after its end."""
+        """Write some bytes into the content from `at` on, by default after its end."""
         self._call()
         super().append(data, at)
 
@@ -223,7 +223,7 @@ class ReplayedStore(Memory):
 
 
 def put(content: bytearray, data: bytes, at: int | None = None) -> int:
-    """Put some bytes into a content, as `AppendStore.append` says; return the address."""
+    """Write some bytes into a content, as `AppendStore.append` does; return the address."""
     address = len(content) if at is None else at
     if not 0 <= address <= len(content):
         raise UsageError(f"append at {at}: the memory has {len(content)} bytes; allowed 0 to {len(content)}")
@@ -232,52 +232,52 @@ def put(content: bytearray, data: bytes, at: int | None = None) -> int:
 
 
 class BufferedStore:
-    """A large memory on its way to a store: what is put is there at once, and `flush` brings it to the store.
+    """A large memory with a write buffer: `put` changes `content` immediately, and `flush` writes it to the store.
 
-    Bytes that stand close together go as one piece, so a flush costs as much as a few bytes do.  While the store is
-    still writing, what is put waits for the next flush.
+    Changed bytes close to each other are written as one piece, so a flush costs as much as a few bytes do.  While the
+    store is still writing, further changes wait for the next flush.
 
     Args:
         store: where the memory is kept; one without `append` gets all of it with every flush.
-        content: what the memory holds if the store is empty, which then gets it at once.
+        content: the content if the store is empty; it is then written immediately.
 
     Raises:
-        OSError: the store has refused.
+        OSError: the store could not be written.
     """
 
-    CLOSE = 16  # bytes between two that go together; a piece of its own costs as much
+    CLOSE = 16  # bytes between two that are written together; a separate piece costs as much
 
     def __init__(self, store: Store, content: bytes) -> None:
         found = store.read()
         self.store, self.content = store, bytearray(found or content)
-        self.unsaved: set[int] = set()  # addresses that have been put, until the store has written them
-        self._given: set[int] = set()  # those of them that it is writing
+        self.unsaved: set[int] = set()  # changed addresses, until the store has written them
+        self._given: set[int] = set()  # the addresses that it is writing
         if not found:
             store.write(content)
             self.wait()
             is_pending(store)
 
     def put(self, address: int, byte: int) -> None:
-        """Put a byte, 0 to 255, at an address."""
+        """Write a byte, 0 to 255, to an address."""
         self.content[address] = byte
         self.unsaved.add(address)
         self._given.discard(address)
 
     def wait(self) -> None:
-        """Wait until the store has written, or refused, what it was given."""
+        """Wait until the store has written the data, or has failed."""
         if (wait := getattr(self.store, "wait", None)) is not None:
             wait()
 
     def flush(self) -> bool:
-        """Bring to the store what has been put since the last flush; return whether it has all of it now.
+        """Write all changes since the last flush to the store; return whether it has written all of them.
 
         Raises:
-            OSError: the store has refused; everything that it may lack goes with the next flush.
+            OSError: the store could not be written; the next flush repeats all data that it may lack.
         """
         return self._is_written() and (not self.unsaved or self._give())
 
     def _is_written(self) -> bool:
-        """Return whether the store has what it was given."""
+        """Return whether the store has written the last data."""
         try:
             if is_pending(self.store):
                 return False
@@ -299,7 +299,7 @@ class BufferedStore:
         return self._is_written()
 
     def _pieces(self) -> list[tuple[int, int]]:
-        """The first and the last address of each piece that is to be kept."""
+        """Return the first and the last address of each piece to be written."""
         pieces: list[tuple[int, int]] = []
         for address in sorted(self.unsaved):
             if pieces and address - pieces[-1][1] <= self.CLOSE:

@@ -1,5 +1,5 @@
-"""What messages to users are made of: names that were meant, calls that do not fit, what to write instead.
+"""Elements of messages to users: suggestions of names, reports about calls that do not fit, remedies.
 
-A name that a class does not have, but readers look for, is a row of its `missing` (`instead.py`).  A message about an
-unknown name lists the known ones and ends with `hint` (`near.py`).
+A name that users expect in a class, but that does not exist, is a row of its `missing` (`instead.py`).  A message about
+an unknown name lists the known ones and ends with `hint` (`near.py`).
 """

@@ -1,4 +1,4 @@
-"""What is wrong with a call: arguments that a function does not take, reported in the words of all messages."""
+"""Messages about calls with arguments that a function does not take."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ R = TypeVar("R")
 def answering(
     name: str, also: str = "", options: type | None = None, defaults: Mapping[str, object] = {}
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Return a decorator: calls with arguments that do not fit are answered with those that do.
+    """Return a decorator: calls with wrong arguments raise an error that lists the right ones.
 
     Args:
-        name: what the function is called in a message.
-        also: what else to say.
+        name: the name of the function in a message.
+        also: further text for the message.
         options: the `TypedDict` that is unpacked as `**options` of the function: its signature lists each of them.
         defaults: of these options; the function receives all of them.
     """
@@ -54,7 +54,7 @@ def answering(
 
 
 def _name_each(function: Callable[..., object], types: Mapping[str, object], defaults: Mapping[str, object]) -> None:
-    """Let the signature of a function have each of its options, in place of `**options`."""
+    """List each option in the signature of a function, instead of `**options`."""
     own = signature(function)
     named = [
         Parameter(key, Parameter.KEYWORD_ONLY, default=defaults[key], annotation=getattr(kind, "__forward_arg__", kind))
@@ -66,23 +66,23 @@ def _name_each(function: Callable[..., object], types: Mapping[str, object], def
 
 
 def parameters_of(function: Callable[..., object]) -> list[str]:
-    """Return the names of what a function takes."""
+    """Return the names of the parameters of a function."""
     return [*signature(function).parameters]
 
 
 def misfit(function: Callable[..., object], *args: object, **kwargs: object) -> str:
-    """Return why a function cannot be called so; empty: it can, or that is not known."""
+    """Return why a function cannot be called with these arguments; empty: it can, or that is not known."""
     try:
         signature(function).bind(*args, **kwargs)
     except TypeError as error:
         return str(error)
-    except ValueError:  # one of C, which does not say
+    except ValueError:  # written in C, without a signature
         pass
     return ""
 
 
 def level_of_caller(libraries: Collection[str] = ("slewline",)) -> int:
-    """Return the `stacklevel` of a warning: how far the code of the user is up the stack from the caller of this.
+    """Return the `stacklevel` of a warning: the number of frames from the caller up to the user's code.
 
     Args:
         libraries: packages that are not the user's.

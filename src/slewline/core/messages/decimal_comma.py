@@ -1,4 +1,4 @@
-"""Numbers with a decimal comma, or with commas between thousands, and how they are written here."""
+"""Numbers with a decimal comma, or with commas between thousands, and their correct spelling."""
 
 from __future__ import annotations
 

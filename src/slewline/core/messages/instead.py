@@ -1,11 +1,11 @@
-"""Names that a class does not have, and what it has instead; and the names of those that users are meant to use.
+"""Remedies for names that a class does not have, and the names that `dir` lists for users.
 
     missing(Chip, send="bench.host({it}).send(...)")
 
     x.send          NoSuchAttribute: x has no 'send'; write bench.host(x).send(...)
 
-A missing name is a descriptor of the class and not the work of a `__getattr__`, which would make every look-up of a
-name that is there slower.  `hasattr` says no, `dir` leaves it out, and an attribute of the instance goes before it.
+A missing name is a descriptor of the class rather than the work of a `__getattr__`, which would slow down the access
+to existing names.  `hasattr` returns False, `dir` leaves it out, and an attribute of the instance comes first.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from ...errors import NoSuchAttribute
 
 C = TypeVar("C")
 OURS = "slewline."
-CALL = re.compile(r"[\w.{}\[\]]+(\([^()]*\))?")  # a remedy that is no more than that
+CALL = re.compile(r"[\w.{}\[\]]+(\([^()]*\))?")  # a remedy that is only code
 
 
 def has_none(one: object, name: str, remedy: str) -> NoSuchAttribute:
-    """Return the error that something has no such attribute.
+    """Return the error for an attribute that an object does not have.
 
     Args:
-        remedy: what to write instead; "{it}" stands for the name of what is asked, or of its class.
+        remedy: what to write instead; "{it}" is replaced by the name of the object, or of its class.
     """
     it = called(one)
     return NoSuchAttribute(f"{it} has no {name!r}; {remedy.format(it=it)}")
 
 
 def called(one: object) -> str:
-    """Return what something is called in a message: by its name, or its class."""
+    """Return the name of an object for a message: its own, or that of its class."""
     if isinstance(one, type):
         return one.__name__
     own = getattr(one, "__dict__", {})
@@ -55,7 +55,7 @@ NOTHING = Instead("", "")
 
 
 class Never(Instead):
-    """A name that a class does not have, and that no object of it may be given."""
+    """A name that a class does not have, and that cannot be set in its objects."""
 
     def __init__(self, name: str, remedy: str, to_set: str) -> None:
         super().__init__(name, remedy)
@@ -73,13 +73,13 @@ def _has(cls: type, name: str) -> bool:
 
 
 def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
-    """Say what a class has instead of some names: what to write, or a clause that ends in it.
+    """Set the remedies for names that a class does not have: the text to write, or a clause that ends in it.
 
-    A name that the class has, or is annotated to be one of its objects, is left alone.
+    Names that the class has, or that its annotations list, are skipped.
 
     Args:
-        to_set: what to do instead of setting one, "" for the same as instead of reading it; by default objects may have
-            an attribute of the name.
+        to_set: the remedy for setting such a name, "" for the same as for reading it; by default objects may have an
+            attribute of the name.
     """
     if not any("__dir__" in vars(base) for base in cls.__mro__[:-1]):
         setattr(cls, "__dir__", _names_there_are)  # noqa: B010 (mypy knows no assignment to a method)
@@ -91,12 +91,12 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
 
 
 def _names_there_are(one: object) -> list[str]:
-    """What `dir` lists of an object some of whose names only say what there is instead."""
+    """Return the names for `dir` of an object, except names that only have a remedy."""
     return [name for name in object.__dir__(one) if not isinstance(getattr_static(one, name, None), Instead)]
 
 
 def seal(cls: type) -> None:
-    """Let properties that are only read say what to do instead of setting them, as `_to_set` of the class has it.
+    """Make read-only properties raise an error with a remedy when they are set, as in `_to_set` of the class.
 
     A property with a setter is read as fast as one without.
     """
@@ -106,7 +106,7 @@ def seal(cls: type) -> None:
 
 
 def names_for_users(one: object) -> list[str]:
-    """Return what `dir` lists: `_for_users` of the classes, and all public names of classes from outside."""
+    """Return the names for `dir`: `_for_users` of the classes, and all public names of classes from outside."""
     found = {name for name in object.__dir__(one) if name.startswith("_")}
     for base in type(one).__mro__:
         own: dict[str, Any] = dict(vars(base))
@@ -117,7 +117,7 @@ def names_for_users(one: object) -> list[str]:
 
 
 def face(cls: type[C]) -> type[C]:
-    """Let `dir` list what is meant for users of a class, and properties say what to do instead of setting them."""
+    """Make `dir` list the names for users of a class, and its properties raise an error with a remedy when set."""
     seal(cls)
     setattr(cls, "__dir__", names_for_users)  # noqa: B010 (mypy knows no assignment to a method)
     return cls

@@ -1,9 +1,9 @@
-"""What something has, by name: a dict that explains a missing name, and that users only read.
+"""Items of an object by name: a dict that explains a missing name, and that users only read.
 
     x.registers["speed"]        UnknownName: x (its part) has no register 'speed'; its registers: rate, slope ...
     x.registers["rate"] = 5     NoSuchAttribute: ...
 
-A name that there is costs what it costs in any dict, and what a message needs is asked for when there is one.
+Access to an existing name costs as much as in any dict; the help for a message is computed only when it is needed.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ T = TypeVar("T")
 
 
 class NameHelp(NamedTuple):
-    """What a message says of names: what has them, what each is called, what to do instead of setting one, which.
+    """The help about names in a message: their owner, the noun for one, the remedy for setting one, the names.
 
-    `others` are names that are not theirs, and which is meant by each.
+    `others` are similar names of other things, with the one meant by each.
     """
 
     owner: str
@@ -32,7 +32,7 @@ class NameHelp(NamedTuple):
 
 
 class Known(dict[str, T]):
-    """Values by name; `name_help` is to be set: it returns what a message says of them."""
+    """Values by name; set `name_help` to a function that returns the help for messages."""
 
     __slots__ = ("name_help",)
     name_help: Callable[[Known[T]], NameHelp]
@@ -43,7 +43,7 @@ class Known(dict[str, T]):
         raise UnknownName(f"{owner} has no {kind} {name!r}; its {kind}s: {', '.join(names) or 'none'}{meant}")
 
     def __getattr__(self, name: str) -> NoReturn:
-        if name in Known.__slots__:  # of a copy that is being made
+        if name in Known.__slots__:  # in a copy that is being made
             raise AttributeError(name)
         owner, kind, *_ = self.name_help(self)
         remedy = f"write [{name!r}]" if name in self else f"a {kind} goes by its name in brackets"
@@ -55,5 +55,5 @@ class Known(dict[str, T]):
 
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 
-    def __reduce__(self) -> tuple[Any, ...]:  # a copy is a dict like any other, to do with as one likes
+    def __reduce__(self) -> tuple[Any, ...]:  # a copy is a plain dict
         return dict, (dict(self),)

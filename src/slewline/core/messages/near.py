@@ -1,8 +1,8 @@
-"""Which name may be meant by one that does not exist: one measure for options, commands, chips, keys and all others.
+"""Suggestions for a name that does not exist: one measure for options, commands, chips, keys and all others.
 
-Near is what a slip of the fingers or the memory makes: a letter too many, too few, wrong, or swapped with its
-neighbour, of few letters one, of many up to three; a sign between words; a name that was begun and not finished.
-Anything further away is not suggested: a wrong suggestion costs more than none.
+A name is near if a slip leads to it: a letter too many, missing, wrong, or swapped with its neighbour, one in short
+names and up to three in long ones; a different sign between words; an unfinished name.  Names further away are not
+suggested: a wrong suggestion costs more than none.
 """
 
 from __future__ import annotations
@@ -10,20 +10,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-SLIPS = ((3, 0), (6, 1), (10, 2))  # names shorter than so many letters: slips
+SLIPS = ((3, 0), (6, 1), (10, 2))  # names shorter than this number of letters: slips
 MOST_SLIPS = 3
 
 
 def hint(name: object, names: Iterable[str]) -> str:
-    """Return "; did you mean X?" for the nearest of some names, whatever its case, "" if none is near."""
+    """Return "; did you mean X?" for the nearest of some names, in any case, "" if none is near."""
     found = near(name, names)
     return f"; did you mean {found[0]}?" if found else ""
 
 
 def near(name: object, names: Iterable[str]) -> list[str]:
-    """Return the nearest of some names, whatever their case: those with the fewest slips; none if none is near.
+    """Return the nearest of some names, in any case: those with the fewest slips; empty if none is near.
 
-    A name that was only begun leads to the one that goes on so, if no other one does.
+    An unfinished name leads to the one that begins with it, if there is only one.
     """
     wanted, known = bare(str(name)), {each: bare(each) for each in names}
     if not wanted:
@@ -37,14 +37,14 @@ def near(name: object, names: Iterable[str]) -> list[str]:
 
 
 def bare(name: str) -> str:
-    """Return the letters and digits of a name, without case and the signs between words."""
+    """Return the letters and digits of a name in lower case, without the signs between words."""
     return re.sub(r"[-_. ]", "", name.lower()) or name
 
 
 def slips_between(one: str, other: str) -> float | None:
-    """Return how many slips make one name of another; None: more than are near, for names of this length.
+    """Return the number of slips from one name to another; None: too many for names of this length.
 
-    A letter that was typed twice is half a slip.
+    A letter typed twice is half a slip.
     """
     if one == other:
         return 0
@@ -59,7 +59,7 @@ def slips_between(one: str, other: str) -> float | None:
 
 
 def distance(one: str, other: str) -> int:
-    """Return the number of letters to insert, to leave out, to replace, or to swap with the next one."""
+    """Return the number of letters to insert, leave out, replace, or swap with the next one."""
     before: list[int] = []
     row: list[int] = [*range(len(other) + 1)]
     for here, letter in enumerate(one, 1):
@@ -73,10 +73,10 @@ def distance(one: str, other: str) -> int:
 
 
 def same_part(name: object, names: Iterable[str]) -> str:
-    """Return "; did you mean X?" for the part number that a name spells otherwise, "" if there is none.
+    """Return "; did you mean X?" for a part number in another spelling, "" if there is none.
 
-    Case, blanks and dashes do not count, nor does the order of the characters.  A part number that differs in a letter
-    or a digit is another part, however near it is.
+    Case, blanks, dashes and the order of the characters are ignored.  A part number that differs in a letter or a digit
+    is another part, however similar.
     """
 
     def letters(text: str) -> list[str]:

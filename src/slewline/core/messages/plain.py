@@ -1,4 +1,4 @@
-"""Texts where not every letter can be shown: in files of plain ASCII, and on terminals with a code page without µ."""
+"""Texts in plain ASCII, for files and for terminals that cannot show all letters, such as µ."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ INSTEAD = str.maketrans({"µ": "u", "²": "^2", "³": "^3"})
 
 
 def ascii_of(text: str) -> str:
-    """Return a text in printable ASCII: "25 us" for "25 µs", and a question mark for what has no such spelling."""
+    """Return a text in printable ASCII: "25 us" for "25 µs", and question marks for letters without such a spelling."""
     return "".join(letter if " " <= letter <= "~" else "?" for letter in text.translate(INSTEAD))

@@ -1,4 +1,4 @@
-"""Whole numbers as users give them: those of Python and of NumPy, and no others; and as messages show them."""
+"""Whole numbers from users, of Python or NumPy, and their form in messages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from numbers import Integral
 
 
 def whole(value: object) -> int | None:
-    """Return a whole number, one of NumPy too, as an int; None: it is none, and True and False are none."""
+    """Return a whole number of Python or NumPy as an int; None for anything else, such as True and False."""
     if type(value) is int:
         return value
     return int(value) if isinstance(value, Integral) and not isinstance(value, bool) else None

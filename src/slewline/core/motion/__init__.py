@@ -1,5 +1,5 @@
-"""Motion: plans, step trains, the axis with its past, what is measured of it, and what outputs show of it.
+"""Motion: plans, step trains, the axis with its past, quantities measured on it, and the outputs that show it.
 
-What an axis or a part does over time, to be drawn or written, are its `quantities()`, made of `quantity.py` and
-`history.py`.
+The `quantities()` of an axis or a part are its values over time, to be plotted or written to a file; `quantity.py`
+and `history.py` implement them.
 """

@@ -1,4 +1,4 @@
-"""Where a motor is: the position register of one axis, exact at every instant, and its whole past.
+"""The position register of one axis, exact at every instant, and its whole past.
 
 The past is a list of stretches, each following one train; undisturbed travel of any length is one stretch.
 """
@@ -97,7 +97,7 @@ class Steps:
         return f"<Steps: {len(self)}, {between}>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the first and the last steps, and a thumbnail of the positions."""
+        """Return the view of the steps in a notebook: the first and the last ones, and a thumbnail of the positions."""
         from ..notebook.steps_card import steps_card
 
         return steps_card(repr(self)[1:-1], self.times_ps, self.directions, self.positions)
@@ -116,9 +116,10 @@ missing(
 class Segment:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
-    `count` is `travel` without those steps that the position register did not count; it counts `counts` a step.  A
-    train that plays a plan from one of its steps on tells of both.  Where a motion is cut off, its step in progress is,
-    too: from `halted` on the motor is at rest.
+    `count` is `travel` without the steps that the position register did not count; it counts `counts` a step.  `plan`
+    and `step` are set for a train that plays a plan from one of its steps on.  Where a motion is cut off, its step in
+    progress
+    is, too: from `halted` on the motor is at rest.
     """
 
     start: int
@@ -132,7 +133,7 @@ class Segment:
     halted: int | None = None
 
     def phases(self) -> Iterator[tuple[int, int, str]]:
-        """Yield the legs of the plan that are played: begin and end in ps, and the name."""
+        """Yield the legs of the plan that are played: start and end in ps, and the name."""
         if self.playing is None or self.plan is None:
             return
         train, until = self.playing.train, self.playing.until
@@ -151,7 +152,7 @@ class Axis:
     """The position of one motor: exact at every instant, now and in the past, and as promised for the future.
 
     `travel` counts steps without wrap-around; `position` is the register, which wraps within `positions`.  A motion may
-    leave the register as it is.
+    leave the register unchanged.
 
     Args:
         kernel: the virtual time.
@@ -173,10 +174,10 @@ class Axis:
         self.on_change: Hook[[]] = Hook()  # another train is followed, or the register was loaded
         self.on_forget: Hook[[int]] = Hook()  # the past before an instant is dropped
         self.kept = Kept()
-        self.forgotten = 0  # steps of the past that is not kept
-        self.homing = 0  # the direction of the way out of a homing that is in progress; 0: there is none
-        self.sought: tuple[str, int] | None = None  # the pin that ends its present way, in this direction, and how
-        self.log = Motions(kernel, self.stands, self.halt)  # what a chip reports of its motions
+        self.forgotten = 0  # steps of the dropped past
+        self.homing = 0  # the outward direction of a homing in progress; 0: there is none
+        self.sought: tuple[str, int] | None = None  # the pin that ends its present phase, and how
+        self.log = Motions(kernel, self.stands, self.halt)  # the motions that a chip reports
 
     def __repr__(self) -> str:
         return f"<Axis: position {self.position}, {'in motion' if self.moving else 'at rest'}>"
@@ -200,7 +201,7 @@ class Axis:
 
     @property
     def moving(self) -> bool:
-        """True while steps are still to come in the train that is being followed."""
+        """True while the train being followed has steps left."""
         now = self.past[-1].playing
         return now is not None and now.count(1 << 80) > now.count(self.kernel.seen)
 
@@ -253,14 +254,14 @@ class Axis:
             self.past[-1].halted = self.kernel.now
 
     def arrives(self, position: int) -> int | None:
-        """Return when the position register will have a value, as promised at present (ps); None if it will not."""
+        """Return when the position register will reach a value, as promised at present (ps); None: it will not."""
         time, playing = self.would_arrive(position), self.past[-1].playing
         if time is None or playing is None or (playing.until is not None and time >= playing.until):
             return None
         return time
 
     def would_arrive(self, position: int) -> int | None:
-        """Return when the present train reaches a position if nothing interferes (ps); None if it does not."""
+        """Return when the present train reaches a position if nothing interferes (ps); None: it does not."""
         now = self.past[-1]
         if now.playing is None or not now.counts:
             return None
@@ -272,7 +273,7 @@ class Axis:
 
     @property
     def since(self) -> int:
-        """The instant from which on the past is kept, in ps."""
+        """The instant from which on the past is kept, ps."""
         first = self.past[0].start
         return first if self.kept.ps is None else max(first, self.kernel.seen - self.kept.ps)
 
@@ -280,14 +281,14 @@ class Axis:
         """Check that the past is kept from an instant on (ps).
 
         Raises:
-            NotRecorded: it is not.
+            NotRecorded: the past is not kept that far back.
         """
         if start < self.since:
             raise self.kept.refusal(start, self.since)
 
     @property
     def made(self) -> int:
-        """How many steps the motor has made since time 0."""
+        """The number of steps of the motor since time 0."""
         return self.forgotten + self.count(self.past[0].start, self.kernel.now)
 
     def forget(self, before: int) -> None:
@@ -302,12 +303,12 @@ class Axis:
         self.on_forget(before)
 
     def motions(self, start: int, stop: int) -> list[MotionStart]:
-        """Return the motions that begin at start <= t <= stop, in ps."""
+        """Return the motions that begin at start <= t <= stop (ps)."""
         self.check_kept(start)
         return self.log.starts(start, stop)
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return what has happened to the axis at start <= t <= stop, in ps, besides motions that begin."""
+        """Return the events of the axis at start <= t <= stop (ps), other than starts of motions."""
         self.check_kept(start)
         return self.log.marks(start, stop)
 
@@ -315,7 +316,7 @@ class Axis:
         """Return the legs of plans that are played between two instants (ps), cut off at both.
 
         Returns:
-            Begin and end in ps, and the name; neighbours of one name are one.
+            Start and end in ps, and the name; neighbours of the same name are joined.
         """
         self.check_kept(start)
         found: list[tuple[int, int, str]] = []
@@ -340,7 +341,7 @@ class Axis:
                     yield stretch, train, a, b
 
     def count(self, start: int, stop: int) -> int:
-        """Return how many steps there are at start <= t <= stop (ps)."""
+        """Return the number of steps at start <= t <= stop (ps)."""
         return sum(b - a for _, _, a, b in self.played(start, stop))
 
     def times(self, start: int, stop: int, out: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
@@ -348,7 +349,7 @@ class Axis:
 
         Args:
             start, stop: the window, ps.
-            out: an int64 buffer for the result, of n elements or more; its beginning is returned.
+            out: an int64 buffer for the result, of n elements or more; the filled part is returned.
         """
         import numpy as np
 
@@ -408,7 +409,7 @@ class Axis:
         return self.low + self.unwrapped_at(times) % self.modulus
 
     def unwrapped_at(self, times: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the register at many instants (int64 ps), counted on beyond its ends, 0 being its low end: int64."""
+        """Return the register at many instants (int64 ps) without wrap-around, counted from its low end: int64."""
         import numpy as np
 
         at = self._instants(times)
@@ -418,7 +419,7 @@ class Axis:
         instants = at.ravel()[order]
         since, offsets = np.array(self.offsets, np.int64).T
         found = offsets[np.maximum(np.searchsorted(since, instants, side="right") - 1, 0)]
-        few = instants.tolist() if at.size < FEW * (last - first) else None  # to each stretch: arrays cost more
+        few = instants.tolist() if at.size < FEW * (last - first) else None  # per stretch: arrays cost more
         for number, group in _groups(instants, [stretch.start for stretch in self.past[first : last + 1]]):
             stretch = self.past[first + number]
             playing, count, counts = stretch.playing, stretch.count, stretch.counts
@@ -435,7 +436,7 @@ class Axis:
     def turns(self, start: int, stop: int) -> list[int]:
         """Return the instants at start <= t <= stop (ps) at which another train begins, or the register is loaded.
 
-        Between two of them the register only rises, or only falls, if it does not wrap.
+        Between two of them the register only rises, or only falls, apart from wrap-around.
         """
         first, last = bisect_left(self.past, start, key=_start), bisect_right(self.past, stop, key=_start)
         loads = {since for since, _ in self.offsets if start <= since <= stop}
@@ -448,7 +449,7 @@ class Axis:
     def reached(self, unwrapped: int, ps: int) -> int:
         """Return when the train in force at an instant (ps) brings the register to a value, as `unwrapped_at` counts.
 
-        It is a value that the register comes to, by counting, from somewhere else.
+        The register must reach the value by counting, from another value.
         """
         stretch = self.past[max(bisect_right(self.past, ps, key=_start) - 1, 0)]
         offset = self.offsets[max(bisect_right(self.offsets, ps, key=itemgetter(0)) - 1, 0)][1]
@@ -457,13 +458,13 @@ class Axis:
 
     # -------------------------------------------------------------------------------------------------------- velocity
     def driven(self, start: int, stop: int) -> list[tuple[int, int, int, Playing]]:
-        """Return the trains that say the velocity at start <= t <= stop (ps), in the order of time.
+        """Return the trains that determine the velocity at start <= t <= stop (ps), in order of time.
 
-        A step in progress lasts until its end, or until the next train moves the axis; one that is cut off does not:
+        A step in progress lasts until its end, or until the next train moves the axis; a step that is cut off does not:
         from there on the direction is 0.
 
         Returns:
-            For each: from which instant on, before which one (ps), direction, and train.
+            For each train its first instant, the instant before which it ends (ps), direction, and the train.
         """
         self.check_kept(start)
         found: list[tuple[int, int, int, Playing]] = []
@@ -496,7 +497,7 @@ class Axis:
         for since, end, sign, playing in self.driven(start, stop):
             times, speeds = playing.velocities(since, end - 1)
             at.append(times)
-            what.append(sign * speeds + 0.0)  # rest is no negative zero
+            what.append(sign * speeds + 0.0)  # not a negative zero at rest
         return staircase(np.concatenate(at), np.concatenate(what))
 
     def velocity_at(self, ps: int) -> float:
@@ -525,7 +526,7 @@ class Axis:
 
 
 def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the changes only: of equal instants the last one, of equal neighbours the first one."""
+    """Return only the changes: the last of equal instants, and the first of equal neighbours."""
     import numpy as np
 
     last = np.append(times[1:] != times[:-1], True)
@@ -535,9 +536,9 @@ def staircase(times: NDArray[np.int64], values: NDArray[np.float64]) -> tuple[ND
 
 
 def _groups(instants: NDArray[np.int64], starts: list[int]) -> Iterator[tuple[int, slice]]:
-    """Which of some ascending instants lie after which of some starts: the number of a start, and a slice of instants.
+    """Group ascending instants by the last start before them: yield the number of a start, and a slice of instants.
 
-    What lies before the first start counts as after it.
+    Instants before the first start belong to the first one.
     """
     import numpy as np
 

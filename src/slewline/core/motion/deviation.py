@@ -1,4 +1,4 @@
-"""By how much an axis leaves the ideal of its motion."""
+"""The deviation of an axis from the ideal of its motion."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class Deviation(NamedTuple):
 
 
 def deviation(axis: Axis, ideal: Ideal) -> Deviation:
-    """Return by how much an axis has left an ideal, from its start to its stop, or up to now."""
+    """Return the greatest deviations of an axis from an ideal, from its start to its stop, or up to now."""
     import numpy as np
 
     start, stop = ideal.start, min(ideal.stop, axis.kernel.seen)
     bends = ideal.bends[ideal.bends <= stop]
 
     def worst(changes: NDArray[np.int64], of: Callable[[NDArray[np.int64]], NDArray[np.float64]]) -> tuple[float, int]:
-        """Both go one way between these instants: so the greatest difference is at one of them, or just before it."""
+        """Return the greatest difference: between these instants both are monotonic, so it is at one or just before."""
         at = np.unique(np.concatenate([changes, changes - 1, bends, bends - 1, [start, stop]]))
         at = at[(at >= start) & (at <= stop)]
         differ = of(at)

@@ -1,11 +1,11 @@
-"""Values over time, as they come, and the quantities that parts make of what they know.
+"""Values over time, recorded as they change, and the quantities of parts.
 
     value      ______            ______         a history: each value holds until the next one
          _____|      |__________|
          note  note   note       note           at, changes: exact, at any instant of the past
 
-A part that hears of every change notes it.  One that can work out any instant of its past keeps no history: it makes
-a quantity of two functions.
+A part that is notified of every change records it in a history.  A part that can compute any instant of its past
+needs none: its quantity is made of two functions.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     Turns: TypeAlias = Callable[[int, int], list[int]]
 
 
-KEPT = 1 << 20  # changes, at least; up to twice as many are there
+KEPT = 1 << 20  # changes, at least; up to twice as many are kept
 LOOK_BACK_PS = 10**9  # for the last point of a line; farther when there is none
 
 
@@ -39,13 +39,15 @@ class Staircase(Quantity):
     """A quantity of a part that knows its past: each value holds until the next one.
 
     Args:
-        kernel: whose last committed instant is the last one that can be asked for.
-        name, unit: as a picture and a waveform file show them.
-        values: the values at instants of the past: float64, shape as the int64 ps that it is given, in any order.
-        changes: every change at start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
-        from_zero: a picture shows how far it is from zero.
-        turns: of a count, where at start <= t <= stop it may turn round or jump; between two of them it only rises, or
-            only falls, by 1 at a time.  A picture of a long time then asks for few of its changes.
+        kernel: its last committed instant is the last one that can be queried.
+        name, unit: as shown in pictures and waveform files.
+        values: a function that returns the values at instants of the past, in any order: float64, shape as its
+            argument, int64 ps.
+        changes: a function that returns every change at start < t <= stop: (n,) int64 ps, ascending, and (n,) float64.
+        from_zero: a picture includes the value 0.
+        turns: for a count, a function that returns the instants at start <= t <= stop where it may reverse or jump;
+            between two of them it only rises, or only falls, by 1 at a time.  A picture of a long time then needs only
+            few of its changes.
     """
 
     held = True
@@ -80,7 +82,7 @@ class Staircase(Quantity):
         return Outline(np.append(start, times), np.append(first, values))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
+        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
         import numpy as np
 
         if self._turns is None:
@@ -97,10 +99,10 @@ class Staircase(Quantity):
 
 
 class Polyline(Staircase):
-    """A quantity that goes straight from point to point: what a part has integrated.
+    """A quantity that is linear from point to point: one that a part integrates.
 
     `changes` are the points at which the lines bend; a jump is two points at one instant.  In a waveform file, which
-    knows no lines, each value holds until the next point.
+    has no lines, each value holds until the next point.
     """
 
     held = False
@@ -122,7 +124,7 @@ class Polyline(Staircase):
         return Outline(np.append(start, times), np.append(self._point_before(start), values))
 
     def _point_before(self, ps: int) -> float:
-        """The value at the last point up to an instant."""
+        """Return the value at the last point up to an instant."""
         import numpy as np
 
         back = LOOK_BACK_PS
@@ -134,37 +136,37 @@ class Polyline(Staircase):
 
 
 class History:
-    """Values as they come, 16 bytes each: the latest `KEPT` at least, so that an endless run has room.
+    """Values as they change, 16 bytes each: at least the latest `KEPT`, so that an endless run has bounded memory.
 
-    What came before those that are kept is NaN.
+    Values before the kept ones are NaN.
 
     Args:
         value: before the first change.
-        since: the first instant that is known (ps); an earlier one is answered by the same value.
+        since: the first known instant (ps); queries about an earlier one return the same value.
     """
 
     def __init__(self, value: float = 0.0, since: int = 0) -> None:
         self._times, self._held = array("q", [since]), array("d", [value])
-        self._forgotten = 0  # the instant before which nothing is known any more
+        self._forgotten = 0  # the instant before which all values are dropped
 
     def __len__(self) -> int:
         return len(self._times)
 
     def __iter__(self) -> Iterator[tuple[int, float]]:
-        """From when on (ps) which value holds, those that are kept, in order."""
+        """Yield the kept values in order, each with the instant from which on it holds (ps)."""
         return zip(self._times, self._held, strict=True)
 
     @property
     def last(self) -> float:
-        """The value that came last."""
+        """The latest value."""
         return self._held[-1]
 
     def note(self, ps: int, value: float) -> None:
-        """Note the value from an instant on (ps), not before the one noted last; the last one of an instant counts."""
+        """Record the value from an instant on (ps), not earlier than the last one; the last at an instant counts."""
         times, held = self._times, self._held
         if times[-1] == ps:
             held[-1] = value
-            if len(held) > 1 and held[-2] == value:  # back again within the instant
+            if len(held) > 1 and held[-2] == value:  # the value returned within the instant
                 del times[-1], held[-1]
         elif held[-1] != value:
             times.append(ps)
@@ -172,7 +174,7 @@ class History:
             self._bound()
 
     def note_many(self, times_ps: Any, values: Any) -> None:
-        """Note many values: ascending instants in ps, all later than the last one noted; two lists, or two arrays."""
+        """Record many values: ascending instants in ps, all later than the last one; two lists, or two arrays."""
         if isinstance(times_ps, list):
             self._times.extend(times_ps)
             self._held.extend(values)
@@ -188,13 +190,13 @@ class History:
             self.forget(self._times[-KEPT])
 
     def at(self, ps: int) -> float:
-        """Return the value at one instant; NaN before what is kept."""
+        """Return the value at one instant; NaN before the kept values."""
         if ps < self._forgotten:
             return nan
         return self._held[max(bisect_right(self._times, ps) - 1, 0)]
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants in any order: float64, shape as `times_ps`; NaN before what is kept."""
+        """Return the values at instants in any order: float64, shape as `times_ps`; NaN before the kept values."""
         import numpy as np
 
         times, held = np.array(self._times), np.array(self._held)
@@ -203,9 +205,9 @@ class History:
         return found
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the changes at start < t <= stop that are kept: (n,) int64 ps, and (n,) float64 values from there on.
+        """Return the kept changes at start < t <= stop: (n,) int64 ps, and (n,) float64 values from there on.
 
-        Where what is kept begins, the value begins again.
+        The first kept value counts as a change.
         """
         import numpy as np
 
@@ -214,7 +216,7 @@ class History:
         return np.array(self._times[part], np.int64), np.array(self._held[part], np.float64)
 
     def forget(self, before: int) -> None:
-        """Drop what lies before an instant, but for the value that holds there."""
+        """Drop the values before an instant, except the one that holds there."""
         first = max(bisect_right(self._times, before) - 1, 0)
         if first:
             del self._times[:first], self._held[:first]

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class IdealPiece(NamedTuple):
-    """A time in which the jerk is constant; velocity and acceleration are those at its begin.
+    """A time of constant jerk, with the velocity and acceleration at its start, in seconds and steps.
 
-    In seconds and steps; what comes before decides the position, not the velocity: that may jump.
+    The position continues from the piece before; the velocity may jump.
     """
 
     seconds: float
@@ -58,13 +58,13 @@ class Ideal:
         self._v, self._a, self._j = v, a, j
         self._x = position + np.append(0.0, np.cumsum(((j * t / 6 + a / 2) * t + v) * t))
         self.stop = start + round(float(self._begins[-1]) * PS_PER_S)
-        self.interrupted = False  # the motion went another way at `stop`
+        self.interrupted = False  # the motion left the ideal at `stop`
 
     def __repr__(self) -> str:
         return f"<Ideal: {readable(self.start)} to {readable(self.stop)}, {self._x[-1] - self._x[0]:+.0f} steps>"
 
     def until(self, stop: int) -> Ideal:
-        """Return the ideal of a motion that was interrupted at an instant; itself, if it was over by then."""
+        """Return the ideal of a motion that was interrupted at an instant; unchanged if it has ended by then."""
         if stop >= self.stop:
             return self
         cut: Ideal = object.__new__(type(self))
@@ -81,7 +81,7 @@ class Ideal:
         return np.append(at[at < self.stop], self.stop)
 
     def _pieces(self, times_ps: NDArray[np.int64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Return in which piece each instant lies, and how many seconds after its begin."""
+        """Return the piece of each instant, and the time since the start of the piece, in seconds."""
         import numpy as np
 
         seconds = (np.clip(np.asarray(times_ps, np.int64), self.start, self.stop) - self.start) / PS_PER_S
@@ -117,22 +117,22 @@ FOREVER = 4e6  # seconds: longer than any run
 
 
 def duration(velocity: float, distance: float) -> float:
-    """Return how many seconds a distance takes at a velocity; for ever at none."""
+    """Return the time that a distance takes at a velocity, in seconds; FOREVER at velocity 0."""
     return distance / velocity if velocity > 0 else 0.0 if not distance else FOREVER
 
 
 def travelled(pieces: Iterable[IdealPiece]) -> float:
-    """Return how far some pieces lead, in steps."""
+    """Return the total distance of some pieces, in steps."""
     return sum(((j * t / 6 + a / 2) * t + v) * t for t, v, a, j in pieces)
 
 
 def mirrored(pieces: Sequence[IdealPiece]) -> list[IdealPiece]:
-    """Return the same pieces backwards in time: the way down."""
+    """Return the same pieces backwards in time: the deceleration for an acceleration."""
     return [IdealPiece(t, (j * t / 2 + a) * t + v, -(a + j * t), j) for t, v, a, j in reversed(pieces)]
 
 
 def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
-    """Return the pieces, without jerk and none slowing down, as far as a distance."""
+    """Return the pieces up to a distance; they must have no jerk and not decelerate."""
     found = []
     for piece in pieces:
         covered = travelled([piece])
@@ -147,7 +147,10 @@ def head(pieces: Iterable[IdealPiece], distance: float) -> list[IdealPiece]:
 
 
 def there_and_down(up: Sequence[IdealPiece], top: float, distance: float) -> list[IdealPiece]:
-    """Return a way up, the rest of a distance at `top` (steps/s), and its mirror, the way down; half of it if short."""
+    """Return an acceleration, the rest of a distance at `top` (steps/s), and the mirrored deceleration.
+
+    For a short distance the acceleration ends at half of it.
+    """
     rest = distance - 2 * travelled(up)
     if rest < 0:
         up, rest = head(up, distance / 2), 0.0

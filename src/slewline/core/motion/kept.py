@@ -1,6 +1,6 @@
-"""How much of the past of an axis, or of a part, is kept: the last hours, the last so many stretches, or all of it.
+"""How much of the past of an axis or a part is kept: the last hours, a number of stretches, or all of it.
 
-What is older is dropped when the list has doubled since the last time; it cannot be seen even before.
+Older data is dropped when the list has doubled since the last time, but cannot be queried before that either.
 """
 
 from __future__ import annotations
@@ -15,27 +15,30 @@ from ..messages.calls import level_of_caller
 from ..time.timebase import readable
 
 FEWEST = 1024  # stretches; less than that is not worth dropping
-MANY = 100_000  # stretches, two a move: with all that belongs to them 50 to 200 MB
+MANY = 100_000  # stretches, two per move: with all their data 50 to 200 MB
 
 
 class Kept:
-    """What an axis or a part keeps of its past: all, unless `limit` says otherwise.  Of more than `full` it drops."""
+    """The limit on the past that an axis or a part keeps: none, unless `limit` sets one.
+
+    The past is trimmed when it has more than `full` stretches.
+    """
 
     __slots__ = ("full", "name", "ps", "stretches")
 
     def __init__(self) -> None:
-        self.name = ""  # of the axis or part, as an error says it
+        self.name = ""  # of the axis or part, as in an error
         self.ps: int | None = None
         self.stretches: int | None = None
         self.full = MANY
 
     @property
     def everything(self) -> bool:
-        """Has nobody set a limit?"""
+        """True if no limit is set."""
         return self.ps is None and self.stretches is None
 
     def warn(self) -> None:
-        """Say, once, that all is kept, and how to keep less."""
+        """Warn, once, that all is kept, and how to keep less."""
         self.full = sys.maxsize
         warnings.warn(
             f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and so will be all that follow: "
@@ -45,7 +48,7 @@ class Kept:
         )
 
     def limit(self, name: str, ps: int | None = None, stretches: int | None = None) -> None:
-        """Keep the last `ps`, and no more than so many stretches, from now on; None: as before."""
+        """Keep the last `ps`, and at most `stretches` stretches, from now on; None: unchanged."""
         self.name = name
         self.ps = self.ps if ps is None else ps
         self.stretches = self.stretches if stretches is None else stretches
@@ -57,23 +60,23 @@ class Kept:
         return oldest if self.ps is None else max(oldest, now - self.ps)
 
     def dropped(self, left: int) -> None:
-        """Note how many stretches are left."""
+        """Record how many stretches are left."""
         self.full = max(2 * left, 2 * (self.stretches or 0), FEWEST)
 
     @property
     def remedy(self) -> str:
-        """What to do so that more is kept."""
+        """The remedy for the user: how to keep more."""
         if self.ps is not None:
             return keep_more(self.ps)
         return f"a server keeps the last {self.stretches} stretches: ask earlier, or replay its journal"
 
     def refusal(self, start: int, since: int) -> NotRecorded:
-        """Return the error for a question about an instant that lies before what is kept."""
+        """Return the error for a query about an instant before the kept past."""
         return NotRecorded(
             f"{self.name} at {readable(start)}: the past is kept only from {readable(since)} on; {self.remedy}"
         )
 
 
 def keep_more(ps: int) -> str:
-    """Return what to do where a bench keeps so much (ps), and more is asked for."""
+    """Return the remedy for a query beyond the past that a bench keeps (ps)."""
     return f"make the bench with more than keep={readable(ps)!r}"

@@ -38,8 +38,8 @@ class MotionEnd:
         steps: the net steps of this motion, negative counter-clockwise.
         why: "done": the motion was completed; "stopped": it was ended early by a command or an input (ABORT, Z, STOP,
             another profile mode ...); "limit": a limit switch or the end of the position counter ended it; "changed":
-            another motion replaced it without a rest; "cut": it was cut off at once, even within a step (K, reset, or
-            motor or supply switched off).
+            another motion replaced it without a rest; "cut": it was cut off immediately, even within a step (K, reset,
+                or motor or supply switched off).
     """
 
     time_ps: int
@@ -59,7 +59,7 @@ class MotionStart:
         notes: further parameters, by name ("S" -> 200).
         changes: later changes of the rates: the instant of each, ps, and all rates in force from then on.
         position: the position register at its start.
-        direction: 1 clockwise, -1 counter-clockwise, 0 where the command does not say.
+        direction: 1 clockwise, -1 counter-clockwise, 0 if the command does not determine it.
         end: the end of the motion; None while it is in progress.
         law: the function that computes `ideal`.
     """
@@ -76,8 +76,8 @@ class MotionStart:
 
     @property
     def ideal(self) -> Ideal | None:
-        """The ideal of this motion, as far as the motion has followed it; None: it has none, or no step has begun."""
-        # worked out when it is asked for: a picture of an hour has thousands of motions
+        """The ideal of this motion, up to where the motion left it; None: it has none, or no step has begun."""
+        # computed on request: a picture of an hour has thousands of motions
         return self.law() if self.law is not None else None
 
 
@@ -118,7 +118,7 @@ class MotionParameters(NamedTuple):
 
 @dataclass(slots=True)
 class _Started:
-    """A motion as it is kept: what it is made with and its ideal are worked out on request."""
+    """A motion in storage: its parameters and its ideal are computed on request."""
 
     time_ps: int
     text: str
@@ -128,12 +128,12 @@ class _Started:
     direction: int
     ideal: Callable[[], Ideal | None] | None = None
     departed: int | None = None  # when it ceased to follow its ideal
-    changes: tuple[tuple[int, Callable[[], Mapping[str, float]]], ...] = ()  # few motions have any
+    changes: tuple[tuple[int, Callable[[], Mapping[str, float]]], ...] = ()  # few motions have changes
     asked_to_stop: bool = False
     end: MotionEnd | None = None
 
     def law(self) -> Ideal | None:
-        """The ideal, as far as the motion has followed it."""
+        """Return the ideal, up to where the motion left it."""
         ideal = self.ideal() if self.ideal is not None else None
         return ideal.until(self.departed) if ideal is not None and self.departed is not None else ideal
 
@@ -142,13 +142,13 @@ _time = attrgetter("time_ps")
 
 
 class Motions:
-    """The motions and marks of one axis, in the order of time.
+    """The motions and marks of one axis, in order of time.
 
     `on_begin` and `on_end` are called with the MotionStart and the MotionEnd of every motion as it begins and ends.
 
     Args:
-        stands: says where the axis is now: the position register, and the travel, in steps.
-        halt: cuts off the step in progress.
+        stands: a function that returns the present position register, and the travel, in steps.
+        halt: a function that cuts off the step in progress.
     """
 
     __slots__ = ("_halt", "_marks", "_stands", "_started", "kernel", "on_begin", "on_end")
@@ -160,9 +160,9 @@ class Motions:
         self._started: list[_Started] = []
         self._marks: list[Mark] = []
 
-    # ------------------------------------------------------------------------------------------------ what a chip says
+    # ----------------------------------------------------------------------------------------------- reports of a chip
     def begin(self, text: str, parameters: Callable[[], MotionParameters], direction: int = 0) -> None:
-        """Begin a motion now; `parameters` says later with which ones.  End one that is under way."""
+        """Begin a motion now, and end one in progress; `parameters` is called later and returns its parameters."""
         self.end("changed")
         self.depart()
         position, travel = self._stands()
@@ -172,16 +172,16 @@ class Motions:
 
     @property
     def under_way(self) -> bool:
-        """Has a motion begun that has not ended?"""
+        """True while a motion is in progress."""
         return bool(self._started) and self._started[-1].end is None
 
     def stop(self) -> None:
-        """Note that the motion under way is ordered to end early; it ends when it is at rest."""
+        """Record that the motion in progress is ordered to end early; it ends when the motor is at rest."""
         if self._started:
             self._started[-1].asked_to_stop = True
 
     def end(self, why: Why | None = None) -> None:
-        """End the motion under way, if there is one; without a reason it was ordered to stop, or is done."""
+        """End the motion in progress, if any; by default as "stopped" if it was ordered to stop, else as "done"."""
         if not self.under_way:
             return
         started = self._started[-1]
@@ -195,36 +195,36 @@ class Motions:
             self.on_end(started.end)
 
     def expect(self, ideal: Callable[[], Ideal | None]) -> None:
-        """Let the motion that has begun last follow an ideal, which is worked out later."""
+        """Set the ideal of the last motion; `ideal` is called later to compute it."""
         if self._started:
             self._started[-1].ideal = ideal
 
     def depart(self) -> None:
-        """Note that from now on the last motion does not follow its ideal any more."""
+        """Record that from now on the last motion no longer follows its ideal."""
         if self._started and self._started[-1].departed is None:
             self._started[-1].departed = self.kernel.now
 
     def change(self, rates: Callable[[], Mapping[str, float]]) -> None:
-        """Note that the last motion has other rates from now on, steps/s; `rates` says later which ones."""
+        """Record that the last motion has other rates from now on; `rates` returns them later, in steps/s."""
         if self._started:
             self._started[-1].changes += ((self.kernel.now, rates),)
 
     def mark(self, kind: str, text: str) -> None:
-        """Note that something happens now; `kind` as in `Mark`."""
+        """Record an event now; `kind` as in `Mark`."""
         self._marks.append(Mark(self.kernel.now, kind, text))
 
-    # ---------------------------------------------------------------------------------------------------- what is asked
+    # ---------------------------------------------------------------------------------------------------------- queries
     def starts(self, start: int, stop: int) -> list[MotionStart]:
         """Return the motions that begin at start <= t <= stop."""
         first = bisect_left(self._started, start, key=_time)
         return [self._told(started) for started in self._started[first : bisect_right(self._started, stop, key=_time)]]
 
     def latest(self) -> MotionStart | None:
-        """Return the motion that has begun last."""
+        """Return the motion that began last."""
         return self._told(self._started[-1]) if self._started else None
 
     def texts(self, start: int, stop: int) -> list[tuple[int, str]]:
-        """Return what is under way at start <= t <= stop: since when, and what began it; empty at rest."""
+        """Return the motions in progress at start <= t <= stop: the start of each, and the command that began it."""
         found: list[tuple[int, str]] = []
         first = max(bisect_left(self._started, start, key=_time) - 1, 0)
         for started in self._started[first : bisect_right(self._started, stop, key=_time)]:
@@ -234,7 +234,7 @@ class Motions:
         return [entry for entry in found if start <= entry[0] <= stop]
 
     def marks(self, start: int, stop: int) -> list[Mark]:
-        """Return what has happened at start <= t <= stop."""
+        """Return the events at start <= t <= stop."""
         first = bisect_left(self._marks, start, key=_time)
         return self._marks[first : bisect_right(self._marks, stop, key=_time)]
 
@@ -254,6 +254,6 @@ class Motions:
         )
 
     def forget(self, before: int) -> None:
-        """Drop what lies before an instant, but for the motion that is under way there."""
+        """Drop motions and marks before an instant, except a motion that is in progress there."""
         del self._started[: max(bisect_right(self._started, before, key=_time) - 1, 0)]
         del self._marks[: bisect_left(self._marks, before, key=_time)]

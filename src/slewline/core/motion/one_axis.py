@@ -1,4 +1,4 @@
-"""One axis as its user sees it: where it is, where it was, its steps, its motions; whatever stands after it."""
+"""One axis as its user sees it: its position, now and in the past, its steps, its motions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class ReachesCondition(Condition):
-    """The position register of an axis has a value."""
+    """Condition: the position register of an axis has a value."""
 
     def __init__(self, of: OneAxis, position: int) -> None:
         allowed, number = of.motor.positions, whole(position)
@@ -35,11 +35,11 @@ class ReachesCondition(Condition):
         self.kernel = of.kernel
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether the axis is one of its bench."""
+        """Return whether the axis is on the bench of this kernel."""
         return self.kernel is kernel
 
     def met(self) -> bool:
-        """Return whether it has the value now."""
+        """Return whether the register has the value now."""
         return self.motor.position == self.position
 
     def when(self) -> int | None:
@@ -78,7 +78,7 @@ class OneAxis:
         return self.motor.travel
 
     def steps(self, start: Time | None = None, stop: Time | None = None) -> Steps:
-        """Return the steps at start <= t <= stop; by default from as far back as the past is kept, up to now.
+        """Return the steps at start <= t <= stop; by default from the start of the kept past up to now.
 
         Raises:
             TimeError: `start` or `stop` is not a time, or `stop` comes before `start`.
@@ -130,7 +130,7 @@ class OneAxis:
         return instants
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return the quantities of this axis that pictures draw: velocity, position, and others that the part has."""
+        """Return the quantities of this axis for pictures: velocity, position, and others of the part."""
         return Velocity(self.motor), Position(self.motor)
 
     def reaches(self, position: int) -> Condition:
@@ -207,7 +207,7 @@ class OneAxis:
         return window(start, stop, self.kernel.now, self.motor.since)
 
     def parameters(self) -> MotionParameters:
-        """Return the parameters of the latest motion, as a plot names them; empty before the first motion.
+        """Return the parameters of the latest motion, as plots show them; empty before the first motion.
 
         Returns:
             Rates in steps/s ("R = 80" -> 5978.0), and further parameters ("S" -> 200).

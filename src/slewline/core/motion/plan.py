@@ -19,13 +19,13 @@ Runs = tuple[tuple[int, int], ...]  # (interval in clocks, count)
 
 
 def mirrored(runs: Runs) -> Runs:
-    """Return the runs backwards: the way down of a way up."""
+    """Return the runs backwards: the deceleration for an acceleration."""
     return runs[::-1]
 
 
 def steps(runs: Sequence[tuple[int, int]]) -> int:
-    """Return how many steps there are in some runs."""
-    return sum([count for _, count in runs])  # of a hundred runs twice as quick as without the list
+    """Return the number of steps in some runs."""
+    return sum([count for _, count in runs])  # for a hundred runs twice as fast as without the list
 
 
 def head(runs: Runs, count: int) -> Runs:

@@ -1,4 +1,4 @@
-"""Quantities over time: what a picture or a waveform draws of an axis, exact at every instant.
+"""Quantities over time: the curves of an axis in a picture or a waveform, exact at every instant.
 
     velocity, steps/s                                   position, steps
         ________                                                 _   .. a load: a break
@@ -6,13 +6,13 @@
     ___|              |____   the train says          ____|
        first step     rest: 0
 
-The velocity is that of the train that is played: of a train of steps 1/interval of the step in progress, of a train of
-cycles what the position is displaced in the cycle.  A step takes as long as its train says, a read-out that lengthens
-it included; if the next one has to wait beyond that (STEP INHIBIT, ENABLE, the end of the move), the motor stands, and
-the velocity is 0.  Nothing is concluded from the distance of steps.
+The velocity is that of the train being played: 1/interval of the step in progress in a train of steps, the
+displacement per cycle in a train of cycles.  A step lasts as long as its train states, including a read-out that
+lengthens it; if the next one has to wait longer (STEP INHIBIT, ENABLE, the end of the move), the motor is at rest, and
+the velocity is 0.  It is never derived from the distance between steps.
 
-An outline is what a picture needs of a quantity: a few points a column, each of them exact, and in each column the
-first, lowest, highest and last one.
+An outline is a quantity reduced for a picture: a few points per column, each of them exact: the first, lowest, highest
+and last one of the column.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from .axis import Axis
 
-POINTS = 4  # that a column shows: first, lowest, highest, last
+POINTS = 4  # per column: first, lowest, highest, last
 
 
 class Outline(NamedTuple):
@@ -45,7 +45,7 @@ class Outline(NamedTuple):
 
 
 class Quantity:
-    """Something that has a value at every instant.
+    """A value that is defined at every instant.
 
     Attributes:
         name: "velocity", "position", "current" ...
@@ -100,12 +100,12 @@ class Quantity:
     def staircase(self, start: int, stop: int) -> Outline:
         """Return the value at `start`, and every change at start < t <= stop (ps), each value held until the next.
 
-        A quantity that changes linearly becomes a series of small stairs, the same ones for every window.
+        A quantity that changes linearly becomes a series of small steps, the same for every window.
         """
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return what a picture with so many columns shows of the window (ps): about four points a column at most."""
+        """Return a picture of the window (ps), `columns` columns wide: at most about four points per column."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 
@@ -126,7 +126,7 @@ class Velocity(Quantity):
         return Outline(*self.axis.velocities(start, stop))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
+        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
         import numpy as np
 
         driven = self.axis.driven(start, stop)
@@ -145,7 +145,7 @@ class Velocity(Quantity):
 
 
 class Position(Quantity):
-    """The position register of an axis.  Where it is loaded, or wraps round, there is a break."""
+    """The position register of an axis.  There is a break where it is loaded, or wraps around."""
 
     name, unit, held, from_zero = "position", "steps", True, False
 
@@ -168,7 +168,7 @@ class Position(Quantity):
         return self._broken(times, axis.unwrapped_at(times), times, loads)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return what a picture of so many columns shows of start <= t <= stop (ps)."""
+        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
         import numpy as np
 
         axis = self.axis
@@ -188,7 +188,7 @@ class Position(Quantity):
         return thinned(outline, start, stop, columns)
 
     def _wraps(self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], turns: NDArray[np.int64]) -> list[int]:
-        """The first wrap between two instants each, all turns being among them: there are both ends of the register."""
+        """Return the first wrap between each two instants, which include all turns, at both ends of the register."""
         import numpy as np
 
         axis = self.axis
@@ -197,14 +197,14 @@ class Position(Quantity):
         out = []
         for n in wrapped[~np.isin(times[wrapped + 1], turns)].tolist():
             upward = bool(rounds[n + 1] > rounds[n])
-            end = (int(rounds[n]) + upward) * axis.modulus  # the register turns from modulus - 1 to 0, or back
+            end = (int(rounds[n]) + upward) * axis.modulus  # the register wraps from modulus - 1 to 0, or back
             out.append(axis.reached(end if upward else end - 1, int(times[n])))
         return out
 
     def _broken(
         self, times: NDArray[np.int64], unwrapped: NDArray[np.int64], steps: NDArray[np.int64], loads: list[int]
     ) -> Outline:
-        """Return the register at ascending instants: what changes, and a break where it is loaded, or wraps at a step.
+        """Return the changes of the register at ascending instants, with breaks where it is loaded, or wraps at a step.
 
         Each of `steps` follows an instant just before it.
         """
@@ -222,12 +222,12 @@ class Position(Quantity):
 
 
 def exceeds(counts: Iterable[int], limit: int) -> bool:
-    """Return whether some counts add up to more than a limit; no more of them is asked for than it takes."""
+    """Return whether some counts add up to more than a limit; iterates only as far as necessary."""
     return any(total > limit for total in accumulate(counts))
 
 
 def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
-    """Return points that look the same in a picture of the window: in each column first, lowest, highest and last."""
+    """Return points that look the same in a picture of the window: first, lowest, highest and last of each column."""
     import numpy as np
 
     times, values = outline
@@ -239,12 +239,12 @@ def thinned(outline: Outline, start: int, stop: int, columns: int) -> Outline:
     first = np.append(0, last[:-1] + 1)
     by_height = np.lexsort((values[real], column))
     kept = real[np.unique(np.concatenate([first, last, by_height[first], by_height[last]]))]
-    breaks = np.flatnonzero(np.isnan(values))  # between two points that are kept, the last break is
+    breaks = np.flatnonzero(np.isnan(values))  # the last break between two kept points is kept
     before = np.searchsorted(kept, breaks)
     kept = np.sort(np.append(kept, breaks[np.append(before[1:] != before[:-1], True)[: len(breaks)]]))
     return Outline(times[kept], values[kept])
 
 
 def column_edges(start: int, stop: int, columns: int) -> list[int]:
-    """Return where the columns of a picture of the window begin (ps), each up to the next one."""
+    """Return the instants at which the columns of a picture of the window begin (ps)."""
     return [start + (stop - start) * column // columns for column in range(columns)]

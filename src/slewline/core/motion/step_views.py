@@ -1,4 +1,4 @@
-"""What outputs show of a train that is played: the promises that stand on the nets of a motor.
+"""The outputs of a motor that show a train: the promises of its nets.
 
 begin k                begin k+1
   |______________      ___|______
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 
 class TrainView:
-    """What an output shows of a played train."""
+    """The waveform of an output that shows a played train."""
 
     __slots__ = ("of",)
     of: Playing
 
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds (ps); None: for good."""
+        """The instant before which the promise holds (ps); None: forever."""
         return self.of.until
 
     @property
@@ -47,13 +47,13 @@ class TrainView:
 
 
 class StepView(TrainView):
-    """An output that shows each step of a played train: low from its begin until it rises, high outside."""
+    """An output that shows each step of a played train: low from the start of the step until it rises, else high."""
 
     __slots__ = ()
 
     @property
     def rises(self) -> Events:
-        """Its edges to high, one a step."""
+        """Its edges to high, one per step."""
         return Rises(self)
 
     def rise(self, k: int) -> int:
@@ -72,7 +72,7 @@ class StepView(TrainView):
         return 1 if k == 0 or tick >= self.rise(k - 1) else 0
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
         train = self.of.train
         tick = train.clock.ticks_until(ps)
         k = train.step_at(tick)
@@ -97,12 +97,12 @@ class Rises(Events):
         return k - 1 if k and tick < self.view.rise(k - 1) else k
 
     def time(self, k: int) -> When:
-        """Return the instant of rise k (ps); None: the train has fewer, or is cut off before."""
+        """Return the instant of rise k (ps); None: the train has fewer, or is cut off earlier."""
         of = self.view.of
         return before(self.clock.ps(self.view.rise(k - 1)), of.until) if k <= of.train.steps else None
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of rises first ... last, all of which come: (n,) int64 ps, ascending."""
+        """Return the instants of rises first ... last, which must all exist: (n,) int64 ps, ascending."""
         ticks = self.view.rise_ticks(first - 1, last)
         return self.clock.ps_array(ticks, self.view.of.train.origin, ticks)
 
@@ -201,7 +201,7 @@ class PatternView(TrainView):
         return self._after_steps(self.of.count(ps))
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
         train = self.of.train
         k = train.count(ps)
         here = self._after_steps(k)
@@ -218,7 +218,7 @@ class PatternView(TrainView):
         a, b = train.count(start), self.of.count(stop)
         if b <= a:
             return np.empty(0, np.int64), np.empty(0, np.int8)
-        cycle = [self._after_steps(k) for k in range(a + 1, a + 1 + len(self.levels))]  # what follows repeats it
+        cycle = [self._after_steps(k) for k in range(a + 1, a + 1 + len(self.levels))]  # further steps repeat the cycle
         changes = [level != before for level, before in zip(cycle, (cycle[-1], *cycle), strict=False)]
         cycles = -(-(b - a) // len(cycle))
         keep = np.tile(np.array(changes), cycles)[: b - a]

@@ -1,7 +1,7 @@
-"""Step trains: runs of equal intervals, asked rather than expanded.
+"""Step trains: runs of equal intervals, queried rather than expanded.
 
-A move of a hundred thousand steps is a few hundred runs.  "How many steps by t?" is a bisection and a division;
-arrays are made only of the window asked for.
+A move of a hundred thousand steps is a few hundred runs.  The number of steps by an instant is found by bisection and
+a division; arrays are made only for the window requested.
 
     end k-1                  end k
       |<----- interval ------>|
@@ -9,7 +9,7 @@ arrays are made only of the window asked for.
     __|              |____|          PULSE is low from the start of a step to `high` before its end
                      |<-->| high
 
-What the nets of a motor show of it is in step_views.py.
+The nets of a motor that show it are in step_views.py.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 OPEN = 1 << 62  # a run without end
-FEW = 12  # instants: to ask for each costs less than arrays
+FEW = 12  # instants: single queries cost less than arrays
 LONG = 512  # steps: filling such a run costs less than cumulating it
 
 
 class Train(Events):
-    """Steps that begin at ticks of a clock: `steps` of them, from tick `origin` on, over in `length` ticks."""
+    """Steps that begin at ticks of a clock: `steps` of them, from tick `origin` on, `length` ticks long in total."""
 
     __slots__ = ("_recent", "clock", "length", "origin", "steps")
     steps: int
@@ -43,17 +43,17 @@ class Train(Events):
         self.clock, self.origin = clock, origin
         self._recent: tuple[int, int, NDArray[np.int64]] | None = None
 
-    # ------------------------------------------------------------------------------ what a kind of train says, in ticks
+    # ------------------------------------------------------------------- to be implemented by a kind of train, in ticks
     def end(self, k: int) -> int:
-        """Return the tick at which step k ends and the next one begins; with k = 0, the first one."""
+        """Return the tick at which step k ends and the next one begins; for k = 0, the start of the first one."""
         raise NotImplementedError
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:
-        """Return `end` of steps first ... last-1, which begin after it: (n,) int64, ticks since `origin`, ascending."""
+        """Return `end` of steps first ... last-1: (n,) int64, ticks since `origin`, ascending."""
         raise NotImplementedError
 
     def step_at(self, tick: int) -> int:
-        """Return the step that is in progress at a tick, or the last one: how many have begun by it."""
+        """Return the step in progress at a tick, or the last one: the number of steps that have begun by then."""
         raise NotImplementedError
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -69,26 +69,26 @@ class Train(Events):
         raise NotImplementedError
 
     def extremes(self, since: int, to: int) -> tuple[list[int], list[float]]:
-        """Return of the velocities the first, a lowest, a highest and the last: ticks since `origin`, and steps/s."""
+        """Return the first, a lowest, a highest and the last of the velocities: ticks since `origin`, and steps/s."""
         ticks, speeds = self.velocities(since, to)
         chosen = sorted({0, int(speeds.argmin()), int(speeds.argmax()), len(ticks) - 1})
         return ticks[chosen].tolist(), speeds[chosen].tolist()
 
     def pieces(self, since: int, to: int) -> int:
-        """Return how many velocities there are between two ticks since `origin`, within one."""
+        """Return the number of velocities between two ticks since `origin`, correct within one."""
         raise NotImplementedError
 
     def rests(self, until: int) -> int:
         """Return the tick since `origin` at which a train cut off at `until` (ps) comes to rest."""
         raise NotImplementedError
 
-    # ------------------------------------------------------------------------------------------- what follows from them
+    # ----------------------------------------------------------------------------------------------- derived from these
     def count(self, ps: int) -> int:
-        """Return how many steps have begun by an instant (ps), that instant included."""
+        """Return the number of steps that have begun by an instant (ps), that instant included."""
         return self.step_at(self.clock.ticks_until(ps))
 
     def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
+        """Return the number of steps that have begun by each of many instants (int64 ps, any order): (n,) int64."""
         return self.steps_at(self.clock.ticks_array(ps + 1) - 1 - self.origin)
 
     def time(self, k: int) -> When:
@@ -100,13 +100,13 @@ class Train(Events):
 
         Args:
             first, last: numbers of steps.
-            out: a buffer of that length or longer, whose beginning is returned.
+            out: a buffer of that length or longer; the filled part is returned.
         """
         ticks = self.ends(first - 1, last)
         return self.clock.ps_array(ticks, self.origin, out if out is None else out[: len(ticks)])
 
     def window(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return `times(first, last)`, kept and read-only: five views of a train ask for the same window."""
+        """Return `times(first, last)`, cached and read-only: five views of a train need the same window."""
         if self._recent is None or self._recent[:2] != (first, last):
             found = self.times(first, last)
             found.flags.writeable = False
@@ -114,13 +114,13 @@ class Train(Events):
         return self._recent[2]
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants at which some steps begin (ps), ascending, all of which come."""
+        """Return the instants at which some steps begin (ps), ascending; the steps must all exist."""
         return self.clock.ps_list([self.end(k - 1) for k in numbers])
 
 
 @dataclass(frozen=True)
 class RunTable:
-    """Runs one after the other, in ticks: where they start, by which steps, and end.  Trains of equal runs share it."""
+    """Consecutive runs, in ticks: start, number of steps before, and end of each.  Trains of equal runs share it."""
 
     starts: list[int]
     intervals: list[int]
@@ -131,13 +131,13 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The first run, a slowest, a fastest and the last one: what a picture asks for."""
+        """The first run, a slowest, a fastest and the last one, for pictures."""
         return shown(self.intervals)
 
 
 @lru_cache(maxsize=64)
 def laid(runs: tuple[tuple[int, int], ...]) -> RunTable:
-    """Return runs (interval, count) one after the other.  A program in a loop makes the same moves over and over."""
+    """Return the table of consecutive runs (interval, count), cached: a program in a loop repeats the same moves."""
     starts, intervals, counts, firsts = [], [], [], []
     start = first = 0
     for interval, count in runs:
@@ -148,20 +148,21 @@ def laid(runs: tuple[tuple[int, int], ...]) -> RunTable:
             firsts.append(first)
             start += interval * count
             first += count
-    if not starts:  # a train of no steps answers like any other
+    if not starts:  # for an empty train
         starts, intervals, counts, firsts = [0], [1], [0], [0]
     return RunTable(starts, intervals, counts, firsts, first, start)
 
 
 def shown(intervals: list[int]) -> list[int]:
-    """Return which of some intervals are the first, a longest, a shortest and the last one, ascending."""
+    """Return the indices of the first, a longest, a shortest and the last one of some intervals, ascending."""
     return sorted({0, intervals.index(max(intervals)), intervals.index(min(intervals)), len(intervals) - 1})
 
 
 class StepTrain(Train):
     """A step train: runs of steps at equal intervals, in ticks of a clock; the first begins at tick `origin`.
 
-    `runs` are (interval in ticks, number of steps), the last number OPEN for no end; `steps` is the number of all.
+    `runs` are (interval in ticks, number of steps); if the last number is OPEN, the train does not end.  `steps` is the
+    total number.
     """
 
     __slots__ = ("counts", "firsts", "intervals", "starts", "table")
@@ -243,7 +244,7 @@ class StepTrain(Train):
         return out
 
     def _cumulate(self, out: NDArray[np.int64], i: int, j: int, first: int, last: int) -> None:
-        """Fill in the begins of runs i ... j-1, as far as they lie in the window of steps first ... last-1."""
+        """Fill in the starts of runs i ... j-1 that are in the window of steps first ... last-1."""
         import numpy as np
 
         if i == j:
@@ -259,7 +260,7 @@ class StepTrain(Train):
 
 
 def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
-    """Fill an array with equal intervals, twice as many each time; a second array would cost more than this work."""
+    """Fill an array with equal intervals, doubling the filled part each time; a second array would cost more."""
     import numpy as np
 
     done = min(LONG, len(out))
@@ -271,7 +272,7 @@ def _fill(out: NDArray[np.int64], begin: int, interval: int) -> None:
 
 
 class Playing(Until):
-    """A train being played, shared by all outputs that show it; valid before the instant `until`, ps, or always."""
+    """A train being played, shared by all outputs that show it; valid before the instant `until`, ps, or forever."""
 
     __slots__ = ("train",)
 
@@ -280,7 +281,7 @@ class Playing(Until):
         self.train = train
 
     def count_many(self, ps: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by many instants (int64 ps, any order): (n,) int64."""
+        """Return the number of steps that have begun by each of many instants (int64 ps, any order): (n,) int64."""
         import numpy as np
 
         if len(ps) < FEW:
@@ -289,15 +290,15 @@ class Playing(Until):
 
     @property
     def moves(self) -> int | None:
-        """From which instant on the train says the velocity; None: it was withdrawn before."""
+        """The instant from which on the train determines the velocity; None: it was withdrawn before."""
         first = self.train.clock.ps(self.train.origin)
         return first if self.until is None or first < self.until else None
 
     def _ticks(self, start: int, stop: int) -> tuple[int, int, bool]:
-        """Return the window start <= t <= stop (ps) as ticks of the train; `moves` lies before its end.
+        """Return the window start <= t <= stop (ps) as ticks of the train; `moves` must be before its end.
 
         Returns:
-            From which tick on, and before which one; whether the train has come to rest before that.
+            The first tick, the tick before which the window ends, and whether the train has come to rest before that.
         """
         train, clock = self.train, self.train.clock
         since, to = clock.ticks_until(start) - train.origin, clock.ticks_until(stop) - train.origin + 1
@@ -305,7 +306,7 @@ class Playing(Until):
         return since, min(to, rest), rest < to
 
     def velocities(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the velocities at start <= t <= stop (ps); `moves` lies before `stop`.
+        """Return the velocities at start <= t <= stop (ps); `moves` must be before `stop`.
 
         Returns:
             Instants (n,) int64 ps, ascending, the first is `start`; steps/s (n,) float64 from each to the next.
@@ -323,12 +324,12 @@ class Playing(Until):
         return times, speeds
 
     def pieces(self, start: int, stop: int) -> int:
-        """Return how many velocities there are at start <= t <= stop (ps), within two."""
+        """Return the number of velocities at start <= t <= stop (ps), correct within two."""
         since, to, _ = self._ticks(start, stop)
         return 1 + (self.train.pieces(since, to) if since < to else 0)
 
     def extremes(self, start: int, stop: int) -> tuple[list[int], list[float]]:
-        """Return of the velocities the first, a lowest, a highest and the last: instants (ps) and steps/s."""
+        """Return the first, a lowest, a highest and the last of the velocities: instants (ps) and steps/s."""
         since, to, rests = self._ticks(start, stop)
         if since >= to:
             return [start], [0.0]

@@ -1,4 +1,4 @@
-"""What a notebook shows of a chip: package and levels, registers, the program around its counter, the last findings."""
+"""The view of a chip in a notebook: package and levels, registers, the current part of the program, latest findings."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from .package import LEVELS, package_drawing
 if TYPE_CHECKING:
     from ..datasheet.table import Sheet
 
-BEFORE, BEHIND = 6, 14  # instructions that are shown around the one that it is at
-LAST = 3  # findings that are shown
+BEFORE, BEHIND = 6, 14  # instructions shown around the current one
+LAST = 3  # findings shown
 
 
 class Stored(Protocol):
@@ -22,7 +22,7 @@ class Stored(Protocol):
 
     @property
     def address(self) -> int:
-        """Where it begins."""
+        """The address of its first byte."""
 
     @property
     def data(self) -> bytes:
@@ -30,7 +30,7 @@ class Stored(Protocol):
 
     @property
     def text(self) -> str:
-        """How it is written."""
+        """The instruction as text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +38,12 @@ class ChipCard:
     """A chip at an instant.
 
     Args:
-        says: what it is and does, in a line.
-        levels: of its pins that carry a signal; None: it floats.
-        registers: by name, of each axis.
+        says: its name, part and state, in a line.
+        levels: of its pins that carry a signal; None: floating.
+        registers: by name, for each axis.
         rows: the stored program.
-        counter: the address of the instruction that it is at; None: no program runs.
-        findings: in words, by time.
+        counter: the address of the current instruction; None: no program runs.
+        findings: in words, in order of time.
     """
 
     says: str
@@ -55,7 +55,7 @@ class ChipCard:
     findings: Sequence[str]
 
     def markup(self) -> Markup:
-        """Return it as HTML."""
+        """Return the card as HTML."""
         return card(self.says, *self._packages(), element("div", self._registers(), self._program()), self._findings())
 
     def _packages(self) -> list[Markup]:

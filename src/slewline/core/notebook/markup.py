@@ -1,9 +1,9 @@
-"""Elements of HTML and SVG, and the card that a notebook shows: text that comes into it is escaped.
+"""Elements of HTML and SVG, and the card that a notebook shows; text in them is escaped.
 
     element("td", "a < b", class_="name")      <td class="name">a &lt; b</td>
 
-Only what `element` returns is markup; a journal, a program or a sheet may come from anybody.  A card has no script and
-fetches nothing.  It has the ink of the page around it, light or dark, and two colours that are seen on both.
+Only results of `element` are markup; a journal, a program or a sheet may come from anybody.  A card has no script and
+loads nothing.  It uses the text colour of the page, light or dark, and two colours that are visible on both.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ STYLE = Markup(
     ".slewline svg{max-width:100%;height:auto}"
     f".slewline.slewline :is(td,th,svg,pre){{font-family:{MONO}}}"
     ".slewline.slewline table{border-collapse:collapse;margin:0;border:0;font-size:12px;table-layout:auto;width:auto;"
-    "color:inherit}"  # where a page is not standard HTML, tables inherit none
+    "color:inherit}"  # in pages that are not standard HTML, tables do not inherit it
     ".slewline.slewline table tr:nth-child(n){background:none;border:0}"
     ".slewline.slewline table tr:nth-child(n):is(.now,:hover){background:#8883}"
     ".slewline.slewline table :is(td,th){padding:1px 12px 1px 0;border:0;border-bottom:1px solid #8884;text-align:left;"
@@ -47,7 +47,7 @@ def element(tag: str, /, *children: str | Iterable[str], **attributes: object) -
 
     Args:
         children: texts, which are escaped, and markup; or lists of them.
-        attributes: `class_` stands for "class", `stroke_width` for "stroke-width"; None: there is none.
+        attributes: `class_` stands for "class", `stroke_width` for "stroke-width"; None: no such attribute.
     """
     given = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_escaped(str(value))}"'
@@ -63,12 +63,12 @@ def element(tag: str, /, *children: str | Iterable[str], **attributes: object) -
 
 
 def _escaped(text: str) -> str:
-    """A text without markup, and without what no file can hold."""
+    """Return a text with markup escaped, and without characters that files cannot contain."""
     return escape(text.encode("utf-8", "replace").decode("utf-8"))
 
 
 def card(says: str, *pieces: str) -> Markup:
-    """Return what a notebook shows: a line of text, and pieces below it, side by side as far as there is room."""
+    """Return a card for a notebook: a line of text, and pieces below it, next to each other as space permits."""
     return element("div", element("style", STYLE), element("b", says, class_="says"), pieces, class_="slewline")
 
 
@@ -78,9 +78,9 @@ def table(
     """Return a table.
 
     Args:
-        head: the names of the columns; none: there is no head.
-        right: columns whose cells end on the right, as numbers do.
-        now: the number of a row that stands out.
+        head: the names of the columns; empty: no head.
+        right: columns that are aligned right, as for numbers.
+        now: the number of the highlighted row.
     """
 
     def line(tag: str, cells: Sequence[str], class_: str | None = None) -> Markup:

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from ..datasheet.packages import Package
     from ..datasheet.table import Pin
 
-PITCH, MARK = 17, 13  # from pin to pin; a side of the square that shows a level
-LEVEL, NUMBER, NAME = 11, 27, 38  # from the edge of the package to the middle of these two, and to where a name begins
-CHARACTER = 6.4  # the width of one
-BODY = 92  # the width of a DIP
+PITCH, MARK = 17, 13  # from pin to pin; side of the square that shows a level
+LEVEL, NUMBER, NAME = 11, 27, 38  # from the edge of the package to the middle of level and number, and to the name
+CHARACTER = 6.4  # its width
+BODY = 92  # width of a DIP
 MARGIN = 4
-SIDES = {"left": (-1, 0), "bottom": (0, 1), "right": (1, 0), "top": (0, -1)}  # which way its pins go
+SIDES = {"left": (-1, 0), "bottom": (0, 1), "right": (1, 0), "top": (0, -1)}  # direction of its pins
 WAYS = {"in": "input", "out": "output", "both": "input and output", "power": "supply", "none": "no signal"}
 LEVELS = {0: "low", 1: "high", None: "floating"}
 
@@ -26,9 +26,9 @@ def package_drawing(package: Package, part: str, pins: Mapping[str, Pin], levels
     """Return a package as SVG.
 
     Args:
-        part: what is printed on it.
+        part: the text printed on it.
         pins: its pins, by name.
-        levels: of the pins that carry a signal; None: it floats.
+        levels: of the pins that carry a signal; None: floating.
     """
     named = [name for name in chain(*package.sides) if isinstance(name, str)]
     around = NAME + CHARACTER * max(map(len, named), default=0) + MARGIN
@@ -60,7 +60,7 @@ def _called(part: str, package: Package) -> str:
 
 
 def _print(part: str, package: Package, x: float, y: float) -> Markup:
-    """What is printed on a package."""
+    """Return the text printed on a package."""
     turned = "" if package.square else " rotate(-90)"
     lines = [
         element("text", text, y=4 + 18 * n, font_size=size, font_weight=weight, letter_spacing=1)
@@ -70,7 +70,7 @@ def _print(part: str, package: Package, x: float, y: float) -> Markup:
 
 
 def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
-    """A pin that is at the origin."""
+    """Return a pin at the origin."""
     right, down = SIDES[side]
     level = f", {LEVELS[levels[pin.name]]}" if pin.name in levels else ""
     active = "" if pin.active is None else f", active {LEVELS[pin.active]}"
@@ -89,7 +89,7 @@ def _pin(pin: Pin, levels: Mapping[str, int | None], side: str) -> list[Markup]:
 
 
 def _mark(level: int | None, x: float, y: float) -> list[Markup]:
-    """A level: 1 is filled, and what floats is dashed, so that no colour is needed to tell them apart."""
+    """Return a level: 1 is filled, floating is dashed, so that they can be distinguished without colour."""
     fill, line, ink = (HIGH, HIGH, "#14100a") if level == 1 else ("none", "currentColor", "currentColor")
     box = {"x": x - MARK / 2, "y": y - MARK / 2, "width": MARK, "height": MARK, "rx": 2}
     return [
@@ -99,7 +99,7 @@ def _mark(level: int | None, x: float, y: float) -> list[Markup]:
 
 
 def _wire(side: str) -> list[Markup]:
-    """A pin without a signal."""
+    """Return a pin without a signal."""
     right, down = SIDES[side]
     return [element("path", d=f"M0 0L{(LEVEL + 6) * right} {(LEVEL + 6) * down}", stroke="currentColor", opacity=0.6)]
 

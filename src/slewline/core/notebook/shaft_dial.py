@@ -1,7 +1,7 @@
-"""A shaft on the face of its motor, which turns as it has turned.
+"""A shaft on the face of its motor, animated with its recorded movement.
 
-The animation is CSS: places at even distances of time, played over and over.  Where a reader wants no motion, the shaft
-stays at the last one.
+The animation is CSS: positions at equal intervals of time, repeated.  If the reader prefers no motion, the shaft stays
+at the last one.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from zlib import crc32
 
 from .markup import ACCENT, Markup, element
 
-SIZE, TICKS, LONG = 120, 40, 5  # of the face; ticks round it, of which every fifth one is longer
-HELD_S = 1.0  # how long it stays at the end
+SIZE, TICKS, LONG = 120, 40, 5  # of the face; ticks around it, every fifth one longer
+HELD_S = 1.0  # pause at the end
 
 
 def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
     """Return the face and the shaft as SVG.
 
     Args:
-        turns: where the shaft was, in turns clockwise, at even distances of time; one, if it has not turned.
-        play_s: how long it takes to show them, in seconds.
+        turns: the angle of the shaft, in turns clockwise, at equal intervals of time; only one if it has not turned.
+        play_s: the duration of the animation, in seconds.
     """
     drawn = [*_face()]
     rotor: dict[str, object] = {"transform": f"rotate({360 * (turns[-1] % 1):.1f})"}
@@ -38,7 +38,7 @@ def shaft_dial(turns: Sequence[float], play_s: float) -> Markup:
 
 
 def _frames(name: str, turns: Sequence[float], play_s: float) -> Markup:
-    """The animation, as CSS: nothing in it comes from elsewhere."""
+    """Return the animation, as CSS without any text from outside."""
     moving = 100 * play_s / (play_s + HELD_S)
     first = turns[0] // 1
     frames = "".join(
@@ -54,7 +54,7 @@ def _frames(name: str, turns: Sequence[float], play_s: float) -> Markup:
 
 
 def _face() -> list[Markup]:
-    """What does not turn: the flange with its screws, and the scale."""
+    """Return the fixed part: the flange with its screws, and the scale."""
     half, screw = SIZE / 2 - 1, 0.41 * SIZE
     line = {"fill": "none", "stroke": "currentColor"}
     corners = [(x, y) for x in (-screw, screw) for y in (-screw, screw)]
@@ -71,7 +71,7 @@ def _face() -> list[Markup]:
 
 
 def _rotor() -> list[Markup]:
-    """What turns: a disc with a pointer, and the shaft with its flat."""
+    """Return the turning part: a disc with a pointer, and the shaft with its flat."""
     disc, shaft = 0.33 * SIZE, 0.08 * SIZE
     return [
         element("circle", r=f"{disc:g}", fill="#8883", stroke="currentColor"),

@@ -1,4 +1,4 @@
-"""What a notebook shows of steps: a table of the first and the last ones, and a thumbnail of the positions."""
+"""The view of steps in a notebook: a table of the first and the last ones, and a thumbnail of the positions."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def steps_card(
     """Return steps as HTML.
 
     Args:
-        says: how many there are, in words.
-        times_ps, directions, positions: (n,) of each step.
+        says: their number, in words.
+        times_ps, directions, positions: (n,), for each step.
     """
     count = len(times_ps)
     if not count:
@@ -39,7 +39,7 @@ def steps_card(
 
 
 def _thumbnail(times_ps: NDArray[np.int64], positions: NDArray[np.int64]) -> Markup:
-    """The positions over time: stairs, or a line where there are too many for stairs."""
+    """Return the positions over time: a staircase, or a line if there are too many steps."""
     import numpy as np
 
     which = np.unique(np.linspace(0, len(times_ps) - 1, POINTS).astype(np.int64))
@@ -57,6 +57,6 @@ def _thumbnail(times_ps: NDArray[np.int64], positions: NDArray[np.int64]) -> Mar
 
 
 def _within(values: NDArray[np.int64], size: int) -> NDArray[np.float64]:
-    """Values from 0 to a size."""
+    """Return values scaled to 0 ... `size`."""
     least, most = int(values.min()), int(values.max())
     return (values - least) / max(most - least, 1) * size

@@ -1,4 +1,4 @@
-"""Events in time, asked by number and by instant: steps, edges of a wire, what a shaft passes, what was recorded.
+"""Events in time, by number and by instant: steps, edges of a wire, marks passed by a shaft, recorded events.
 
     instant      0         a         b    c                d
     events       ----------|---------|----|----------------|------
@@ -8,16 +8,16 @@
     time(k)              when number k comes               time(3) = c
     times(first, last)   all of some numbers, an array     times(2, 3) = [b, c]
 
-Everything that happens many times is asked for in this way.  A source of events is a value: a train of steps answers by
-arithmetic, a wire is searched, a list is looked up, and a caller cannot distinguish them.  Events made of events are
-events again: shifted by a constant (`Later`), up to an instant (`Until`), numbered from an instant on (`Since`).
+All recurring events have this interface.  A source of events is a value: a train of steps computes them by arithmetic,
+a wire is searched, a list is looked up, and a caller cannot distinguish them.  Events made of events are events again:
+shifted by a constant (`Later`), up to an instant (`Until`), numbered from an instant on (`Since`).
 
-The answer to "when?" is `When`: an instant; `NotYet`, if the search stopped early, with the instant at which to ask
-again, before which nothing happens; or None: no event is foreseen.  NotYet is not a number, so a type checker finds
+The time of an event is a `When`: an instant; `NotYet`, if the search stopped early, with the instant at which to query
+again, before which there is no event; or None: no event is foreseen.  NotYet is not a number, so a type checker finds
 code that takes it for an instant; code that only needs a time to wake up calls `ask_at`.
 
-Rules of this file: events are numbered from 1; an event at an instant is one by that instant; nothing has an effect.
-What a wire shows between its events is a wave (core/wires/wave.py).
+Rules of this file: events are numbered from 1; an event at an instant counts at that instant; queries have no effect.
+The levels of a wire between its events are a wave (core/wires/wave.py).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class NotYet:
-    """No event is known, and none comes before an instant: ask again then (`at`, ps)."""
+    """No event is known, and there is none before an instant: query again then (`at`, ps)."""
 
     at: int
 
@@ -45,24 +45,24 @@ When: TypeAlias = "int | NotYet | None"
 
 
 def ask_at(when: When) -> int | None:
-    """Return when to look again (ps): at the event, or when a search goes on; None: not as things stand."""
+    """Return when to query again (ps): at the event, or when a search continues; None: no event is foreseen."""
     return when.at if isinstance(when, NotYet) else when
 
 
 def earliest(whens: Sequence[When]) -> int | None:
-    """Return when to look again for the first of some events (ps); None: for none of them."""
+    """Return when to query again for the first of some events (ps); None: none of them is foreseen."""
     return min((at for when in whens if (at := ask_at(when)) is not None), default=None)
 
 
 def later(when: When, lag_ps: int) -> When:
-    """Return an answer about an event that comes `lag_ps` later."""
+    """Return the time of an event shifted by `lag_ps`."""
     if isinstance(when, NotYet):
         return NotYet(when.at + lag_ps)
     return None if when is None else when + lag_ps
 
 
 def before(when: When, until: int | None) -> When:
-    """Return an answer about an event that comes only before an instant (ps); None: at any."""
+    """Return the time of an event if it is before an instant (ps), else None; None as the instant: no limit."""
     if until is None or when is None:
         return when
     at = when.at if isinstance(when, NotYet) else when
@@ -73,21 +73,21 @@ class Events(Protocol):
     """Events in time, numbered from 1."""
 
     def count(self, ps: int) -> int:
-        """Return how many there have been by an instant (ps), that instant included."""
+        """Return the number of events by an instant (ps), that instant included."""
 
     def time(self, k: int) -> When:
         """Return the instant of event k (ps), NotYet, or None: it is not foreseen."""
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of events first ... last, all of which come: (n,) int64 ps, ascending."""
+        """Return the instants of events first ... last, which must all exist: (n,) int64 ps, ascending."""
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some events (ps), ascending, all of which come: fewer than are worth an array."""
+        """Return the instants of a few events (ps), ascending, which must all exist; faster than an array."""
         return [at for k in numbers if isinstance(at := self.time(k), int)]
 
 
 class Listed(Events):
-    """Events whose instants are known, one by one: a list, which may grow."""
+    """Events at instants in a list, which may grow."""
 
     def __init__(self, instants: Sequence[int]) -> None:
         self.instants = instants
@@ -106,14 +106,14 @@ class Listed(Events):
 
 
 class NoEvents(Listed):
-    """No events: a level that stays."""
+    """No events: a constant level."""
 
     def __init__(self) -> None:
         super().__init__(())
 
 
 class Even(Events):
-    """Events at an even rate (1/s), the first one a period after `since`."""
+    """Events at a constant rate (1/s), the first one a period after `since`."""
 
     def __init__(self, since: int, rate: int) -> None:
         self.since, self.clock = since, Clock(rate)
@@ -133,7 +133,7 @@ class Even(Events):
 
 
 class Until(Events):
-    """Events that lie before an instant, `until`; None: all of them."""
+    """Events before an instant, `until`; None: all of them."""
 
     until: int | None
 
@@ -145,7 +145,7 @@ class Until(Events):
         self.until = ps + 1
 
     def within(self, ps: int) -> int:
-        """Return an instant (ps), or the last one before `until` if it is later."""
+        """Return an instant (ps), or the last one before `until` if that is earlier."""
         until = self.until
         return ps if until is None or ps < until else until - 1
 
@@ -160,12 +160,12 @@ class Until(Events):
         return self.of.times(first, last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some events (ps), ascending, all of which come."""
+        """Return the instants of a few events (ps), ascending, which must all exist."""
         return self.of.few(numbers)
 
 
 class Later(Events):
-    """Events, each so many picoseconds later."""
+    """Events, each delayed by a number of picoseconds."""
 
     def __init__(self, of: Events, lag_ps: int) -> None:
         self.of, self.lag_ps = of, lag_ps
@@ -180,7 +180,7 @@ class Later(Events):
         return self.of.times(first, last) + self.lag_ps
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some events (ps), ascending, all of which come."""
+        """Return the instants of a few events (ps), ascending, which must all exist."""
         return [at + self.lag_ps for at in self.of.few(numbers)]
 
 
@@ -200,6 +200,6 @@ class Since(Events):
         return self.of.times(self.first + first, self.first + last)
 
     def few(self, numbers: list[int]) -> list[int]:
-        """Return the instants of some events (ps), ascending, all of which come."""
+        """Return the instants of a few events (ps), ascending, which must all exist."""
         first = self.first
         return self.of.few([first + k for k in numbers])

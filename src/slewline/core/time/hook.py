@@ -1,4 +1,4 @@
-"""A hook: something happens, and any number of listeners hear of it."""
+"""A hook: an event with any number of listeners."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ FUNCTIONS = (FunctionType, MethodType, BuiltinFunctionType)
 class Hook(Generic[P]):
     """A list of listeners, functions that are called in the order in which they were added.
 
-    A listener may add and remove listeners, itself included, while it is called: one that is removed is not called any
-    more, one that is added is called from the next time on.  A hook is true if it has listeners: `if hook: hook(...)`.
+    A listener may add and remove listeners, itself included, while it is called: a removed one is no longer called, an
+    added one is called from the next event on.  A hook is true if it has listeners: `if hook: hook(...)`.
     """
 
     __slots__ = ("listeners",)
@@ -62,7 +62,7 @@ class Hook(Generic[P]):
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> None:
         """Call every listener."""
         listeners = self.listeners
-        if not listeners and args and type(args[0]) in FUNCTIONS:  # what listeners are called with is not a function
+        if not listeners and args and type(args[0]) in FUNCTIONS:  # the arguments of listeners are not functions
             raise UsageError(f"the hook is called with a listener, {args[0]!r}; write .add(...)")
         for listener in listeners:
             if self.listeners is listeners or listener in self.listeners:
@@ -83,7 +83,7 @@ missing(Hook, **dict.fromkeys(("append", "connect", "subscribe", "register", "li
 
 
 class CommandHook(Hook[[str]]):
-    """What a chip works on; "" is nothing, reported once, whatever ends the work first: its end, reset, supply."""
+    """The hook for the current command of a chip; "" means none, reported once, after completion or a reset."""
 
     __slots__ = ("text",)
 

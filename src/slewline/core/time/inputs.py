@@ -2,9 +2,9 @@
 
     @from_outside
     def press(self, key: str) -> None:
-        self.input("press", key)        told to the outside of the run: a journal writes it down, and calls it again
+        self.input("press", key)        reported to the outside of the run: a journal records it, and a replay calls it
 
-A journal may come from anywhere: it calls no methods but those that are declared so.
+A journal may come from anywhere: it calls no methods except those declared here.
 """
 
 from __future__ import annotations
@@ -25,5 +25,5 @@ def from_outside(method: F) -> F:
 
 
 def is_from_outside(value: object) -> bool:
-    """Return whether this is a method that is declared so."""
+    """Return whether an object is a method declared by `from_outside`."""
     return getattr(value, "__dict__", {}).get("from_outside") is True

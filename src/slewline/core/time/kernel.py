@@ -1,12 +1,12 @@
 """The event kernel: integer time, delta rounds, tasks.
 
-Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; everything still reads as it was
-before T.  Then the edges that were promised for T and the changes made in round 1 commit together, listeners
-hear of it, and reactions run in rounds 2 and on, until the instant is quiet.  So a look (a timer wake at which firmware
-samples) sees the level from before the instant, and the order of tasks inside a round cannot matter.
+Theory.  An instant T runs in rounds.  Round 1 runs every task that a timer woke; all levels are still those before T.
+Then the edges that were promised for T and the changes made in round 1 commit together, listeners are notified, and
+reactions run in rounds 2 and on, until the instant is quiet.  So a sampling point (a timer wake at which firmware reads
+a level) sees the level from before the instant, and the order of tasks inside a round cannot matter.
 
-Rules of this file: no wall clock; nothing global; a heap entry is (time, order, who, token) and is stale, hence
-dropped, when `who.token` has moved on.  Nothing is ever searched for in the heap.
+Rules of this file: no wall clock; no global state; a heap entry is (time, order, who, token) and is stale, hence
+dropped, when `who.token` has been incremented.  The heap is never searched.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from .hook import Hook
 from .outside import Outside
 from .timebase import readable
 
-ROUNDS_LIMIT = 100_000  # about a second, and a hundred times what a chain of a thousand gates takes
+ROUNDS_LIMIT = 100_000  # about a second, and a hundred times as long as a chain of a thousand gates takes
 Args = TypeVarTuple("Args")
 
 
 class Shuffler(Protocol):
-    """A source of chance that is handed in, for example random.Random(1)."""
+    """A source of randomness from outside, for example random.Random(1)."""
 
     def shuffle(self, ready: list[Any], /) -> None:
         """Put a list into another order, in place."""
 
 
 class Task:
-    """A coroutine on the kernel; `value` is what its next resumption returns: the net that woke it, None for a time.
+    """A coroutine on the kernel; `value` is the result of its wait: the net that woke it, None for a time.
 
-    The coroutine is made when its first lines run: Python complains of one that is made and never run.
+    The coroutine is created when its first lines run: Python warns about one that is created and never run.
     """
 
     __slots__ = ("alive", "begin", "coroutine", "is_net", "name", "send", "token", "value")
@@ -55,7 +55,7 @@ class Task:
         self.send(None)
 
     def kill(self) -> None:
-        """End the task where it waits; its `finally` blocks run."""
+        """End the task at its wait; its `finally` blocks run."""
         self.token += 1
         self.alive = False
         if self.coroutine is not None:
@@ -84,8 +84,8 @@ class Call:
 class CommitHook(Hook[[int]]):
     """The hook of committed time.
 
-    A run checks once for listeners; the first one that is added in the middle of it leaves a mark in the heap, so
-    that an instant costs nothing more without listeners.
+    A run checks once for listeners; if the first one is added during the run, it leaves a mark in the heap, so that
+    instants cost nothing extra without listeners.
     """
 
     __slots__ = ("kernel", "mark")
@@ -93,7 +93,7 @@ class CommitHook(Hook[[int]]):
     def __init__(self, kernel: Kernel) -> None:
         super().__init__()
         self.kernel, self.mark = kernel, Call(lambda: None)
-        self.mark.token = 1  # an entry with another token is stale: it is dropped, never called
+        self.mark.token = 1  # an entry with another token is stale: it is dropped without a call
 
     def add(self, listener: Callable[[int], object]) -> Callable[[int], object]:
         """Call a function with every committed instant (ps) from now on; return it, for `remove`."""
@@ -120,14 +120,14 @@ class Kernel:
         self.order = count()
         self.pending: list[Any] = []  # drivers that change at the end of the round
         self.woken: list[Any] = []  # tasks for the next round
-        self.late: list[Any] = []  # nets of which it turns out in a commit that they have an edge in its instant
-        self.task: Task | Call | None = None  # what runs in this round
+        self.late: list[Any] = []  # nets found during a commit to have an edge in its instant
+        self.task: Task | Call | None = None  # the task that is running
         self.shuffle = shuffle
         self.running = False
-        self.sole = False  # the task that runs is the only one of its round, and nothing waits to be committed
+        self.sole = False  # the running task is alone in its round, with nothing to commit
         self.over: Callable[[], bool] | None = None  # the end of the run in progress
-        self.ended = False  # it has come
-        self.horizon = -1  # how far a task may move time on by itself (ps)
+        self.ended = False  # it has been reached
+        self.horizon = -1  # the latest instant to which a task may advance time (ps)
         self.outside = Outside()
         self.on_commit: Hook[[int]] = CommitHook(self)
 
@@ -165,9 +165,9 @@ class Kernel:
         return heap[0][0] if heap else None
 
     def pass_to(self, ps: int) -> bool:
-        """Move on to a later instant (ps) if until then only the task that runs would do anything; else return false.
+        """Advance to a later instant (ps) if until then only the running task has work; otherwise return False.
 
-        It is what a wait would come to: the instant is quiet, and the next event is the end of the wait.
+        The result is the same as that of a wait: the instant is quiet, and the next event is the end of the wait.
         """
         heap = self.heap
         if not self.sole or self.pending or self.woken or ps > self.horizon or (heap and heap[0][0] <= ps):
@@ -181,7 +181,7 @@ class Kernel:
         return True
 
     def pass_round(self) -> bool:
-        """Move on to the next round if only the task that runs has anything to do in this one; else return false."""
+        """Advance to the next round if only the running task has work in this one; otherwise return False."""
         if not self.sole or self.pending or self.woken:
             return False
         self.seen = self.now
@@ -189,7 +189,7 @@ class Kernel:
 
     # ---------------------------------------------------------------------------------------------------- running
     def settle(self) -> None:
-        """Run rounds of the present instant until it is quiet: what was driven from outside takes effect."""
+        """Run rounds of the present instant until it is quiet: levels driven from outside take effect."""
         if not self.running and (self.woken or self.pending):
             self.running = True
             try:
@@ -212,7 +212,7 @@ class Kernel:
                     self._rest()
 
     def run_while(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Run whole instants, none later than `until` (ps), until `over` returns true; return false when it does.
+        """Run whole instants up to `until` (ps) until `over` returns true; return False if it does.
 
         Raises:
             UsageError: the call comes from within a run.
@@ -246,7 +246,7 @@ class Kernel:
                     if told:
                         self._committed()
                     continue
-                self.task, self.sole = who, True  # one timer, alone in its instant: most of the time
+                self.task, self.sole = who, True  # one timer, alone in its instant: the usual case
                 try:
                     who.send(None)
                 except StopIteration:
@@ -265,7 +265,7 @@ class Kernel:
             self._rest()
 
     def _instant(self, time: int, who: Any) -> None:
-        """An instant with several causes.  Round 1: the tasks whose time has come; everything reads as before."""
+        """Run an instant with several causes.  Round 1: the tasks whose timers have expired; levels are still old."""
         heap = self.heap
         ready: list[Any] = []
         edges: list[Any] = []
@@ -289,7 +289,7 @@ class Kernel:
                     break
 
     def _committed(self) -> None:
-        """Report that this instant is over; what a listener puts in still belongs to it; then it is reported again."""
+        """Report the end of this instant; inputs of listeners still belong to it, and then it is reported again."""
         for _ in range(ROUNDS_LIMIT):
             self.on_commit(self.now)
             if not (self.pending or self.woken):
@@ -307,7 +307,7 @@ class Kernel:
         self.task = None
 
     def _react(self, time: int, edges: list[Any]) -> None:
-        """Commit, tell, run what was woken, and again, until the instant is quiet: this one, or a later one."""
+        """Commit, notify, and run the woken tasks, repeatedly, until the instant is quiet: this one, or a later one."""
         rounds = 0
         while rounds < ROUNDS_LIMIT:
             rounds += 1
@@ -320,7 +320,7 @@ class Kernel:
                 self.woken = []
                 self.sole = len(ready) == 1
                 self._resume(ready)
-                if self.now != time:  # a task has moved on
+                if self.now != time:  # a task has advanced time
                     time, rounds = self.now, 0
             elif not self.pending:
                 return
@@ -331,7 +331,7 @@ class Kernel:
         )
 
     def _resume(self, ready: list[Any]) -> None:
-        """Resume tasks; an exception of one ends that task, and is raised when the others have had their turn."""
+        """Resume tasks; an exception ends its task, and is raised after the others have run."""
         if self.shuffle is not None:
             self.shuffle.shuffle(ready)
         failure: Exception | None = None
@@ -349,9 +349,9 @@ class Kernel:
             raise failure
 
     def _commit(self, time: int, nets: list[Any]) -> None:
-        """All changes of the round take effect together; then all listeners are called."""
+        """Let all changes of the round take effect together, then call all listeners."""
         pending, self.pending = self.pending, []
-        self.sole = False  # what is called in here belongs to the next round
+        self.sole = False  # calls in here belong to the next round
         changed = []
         for driver in pending:
             driver.pending = False
@@ -359,7 +359,7 @@ class Kernel:
             told = driver.next
             if net.pending_drivers == 1 and net.plain is driver and ((kind := type(told)) is int or kind is tuple):
                 net.pending_drivers = 0
-                driver.level = told  # mostly, the only driver puts a level after a level, and nothing is recorded
+                driver.level = told  # usual case: the only driver changes from level to level, without a recorder
                 if told != net.value:
                     net.value = told
                     net.changes += 1
@@ -379,7 +379,7 @@ class Kernel:
                 changed.append(net)
         for net in changed:
             waiters = net.waiters
-            if len(waiters) == 1 and not net.observers:  # most of the time: one task waits for this very level
+            if len(waiters) == 1 and not net.observers:  # usual case: one task waits for this level
                 task, token, wanted = waiters[0]
                 if wanted is None or wanted == net.value or task.token != token:
                     waiters.clear()
@@ -389,12 +389,12 @@ class Kernel:
                         self.woken.append(task)
             else:
                 net.tell()
-        for net in nets:  # the next edge is an instant only if something still watches
+        for net in nets:  # the next edge is only scheduled if the net is still watched
             if net.promise is not None:
                 net.schedule(time)
 
     def current(self) -> Task:
-        """Return the task that is running; only inside one is it possible to wait."""
+        """Return the task that is running; only a task can wait."""
         if not isinstance(self.task, Task):
             raise SlewlineError("only a task of the kernel can wait")
         return self.task

@@ -1,11 +1,11 @@
-"""The outside of a run: the inputs that come from there, and how time passes for a user.
+"""The outside of a run: its inputs, and how time passes for a user.
 
     outside.tell("drive", pin="x.abort", level=0)     an input of a pin, a chip or a part
     outside.wait(met, "an answer", "5 s")             a call of a host lets time pass until it is over
-    with outside.nested(): ...                        what follows from a reported input: a line of a script
+    with outside.nested(): ...                        consequences of a reported input: a line of a script
     with outside.queued(): ...                        calls of hosts only queue; their caller lets time pass
 
-There is one of it on every kernel, so that a pin or a part finds it with or without a bench.
+Every kernel has one, so that pins and parts have access to it with or without a bench.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ LetPass = Callable[[Callable[[], bool], str, Time], None]
 
 
 class Outside:
-    """Where a user, a server or a replay stands.
+    """The side of a user, a server or a replay.
 
-    `on_input` hears every input from outside when it is made: what was done, and to what, as plain data that can be
-    written down and done again.  `write` is called last, just before it is done: what a listener puts in, or the time
-    that it lets pass, comes before what it has heard of.  `let_pass` lets time pass until something is met, or raises
-    Timeout; None: there is no way to.
+    `on_input` is called with every input from outside: the verb and its arguments, as plain data that can be recorded
+    and repeated.  `write` is called last, just before the input takes effect: inputs that a listener makes, or time
+    that it lets pass, are recorded before the input itself.  `let_pass` lets time pass until a condition is met, or
+    raises Timeout;
+    None: time cannot pass.
     """
 
     __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")
@@ -35,11 +36,11 @@ class Outside:
         self.on_input: Hook[[str, dict[str, Any]]] = Hook()
         self.write: Callable[[str, dict[str, Any]], None] | None = None  # a journal
         self.let_pass: LetPass | None = None
-        self._inside = self._queueing = 0  # how deep in `nested` and in `queued`
+        self._inside = self._queueing = 0  # nesting depths of `nested` and `queued`
 
     @property
     def heard(self) -> bool:
-        """Is an input made now reported to anything?"""
+        """True if an input made now is reported to a listener or a journal."""
         return not self._inside and (self.write is not None or bool(self.on_input.listeners))
 
     def tell(self, do: str, **what: Any) -> None:
@@ -52,10 +53,10 @@ class Outside:
             self.write(do, what)
 
     def wait(self, met: Callable[[], bool], what: str, timeout: Time) -> bool:
-        """Let time pass until `met` returns true; return false, at once, where calls only queue.
+        """Let time pass until `met` returns true; return False, immediately, where calls only queue.
 
         Raises:
-            Timeout: it is not met in time.
+            Timeout: the condition is not met in time.
         """
         if self.let_pass is None or self._queueing:
             return False
@@ -64,7 +65,7 @@ class Outside:
 
     @contextmanager
     def nested(self) -> Iterator[None]:
-        """Report no inputs made in this block: they follow from one that was reported.  Calls of hosts only queue."""
+        """Report no inputs made in this block, as they follow from a reported one.  Calls of hosts only queue."""
         self._inside += 1
         try:
             with self.queued():
@@ -82,7 +83,7 @@ class Outside:
             self._queueing -= 1
 
     def later(self, function: Callable[[], object]) -> Callable[[], object]:
-        """Return a function for another instant that is nested if this moment is: the second half of a pulse."""
+        """Return a function for a later instant that is nested if the present call is: the second half of a pulse."""
         if not self._inside:
             return function
 

@@ -1,9 +1,9 @@
 """Time is an integer number of picoseconds; a chip counts its own clock ticks and converts their sum once.
 
-Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused: it would have been rounded elsewhere; but
-`bench.now`, a float that knows its picoseconds (`Seconds`), is taken.
-Where time is to pass or something is to happen (`picoseconds`), an int from 1 to 999 is refused, too: it was meant to
-have another unit, and "5 ps" can be written.  A question about the past (`moment`) takes any int.
+Users write "25 us", "1.5 ms" or an int of picoseconds.  A float is refused, because it is rounded already; except
+`bench.now`, a float that knows its picoseconds (`Seconds`).
+For times to wait and instants to act (`picoseconds`), an int from 1 to 999 is refused, too: it was probably meant in
+another unit, and "5 ps" can be written.  For queries about the past (`moment`) any int is accepted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PS_PER_S = 10**12
-MIN_PS = 1000  # what a bare number must be at least, 0 apart
+MIN_PS = 1000  # the least plain number, except 0
 UNITS = {
     "ps": 1,
     "ns": 10**3,
@@ -49,12 +49,12 @@ class Seconds(float):
     ps: int
 
     def __new__(cls, ps: int) -> Self:
-        """Return the instant of so many picoseconds."""
+        """Return the instant `ps` picoseconds after 0."""
         found = super().__new__(cls, ps / PS_PER_S)
         found.ps = ps
         return found
 
-    def __getnewargs__(self) -> tuple[int]:  # what a copy is made of
+    def __getnewargs__(self) -> tuple[int]:  # the argument for a copy
         return (self.ps,)
 
     def __str__(self) -> str:
@@ -77,7 +77,7 @@ def _scaled(text: str, units: dict[str, int], what: str, example: str) -> int:
     return -value if match[1] == "-" else value
 
 
-@lru_cache(maxsize=256)  # a program says a handful of times
+@lru_cache(maxsize=256)  # a program uses a handful of times
 def _in_ps(text: str) -> int:
     return _scaled(text, UNITS, "time", "25 us")
 
@@ -101,7 +101,7 @@ def _whole(time: Time, negative: bool) -> int:
 
 
 def picoseconds(time: Time, *, negative: bool = False) -> int:
-    """Return a time in picoseconds: of text such as "25 us", of `bench.now`, or of an int, which is picoseconds.
+    """Return a time in picoseconds: from text such as "25 us", from `bench.now`, or from an int of picoseconds.
 
     Args:
         time: the time.
@@ -118,7 +118,7 @@ def picoseconds(time: Time, *, negative: bool = False) -> int:
 
 
 def moment(time: Time, *, negative: bool = False) -> int:
-    """Return an instant of the past in picoseconds: as `picoseconds`, but an int may also be 1 to 999.
+    """Return an instant of the past in picoseconds: like `picoseconds`, but an int may also be 1 to 999.
 
     Args:
         time: the instant.
@@ -147,10 +147,10 @@ def moments(times: Time | Sequence[Time] | NDArray[np.int64]) -> int | NDArray[n
 
 
 def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> tuple[int, int]:
-    """Return a window of the past in picoseconds: from `since` and up to `now` (ps), where nothing else is said.
+    """Return a window of the past in picoseconds, by default from `since` to `now` (ps).
 
     Raises:
-        TimeError: no times, or a window that ends before it begins.
+        TimeError: not times, or a window that ends before it begins.
     """
     first, last = since if start is None else moment(start), now if stop is None else moment(stop)
     if stop is not None and first > last:
@@ -161,7 +161,7 @@ def window(start: Time | None, stop: Time | None, now: int, since: int = 0) -> t
 
 
 def hertz(frequency: str | int) -> int:
-    """Return the hertz of a frequency such as "11 MHz" or "3.579545 MHz", or of an int that is hertz already.
+    """Return the hertz of a frequency such as "11 MHz" or "3.579545 MHz", or of an int in hertz.
 
     Raises:
         TimeError: a float, an unknown unit, or a fraction of a hertz.
@@ -184,7 +184,7 @@ def readable(ps: int) -> str:
 
 
 class Clock:
-    """A crystal clock, which converts ticks to picoseconds exactly, rounded down, so that nothing drifts.
+    """A crystal clock, which converts ticks to picoseconds exactly, rounded down, so that errors do not add up.
 
     Args:
         hz: the frequency, Hz.
@@ -233,14 +233,14 @@ class Clock:
         Args:
             ticks: int64, ascending.
             origin: a tick, counted from tick 0.
-            out: where to put them; it may be `ticks` itself.
+            out: the array for the result; it may be `ticks` itself.
 
         Raises:
-            TimeError: an instant lies beyond 2^63 ps (106 days), which int64 cannot hold.
+            TimeError: an instant is beyond 2^63 ps (106 days), which int64 cannot hold.
         """
         import numpy as np
 
-        base, late = divmod(origin * self.n, self.d)  # the origin's exact instant lies late/d ps after `base`
+        base, late = divmod(origin * self.n, self.d)  # the origin's exact instant is late/d ps after `base`
         last = int(ticks[-1]) if len(ticks) else 0
         if self.ps(origin + last) >= 1 << 63:
             raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")

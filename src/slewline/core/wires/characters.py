@@ -1,4 +1,4 @@
-r"""Characters on a wire: a line of them is one promise, whose edges are worked out when they are asked for.
+r"""Characters on a wire: a line of them is one promise, whose edges are computed on request.
 
     mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾\_____/  d0 | ...
     space      start                                              the next character
@@ -20,13 +20,13 @@ MAX_BITS = 8
 
 
 class FrameTable:
-    """The characters of a word format at a rate, worked out once: instants of the bits, levels, what levels say."""
+    """The characters of a word format at a rate, computed once: instants of the bits, levels, meaning of levels."""
 
     __slots__ = ("_levels", "_read", "byte_mask", "length", "mark", "times", "word")
 
     def __init__(self, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.word, self.mark, self.byte_mask = word, mark, (1 << word.bits) - 1
-        bits = word.ticks - word.stop_ticks + OVERSAMPLING  # as far as the start of the stop bit
+        bits = word.ticks - word.stop_ticks + OVERSAMPLING  # up to the start of the stop bit
         self.times = tuple(clock.ps(n) for n in range(0, bits, OVERSAMPLING))
         self.length = clock.ps(word.ticks)
         self._levels: dict[int, tuple[int, ...]] = {}
@@ -40,7 +40,7 @@ class FrameTable:
         return self._levels[byte]
 
     def read(self, seen: tuple[Level, ...]) -> tuple[int, bool, bool]:
-        """Return what the levels in the middle of the bits say: byte; is the parity wrong, is there no stop bit?"""
+        """Return the byte in levels sampled in the middle of the bits, and whether parity or framing is wrong."""
         if seen not in self._read:
             word, bits = self.word, [int(level == self.mark) for level in seen]
             byte = sum(bit << n for n, bit in enumerate(bits[1 : 1 + word.bits]))
@@ -51,12 +51,12 @@ class FrameTable:
 
 @lru_cache(maxsize=64)
 def frames_of(hz: int, word: CharacterFormat, mark: int) -> FrameTable:
-    """Return the characters of a format, on a clock of so many hertz, sixteen times the rate."""
+    """Return the characters of a format, on a clock of `hz` hertz, sixteen times the rate."""
     return FrameTable(Clock(hz), word, mark)
 
 
 class Characters:
-    """Characters one after the other, a promise from the instant `start` (ps) on; at the `end` the wire is at mark."""
+    """Consecutive characters, a promise from the instant `start` (ps) on; from `end` on the wire is at mark."""
 
     __slots__ = ("_wave", "data", "end", "frames", "last", "start")
     until: int | None = None
@@ -67,7 +67,7 @@ class Characters:
             data = bytes(byte & frames.byte_mask for byte in data)
         self.frames, self.data, self.start = frames, data, start
         self.end = start + len(data) * frames.length
-        self.last = self.end - frames.length + frames.times[-1]  # edge, perhaps: the stop bit of the last one
+        self.last = self.end - frames.length + frames.times[-1]  # there may be an edge: the stop bit of the last one
         self._wave: Wave | None = None
 
     @property
@@ -89,7 +89,7 @@ class Characters:
         return self.wave.level(ps) if self.start < ps < self.last else self.frames.mark ^ (ps == self.start)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
         return self.start if ps < self.start else None if ps >= self.last else self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[Level]]:
@@ -98,19 +98,58 @@ class Characters:
 
 
 async def transmit(driver: Driver, frames: FrameTable, data: bytes, fault: str = "") -> None:
-    """Send characters, one after the other, from this instant on; returns at the end of the last one's stop bits.
+    """Send consecutive characters from this instant on; return at the end of the last one's stop bits.
 
     Args:
-        fault: "parity": the other parity bit; "framing": space where the first stop bit belongs; in every character.
+        fault: "parity": the wrong parity bit; "framing": space instead of the first stop bit; in every character.
     """
     kernel = driver.kernel
     line = Characters(frames, data, kernel.now)
-    driver.drive(faulty(line, fault) if fault else line)
+    if fault or not handed_over(driver, line):
+        driver.drive(faulty(line, fault) if fault else line)
     await until(kernel, line.end)
 
 
+def handed_over(driver: Driver, line: Characters) -> bool:
+    """Promise a line that begins now to the receivers on the wire; return False where it must be driven.
+
+    The line is in place immediately, without a commit, if the running task is alone in its round, if it has the wire to
+    itself, and if every task that waits for the wire is a receiver at rest.
+    """
+    root, kernel = driver.net, driver.kernel
+    active = root.active
+    if not kernel.sole or root.pending_drivers or root.exchange is not None or (active and active != [driver]):
+        return False
+    nets = root.joined or (root,)
+    for net in nets:
+        readers = net.readers
+        if net.observers or net.latched or len(net.before_change) != len(readers):
+            return False
+        if len(net.waiters) > len(readers):
+            net.waiters = [entry for entry in net.waiters if entry[0].token == entry[1]]
+            if len(net.waiters) > len(readers):
+                return False
+        for reader in readers:
+            if not reader.rests or reader.frames is not line.frames:
+                return False
+    driver.promise = line
+    if not active:
+        root.sort_drivers()
+    now, space = kernel.now, 1 - line.frames.mark
+    for net in nets:
+        net.promise, net.plain = line, None
+        net.token += 1
+        net.value, net.changed_at = space, now
+        net.changes += 1
+        net.waiters = []
+        net.log_from(now, line)
+        for reader in net.readers:
+            reader.take_over(line)
+    return True
+
+
 def faulty(line: Characters, fault: str) -> Wave:
-    """Return the edges of characters, each with a fault, "parity" or "framing"; unchanged with another one."""
+    """Return the edges of characters, each with a fault, "parity" or "framing"; unchanged for any other text."""
     frames = line.frames
     times: list[int] = []
     levels: list[int] = []

@@ -1,15 +1,15 @@
 """The edges of one direction of a wire as numbered events (core/time/events.py).
 
-What counts steps (a translator, a shaft, the counter of a driver module) follows the falls, or the rises, of one wire:
+Step counters (a translator, a shaft, the counter of a driver module) follow the falls, or the rises, of one wire:
 
     wire     ‾‾|__|‾‾‾|__|‾‾‾|__|‾‾‾‾
     falls      1      2      3
 
-A wave that follows a train answers by arithmetic (its `clock`).  Every other one is walked along, a stretch at a time,
-and remembers little: one place in `BLOCK` edges.
+A wave that follows a train computes them by arithmetic (its `clock`).  Any other one is scanned, a stretch at a time,
+and keeps little in memory: one place in `BLOCK` edges.
 
 Rules of this file: an edge is a change *to* the level; edges are numbered from 1 after the instant `since`, which the
-caller has dealt with itself; nothing here has an effect on the wire.
+caller handles itself; queries have no effect on the wire.
 """
 
 from __future__ import annotations
@@ -23,53 +23,53 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BLOCK = 1 << 14  # edges that are expanded at a time
-LOOKS = 64  # edges that one question about the future looks ahead at most
-FIRST_PS = 1_000_000_000  # the stretch that is walked first; the next ones are longer, as long as edges are few
+BLOCK = 1 << 14  # edges expanded at a time
+LOOKS = 64  # the most edges that a query about the future looks ahead
+FIRST_PS = 1_000_000_000  # the first stretch; the next ones are longer, as long as edges are few
 
 
 class ScanWindow:
-    """How far to walk along a wire at a time, so that edges are expanded by the thousand."""
+    """The time to scan along a wire in one stride, so that edges are expanded by the thousand."""
 
     def __init__(self) -> None:
         self.ps = FIRST_PS
 
     def stop(self, start: int, stop: int) -> int:
-        """Return where a stride ends that begins at one instant and goes no further than another."""
+        """Return the end of a stride that begins at `start`, `stop` at the latest."""
         return min(start + self.ps, stop)
 
     def told(self, count: int) -> None:
-        """Take notice of how many edges a stride had."""
+        """Adapt the stride to the number of edges in the last one."""
         if count > BLOCK:
             self.ps = max(self.ps // 4, 1)
         elif count < BLOCK // 4:
             self.ps *= 2
 
     def skipped(self, ps: int) -> None:
-        """Take notice of a pause: after it edges may be many."""
+        """Reset the stride after a pause, as edges may be dense after it."""
         if ps > self.ps:
             self.ps = FIRST_PS
 
 
 class WalkedEdges(Events):
-    """Edges of any wave, found by walking along it.
+    """Edges of any wave, found by scanning it.
 
-    `_starts` are places on the way: instants after which stretches begin, and `_counts` how many edges lie before.
-    The last stretch that was expanded is kept, since one question is often followed by another near by.
+    `_starts` are instants after which stretches begin, and `_counts` the numbers of edges before them.  The last
+    expanded stretch is kept, since consecutive queries are often close together.
     """
 
     def __init__(self, promise: Any, level: int, since: int) -> None:
         self.promise, self.level = promise, level
         self._starts, self._counts = [since], [0]
-        self._reached, self._found = since, 0  # how far it has been walked, and how many edges there were
+        self._reached, self._found = since, 0  # the end of the scan so far, and the number of edges found
         self._strides = ScanWindow()
-        self._held: tuple[int, int, int, Any] = (since, 0, 0, ())  # since when; first ... last-1, from 0; instants
+        self._held: tuple[int, int, int, Any] = (since, 0, 0, ())  # start; first ... last-1, from 0; instants
 
     def _edges(self, start: int, stop: int) -> Any:
-        """The instants at start < t <= stop: a list or an array."""
+        """Return the instants at start < t <= stop: a list or an array."""
         times, levels = self.promise.edges(start, stop)
         if isinstance(levels, list):
-            befores = [self.promise.level(start), *levels]  # a list may hold edges that are none
+            befores = [self.promise.level(start), *levels]  # a list may contain edges that do not change the level
             return [
                 time
                 for time, before, level in zip(times, befores, levels, strict=False)
@@ -95,7 +95,7 @@ class WalkedEdges(Events):
                 self._strides.skipped(self._reached - stop)
 
     def count(self, ps: int) -> int:
-        """Return how many edges there have been by an instant (ps), that instant included."""
+        """Return the number of edges by an instant (ps), that instant included."""
         self._walk(ps)
         start, first, _, times = self._held
         if ps >= self._reached:
@@ -116,15 +116,15 @@ class WalkedEdges(Events):
                 return None
             reached = following.at if isinstance(following, NotYet) else following
             self._walk(reached)
-            if k > self._found and isinstance(following, NotYet):  # the wave has looked ahead enough itself
+            if k > self._found and isinstance(following, NotYet):  # the wave itself has looked ahead far enough
                 return following
         if k > self._found:
             return NotYet(reached)
         found = self.times(k, k)
-        return int(found[0]) if len(found) else None  # it was promised, and is no more
+        return int(found[0]) if len(found) else None  # it was promised, and is withdrawn
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of edges first ... last, all of which come: (n,) int64 ps, ascending."""
+        """Return the instants of edges first ... last, which must all exist: (n,) int64 ps, ascending."""
         import numpy as np
 
         _, a, b, times = self._held
@@ -142,12 +142,12 @@ class WalkedEdges(Events):
 
 
 def clock_edges(shown: Any, level: int, since: int) -> Events:
-    """Return the edges to a level that a wire makes after an instant, under what is shown on it.
+    """Return the edges to a level on a wire after an instant, from its present waveform.
 
     Args:
-        shown: a wave, or a level that stays.
+        shown: a wave, or a constant level.
         level: 0 for falls, 1 for rises.
-        since: an edge at this instant itself is not counted any more.
+        since: an edge at this instant itself no longer counts.
     """
     if not hasattr(shown, "after"):
         return NoEvents()

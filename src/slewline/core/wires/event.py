@@ -1,4 +1,4 @@
-"""Something that tasks wait for, on a net of its own."""
+"""An event that tasks wait for, on a net of its own."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 class Event:
-    """Rings at the end of a round: its net changes, and the tasks that wait for a change go on."""
+    """An event that occurs at the end of a round: its net changes, and the tasks that wait for a change continue."""
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         self.count, self._driver = 0, Driver(Net(kernel, name), name)
 
     @property
     def net(self) -> Net:
-        """Changes with every ring."""
+        """The net, which changes with every event."""
         return self._driver.net
 
     def set(self) -> None:

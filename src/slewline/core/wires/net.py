@@ -1,14 +1,14 @@
 """Nets: wires with drivers, pulls and promises.
 
 A net is driven by levels (0, 1, or None for floating) or by promises: waveforms that a driver has planned ahead and
-that hold until it decides again.  A promise costs the kernel nothing while nothing watches its net, and one heap entry
-(its next edge) while something does.
+that hold until it decides again.  A promise costs the kernel nothing while its net is not watched, and one heap entry
+(its next edge) while it is.
 
-Strong drivers that disagree give 0 (wired AND, as open collectors do) and one conflict report.  Without a strong
+Strong drivers that disagree lead to 0 (wired AND, as with open collectors) and one conflict report.  Without a strong
 driver the net takes its tie (the standard wiring of a bare part), without a tie its pull, without a pull it floats.
 
-Nets that are joined are one wire from then on: they share drivers, tie and pull, and each keeps what watches it and
-what it has recorded, so that nobody who holds one of them need hear of the others.
+Nets that are joined are one wire from then on: they share drivers, tie and pull, and each keeps its own observers and
+its own record, so that the owner of one need not know the others.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .wave import Edges, Level, Promise, Wave, floats, promised
 
 __all__ = ["Bus", "Driver", "Level", "Net", "Promise", "Wave"]
 
-MAX_PINS = 500  # of one wire: with each one more, all of them are asked what they show
+MAX_PINS = 500  # of one wire: the cost of a level grows with their number
 
 
 class Driver:
@@ -58,7 +58,7 @@ class Driver:
         self.promise: Promise | None = None
         self.next: Level | Promise = None
         self.pending = False
-        self.source: object = None  # the part that runs ahead of time and decides on this output, if it does
+        self.source: object = None  # the part that runs ahead of time and controls this output, if any
         net.check_room(1)
         net.drivers.append(self)
         net.sort_drivers()
@@ -72,15 +72,15 @@ class Driver:
             self.kernel.pending.append(self)
 
     def activate(self, active: bool = True) -> None:
-        """Drive the net to the active level of its pin, or, with False, to the other one."""
+        """Drive the net to the active level of its pin, or, with False, to the inactive one."""
         self.drive(self.active_level if active else self.inactive_level)
 
     def deactivate(self) -> None:
-        """Drive the net to the level at which its pin is not active."""
+        """Drive the net to the inactive level of its pin."""
         self.drive(self.inactive_level)
 
     def level_when(self, active: bool) -> int:
-        """Return the level that the pin has while it is active, or, with False, while it is not."""
+        """Return the active level of the pin, or, with False, the inactive one."""
         return self.active_level if active else self.inactive_level
 
     def pulses(self, *times: int) -> Edges:
@@ -88,19 +88,19 @@ class Driver:
         return self.inactive_level, times, (self.active_level, self.inactive_level) * (len(times) // 2)
 
     def strobe(self, *times: int) -> None:
-        """Promise pulses, of which the first may begin now."""
+        """Promise pulses; the first may begin now."""
         self.play(Wave(*self.pulses(*times)))
 
     def put(self, level: Level) -> None:
-        """Put a level on the net at once where nothing could notice it, else do as `drive`.
+        """Put a level on the net immediately where no observer could see a difference, else do as `drive`.
 
-        That is so while the task that runs is alone in its round; it must not read the net in the same round.
+        That is the case while the running task is alone in its round; it must not read the net in the same round.
         """
         net, kernel = self.net, self.kernel
         if not kernel.sole or net.plain is not self or self.pending or net.observers:
             self.drive(level)
             return
-        if level is None and len(net.drivers) > 1:  # it drives no longer, another one may
+        if level is None and len(net.drivers) > 1:  # it no longer drives; another one may
             self.drive(level)
             return
         self.level = level
@@ -115,7 +115,7 @@ class Driver:
                 net.tell()
 
     def release(self) -> None:
-        """Let go of the wire: immediately where its level stays and no log is kept, else as `drive(None)`."""
+        """Release the wire: immediately where its level does not change and no log is kept, else as `drive(None)`."""
         root, kernel = self.net, self.kernel
         nets = root.joined or (root,)
         rest = root.tie if root.tie is not None else root.pull
@@ -136,18 +136,18 @@ class Driver:
         self.drive(promise)
 
     def wave(self, before: Level, times: tuple[int, ...], levels: tuple[Level, ...]) -> None:
-        """Promise edges (ps, level) that all lie in the future; until the first one the output shows `before`.
+        """Promise edges (ps, level), all in the future; until the first one the level of the output is `before`.
 
-        They cannot be seen yet, so the promise takes effect at once.
+        They are not visible yet, so the promise takes effect immediately.
         """
         net = self.net
         promise = self.promise
         if self.pending or net._log is not None or net.before_change or net.joined or net.exchange is not None:
             self.drive(Wave(before, times, levels))
         elif type(promise) is Wave and not (net.waiters or net.observers or net.latched):
-            promise.before, promise.times, promise.levels = before, times, levels  # nothing holds the old one
+            promise.before, promise.times, promise.levels = before, times, levels  # no longer driven to the old level
         elif promise is not None and self.kernel.seen < self.kernel.now == ask_at(promise.after(self.kernel.seen)):
-            self.drive(Wave(before, times, levels))  # an edge of the old one in this instant has still to be told
+            self.drive(Wave(before, times, levels))  # an edge of the old one in this instant must still be reported
         else:
             self.promise = Wave(before, times, levels)
             net.sort_drivers()
@@ -157,12 +157,12 @@ class Driver:
 
     @property
     def heard(self) -> bool:
-        """Does anything watch or sample the net, so that it must hear of a promise?"""
+        """True if the net is watched or sampled, so that it must be notified of a promise."""
         net = self.net
         return bool(net.waiters or net.observers or net.latched or net.before_change or net.joined)
 
     def renew(self) -> None:
-        """Report that `until` of the promise has moved, to all that watch or sample the net."""
+        """Report that `until` of the promise has moved, to all observers and samplers of the net."""
         if self.heard and not self.pending:
             self.drive(self.promise)
 
@@ -171,7 +171,7 @@ class Driver:
         root, told = self.net, self.next
         nets = root.joined or (root,)
         if self.promise is None and told == self.level:
-            return  # it is so already
+            return  # nothing changes
         if (exchange := root.exchange) is not None:
             self.kernel.late += exchange.changing
             exchange.withdraw()
@@ -192,30 +192,41 @@ class Driver:
             net.token += 1
 
     def at(self, ps: int) -> Level:
-        """Return what this output shows at an instant (ps): 0, 1, or None while it floats."""
+        """Return the level of this output at an instant (ps): 0, 1, or None while it floats."""
         return self.level if self.promise is None else self.promise.level(ps)
 
 
 class TakesWhole(Protocol):
-    """What takes what comes over a net as a whole, and late, while nobody looks (characters.py)."""
+    """A receiver that takes a line of characters as a whole (characters.py).
+
+    Attributes:
+        rests: True while it waits for a line, with nothing on the wire.
+        frames: the characters that it receives, `characters.FrameTable`.
+    """
+
+    rests: bool
+    frames: Any
+
+    def take_over(self, line: Any) -> None:
+        """Receive a line (`characters.Characters`) that begins now, from a sender that has promised it."""
 
     def one_by_one(self) -> None:
-        """Take each thing at its instant from now on, while the net has observers."""
+        """Take each item at its instant from now on, while the net has observers."""
 
 
 class ByValue(Protocol):
-    """What goes over some wires as a value (exchange.py)."""
+    """An exchange that crosses some wires as a value (exchange.py)."""
 
     @property
     def changing(self) -> list[Net]:
-        """The nets that have an edge in the instant whose changes are about to be committed."""
+        """The nets with an edge in the instant whose changes are about to be committed."""
 
     def withdraw(self) -> None:
-        """Go on edge by edge."""
+        """Continue edge by edge."""
 
 
 class WiringChange:
-    """A pending entry of a net whose wiring has changed, as a driver is when it has been given a level (see `join`)."""
+    """A pending entry for a net whose wiring has changed, like a driver with a new level (see `join`)."""
 
     __slots__ = ("net", "next", "pending")
 
@@ -232,10 +243,10 @@ class Net:
     Args:
         kernel: the virtual time.
         name: the name, such as "x.slew".
-        pull: the level that a resistor gives it while nothing drives it.
-        tie: the level of the standard wiring while nothing drives it; it ends when the net is joined with another.
-        active: the level at which the pin is active, from its row in the sheet; None: the row has none, and what asks
-            for the activity raises an AttributeError.
+        pull: the level that a resistor pulls it to while it is not driven.
+        tie: the level of the standard wiring while it is not driven; it ends when the net is joined with another.
+        active: the level at which the pin is active, from its row in the sheet; None: the row has none, and queries
+            about the activity raise an AttributeError.
 
     Attributes:
         when_active, when_inactive: the net with its level then, for a task to wait for.
@@ -285,31 +296,31 @@ class Net:
         self.active_level = active
         if active is not None:
             self.when_active, self.when_inactive = (self, active), (self, 1 - active)
-        self.root: Net = self  # the net of a wire that its drivers tell
-        self.joined: tuple[Net, ...] = ()  # all nets of a wire that has several
+        self.root: Net = self  # the net of a wire that its drivers notify
+        self.joined: tuple[Net, ...] = ()  # all nets of a joined wire
         self.drivers: list[Driver] = []
         self.promise: Promise | None = None  # the promise of the first driver that has one
         self.value: Level = tie if tie is not None else pull
         self.waiters: list[tuple[Task, int, Level]] = []
         self.observers: list[Callable[[Net], object]] = []
-        self.before_change: list[Callable[[], object]] = []  # called before a driver forgets what it has shown so far
+        self.before_change: list[Callable[[], object]] = []  # called before a driver discards its waveform so far
         self._log: list[tuple[int, Any]] | None = None
         self.on_conflict: Hook[[Net]] = Hook()  # two drivers begin to disagree; one hook for all nets of a wire
-        self.last_conflict_ps: int | None = None  # when a chip heard of that last
+        self.last_conflict_ps: int | None = None  # the last instant at which this was reported to a chip
         self.token = self.changes = self.changed_at = 0
-        self.pending_drivers = 0  # how many of its drivers have been changed in this round
+        self.pending_drivers = 0  # the number of its drivers changed in this round
         self.contention = False  # two drivers disagree, which is reported once
-        self.active: list[Driver] = []  # those drivers that drive at all; the only one counts as doing so
-        self.plain: Driver | None = None  # the only one that drives, when a level may simply follow a level
-        self.renewed = False  # samplers are called because a bound has moved: what was promised so far remains true
+        self.active: list[Driver] = []  # the drivers that drive; an only driver always counts
+        self.plain: Driver | None = None  # the only one that drives, if a level can simply replace a level
+        self.renewed = False  # samplers are called because a bound has moved: the waveform so far remains valid
         self.readers: tuple[TakesWhole, ...] = ()
-        self.ends: tuple[Any, ...] = ()  # what watches it, and can be told of exchanges as values
-        self.exchange: ByValue | None = None  # what goes over the wire as a value, at present
+        self.ends: tuple[Any, ...] = ()  # the observers that can be notified of exchanges as values
+        self.exchange: ByValue | None = None  # the exchange that crosses the wire as a value at present
         self.latched = False  # `changes` and `changed_at` count even while nothing waits for the net
 
     @property
     def log(self) -> list[tuple[int, Any]] | None:
-        """A recorder's raw material: (from, level or promise); None: nothing is recorded."""
+        """The raw data of a recorder: (from, level or promise); None: the net is not recorded."""
         return self._log
 
     @log.setter
@@ -319,7 +330,7 @@ class Net:
         self.sort_drivers()
 
     def log_from(self, ps: int, what: Promise | Level) -> None:
-        """Note in the log what the net shows from an instant (ps) on."""
+        """Log the level or promise of the net from an instant (ps) on."""
         log = self._log
         if log and log[-1][0] == ps:
             log[-1] = ps, what
@@ -327,7 +338,7 @@ class Net:
             log.append((ps, what))
 
     def log_present(self, ps: int) -> None:
-        """Note in the log what the net shows now (ps): a promise, where one driver alone makes the level."""
+        """Log the present state of the net (ps): a promise, if one driver alone determines the level."""
         alone = len(self.active) == 1 and self.promise is not None
         self.log_from(ps, self.promise if alone else self.resolve(ps))
         if self.promise is not None and not alone:
@@ -335,18 +346,18 @@ class Net:
 
     @property
     def looked_at(self) -> bool:
-        """Does anything but observers and a recorder go by what the net shows, and when?"""
+        """True if anything except observers and a recorder depends on the level of the net and its time."""
         waiting = self.waiters and any(task.token == token for task, token, _ in self.waiters)
         return bool(waiting or self.before_change or self.latched)
 
     def _alone(self) -> None:
-        """Let what goes over the wire as a value go on edge by edge: something is going to look."""
+        """Let an exchange that crosses the wire as a value continue edge by edge: the edges will be observed."""
         if self.exchange is not None:
             self.exchange.withdraw()
 
     def sort_drivers(self) -> None:
-        """Note what drives, which promise counts, and whether a commit can take the short way."""
-        if len(self.drivers) == 1 and not self.joined:  # most nets, and each commit of a promise comes by here
+        """Update the list of active drivers, the promise that counts, and whether a commit can take the short path."""
+        if len(self.drivers) == 1 and not self.joined:  # most nets; every commit of a promise runs this line
             driver = self.drivers[0]
             self.active, self.promise, self.contention = [driver], driver.promise, False
             plain = driver.promise is None and self._log is None and not self.before_change and self.exchange is None
@@ -375,13 +386,13 @@ class Net:
 
     @property
     def is_active(self) -> bool:
-        """Is the pin at its active level?  While it floats it is neither active nor inactive."""
+        """True if the pin is at its active level.  While it floats it is neither active nor inactive."""
         level = self.value if self.promise is None else self.resolve(self.kernel.seen)
         return level == self.when_active[1]  # type: ignore[no-any-return]
 
     @property
     def is_inactive(self) -> bool:
-        """Is the pin at the level at which it is not active?"""
+        """True if the pin is at its inactive level."""
         level = self.value if self.promise is None else self.resolve(self.kernel.seen)
         return level == self.when_inactive[1]  # type: ignore[no-any-return]
 
@@ -416,9 +427,9 @@ class Net:
         return level
 
     def shown(self) -> Promise | Level:
-        """Return what the wire shows from now on, as things stand: a promise, or the level that it stays at.
+        """Return the waveform of the wire from now on, if no driver changes: a promise, or a constant level.
 
-        It is a value: it holds for the past when drivers change, and knows nothing of the change.
+        It is a value: it holds for the past when drivers change, and does not follow the change.
         """
         rest = self.tie if self.tie is not None else self.pull
         told = [driver.level if driver.promise is None else driver.promise for driver in self.active]
@@ -458,7 +469,7 @@ class Net:
 
     def update(self, ps: int) -> bool:
         """Commit the level of an instant (ps) and return whether it changed (called by the kernel)."""
-        if self.exchange is not None:  # whose lines nobody follows; what was driven has changed nothing
+        if self.exchange is not None:  # with unobserved lines; the driven level changes nothing
             return False
         active, promise = self.active, self.promise
         if len(active) == 1:
@@ -471,7 +482,7 @@ class Net:
             self._keep(self._log, ps, new)
         alone = len(active) == 1 and self._log is None and not self.joined
         if alone and not self.before_change and type(promise) is Wave and ps >= promise.times[-1]:
-            active[0].level, active[0].promise = promise.levels[-1], None  # the wave is over
+            active[0].level, active[0].promise = promise.levels[-1], None  # the wave has ended
             self.promise, self.plain = None, active[0]
             if promise.levels[-1] is None:
                 self.sort_drivers()
@@ -493,7 +504,7 @@ class Net:
             log.append((ps, entry))
 
     def follow(self) -> None:
-        """Begin to watch a promised net: note the present level and schedule the next edge."""
+        """Begin to watch a promised net: save the present level and schedule the next edge."""
         if self.exchange is not None:
             self.exchange.withdraw()
         self.value = self.resolve(self.kernel.seen)
@@ -501,7 +512,7 @@ class Net:
             self.schedule(self.kernel.seen)
 
     def schedule(self, ps: int) -> None:
-        """Put the next promised edge into the heap if anything watches."""
+        """Put the next promised edge into the heap if the net is watched."""
         if self.waiters or self.observers or self.latched or (self._log is not None and len(self.active) > 1):
             if len(self.active) == 1:
                 time = ask_at(self.promise.after(ps))  # type: ignore[union-attr]
@@ -544,7 +555,7 @@ class Net:
         self.observers.remove(observer)
 
     def sample(self, sampler: Callable[[], object]) -> None:
-        """Register a callback that is run just before a driver of this net replaces its waveform."""
+        """Register a callback that is called just before a driver of this net replaces its waveform."""
         self._alone()
         self.before_change.append(sampler)
         self.plain = None
@@ -556,7 +567,7 @@ class Net:
             self.sort_drivers()
 
     def join(self, other: Net) -> None:
-        """Connect two nets into one wire, at the end of this round; the ties of both end, because something is wired.
+        """Connect two nets into one wire, at the end of this round; the ties of both end, as the pins are now wired.
 
         Raises:
             WiringError: the wire would have more than 500 pins.
@@ -574,7 +585,7 @@ class Net:
         for driver in two.drivers:
             driver.net = one
         one.drivers += two.drivers
-        one.pending_drivers += two.pending_drivers + 1  # the joint
+        one.pending_drivers += two.pending_drivers + 1  # the junction
         two.pending_drivers = 0
         for listener in two.on_conflict.listeners:
             if listener not in one.on_conflict.listeners:
@@ -588,7 +599,11 @@ class Net:
         one.kernel.pending.append(WiringChange(one))
 
     def check_room(self, more: int) -> None:
-        """Refuse more pins than a wire may have, before anything is changed."""
+        """Check that a wire has room for more pins, before any change.
+
+        Raises:
+            WiringError: it would have more than 500.
+        """
         if len(self.drivers) + more > MAX_PINS:
             raise WiringError(f"{self.name}: {len(self.drivers) + more} pins on one wire; allowed {MAX_PINS}")
 
@@ -597,14 +612,14 @@ class Net:
 
 
 class Bus(Net):
-    """A net of eight wires.  Its drivers drive (mask, value); a wire that nothing drives reads 1, as in TTL."""
+    """A net of eight wires.  Its drivers drive (mask, value); an undriven wire reads 1, as in TTL."""
 
     __slots__ = ()
     width = 8
 
     @staticmethod
     def wired(levels: Iterable[Level]) -> tuple[Level, bool]:
-        """Return what drivers of eight wires, each (mask, value), add up to, and whether two disagree on a wire."""
+        """Return the combined level of drivers of eight wires, each (mask, value), and whether two disagree."""
         level: Level = None
         contention = False
         for own in levels:
@@ -624,7 +639,7 @@ class Bus(Net):
         return 0xFF if level is None else int(level[1] | ~level[0] & 0xFF)
 
     def bit(self, number: int) -> int | None:
-        """Return the level of a wire, 0 to 7: 0, 1, or None while nothing drives it."""
+        """Return the level of a wire, 0 to 7: 0, 1, or None while it is not driven."""
         level = self.level
         if level is None or not level[0] >> number & 1:
             return None

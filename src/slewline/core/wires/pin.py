@@ -1,4 +1,4 @@
-"""Pins as the outside sees them, and the conditions that a run can wait for."""
+"""Pins as seen from outside, and the conditions that a run can wait for."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ class Condition:
         raise NotImplementedError
 
     def when(self) -> int | None:
-        """Return when the condition will be met, as promised at present (ps); None if no promise says so."""
+        """Return when the condition will be met, as promised at present (ps); None: no promise foresees it."""
         return None
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """`when`, if promises can say it at all; None: it is checked after every instant."""
+        """`when`, if promises can foresee the condition at all; None: it is checked after every instant."""
         return self.when if type(self).when is not Condition.when else None
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether it is met in the time of a kernel, as far as its nets show."""
+        """Return whether the condition is met in the time of a kernel, judged by its nets."""
         return all(net.kernel is kernel for net in self.nets)
 
     def __bool__(self) -> NoReturn:
@@ -76,7 +76,7 @@ class Condition:
 
 
 class EitherCondition(Condition):
-    """One of two conditions."""
+    """Condition: one of two conditions is met."""
 
     def __init__(self, *of: Condition) -> None:
         self.of, self.text = of, " or ".join(condition.text for condition in of)
@@ -86,11 +86,11 @@ class EitherCondition(Condition):
         return " or ".join(map(str, self.of))
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether both do."""
+        """Return whether both conditions are met in the time of a kernel."""
         return all(condition.belongs(kernel) for condition in self.of)
 
     def begin(self) -> None:
-        """Prepare both."""
+        """Prepare both conditions."""
         for condition in self.of:
             condition.begin()
 
@@ -98,12 +98,12 @@ class EitherCondition(Condition):
         return any(condition.met() for condition in self.of)
 
     def when(self) -> int | None:
-        """Return the earlier of the instants that promises of the two foresee (ps); None: none is foreseen."""
+        """Return the earlier of the instants at which the two will be met, as promised (ps); None: none is foreseen."""
         return min((time for condition in self.of if (time := condition.when()) is not None), default=None)
 
 
 class LevelCondition(Condition):
-    """A pin has a level, 0 or 1."""
+    """Condition: a pin has a level, 0 or 1."""
 
     def __init__(self, pin: Terminal, level: int) -> None:
         if level not in (0, 1):
@@ -115,7 +115,7 @@ class LevelCondition(Condition):
 
 
 class EdgeCondition(Condition):
-    """A pin changes so many times."""
+    """Condition: a pin has changed a number of times."""
 
     def __init__(self, pin: Terminal, number: int) -> None:
         count = whole(number)
@@ -132,7 +132,7 @@ class EdgeCondition(Condition):
 
 
 class GotCondition(Condition):
-    """These bytes, or words, have been received one after the other."""
+    """Condition: a sequence of bytes, or words, has been received."""
 
     def __init__(
         self, name: str, received: bytearray | list[int], data: bytes | list[int], nets: tuple[Net, ...] = ()
@@ -153,7 +153,7 @@ def strapped(pins: Mapping[str, Terminal], names: Iterable[str]) -> tuple[int, .
 
 @face
 class Terminal:
-    """A pin as seen from outside: it can be read, and driven from outside as by another output on its wire.
+    """A pin as seen from outside: it can be read, and driven like any other output on its wire.
 
     Attributes:
         name: its full name, with that of its owner, such as "x.slew".
@@ -168,9 +168,9 @@ class Terminal:
         self.name = f"{owner}.{row.name}"
         self.bit: int | None = None  # of a bus
         self._driver: Driver | None = None
-        self._level: int | None = None  # what is driven from outside
+        self._level: int | None = None  # the level driven from outside
         self._pulses: list[tuple[object, int]] = []  # in progress: each with its level, the last begun last
-        self._between: int | None = None  # what was driven when the first of them began
+        self._between: int | None = None  # the level driven when the first of them began
 
     @property
     def level(self) -> int | None:
@@ -205,7 +205,7 @@ class Terminal:
         self._put(level, self._instant(at))
 
     def release(self, at: Time | None = None) -> None:
-        """Stop driving the pin from outside, now or at an instant: it then shows what is wired to it.
+        """Stop driving the pin from outside, now or at an instant: its wiring then determines the level.
 
         Raises:
             UsageError: the instant is in the past.
@@ -218,7 +218,8 @@ class Terminal:
     def pulse(self, level: int, width: Time, at: Time | None = None) -> None:
         """Drive the pin to a level for a time, then as it was driven from outside before, or not at all.
 
-        Of pulses that overlap, the one begun last decides; after all of them the pin is driven as before the first.
+        If pulses overlap, the one that began last determines the level; after all of them the pin is driven as before
+        the first.
 
         Args:
             level: 0 or 1.
@@ -290,7 +291,7 @@ class Terminal:
         return LevelCondition(self, level)
 
     def edges(self, number: int) -> EdgeCondition:
-        """Return a condition that is met when the pin has changed so many times since the wait began.
+        """Return a condition that is met when the pin has changed `number` times since the wait began.
 
         Raises:
             UsageError: `number` is not a whole number, 1 or more.

@@ -4,13 +4,14 @@ r"""The receiving half of a UART: it takes a line of characters as one value, or
     receiver    |                     |           woken when the first one begins, and when the last one is complete
                  plan                  take
 
-A receiver that finds a line of characters on its wire, sent in its own format, knows what the middle of each bit will
-be; so it is not woken for each of them, but for those at which its owner acts: a carriage return.  The characters
-between are taken late, and `catch_up` takes them for callers that need them before.
+A receiver that finds a line of characters on its wire, sent in its own format, knows the level in the middle of each
+bit in advance; so it is not woken for every character, but only for those at which its owner acts: a carriage return.
+The characters between are taken late, and `catch_up` takes them for callers that need them earlier.
 
-Anything else on the wire, a break, noise, another driver, another rate, withdraws the plan: the receiver goes on
-character by character, with the samples of the past from the old promise.  That is also how it receives what is no
-such line: it sleeps to the middle of the stop bit, and then asks what the wire was in the middle of each bit.
+Anything else on the wire, a break, noise, another driver, another rate, withdraws the plan: the receiver continues
+character by character, with the samples of the past from the old promise.  Characters that are not part of such a line
+are received in the same manner: it sleeps until the middle of the stop bit, and then looks up the level in the middle
+of each bit.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from ..time.timebase import Clock
 from .characters import Characters, frames_of
 from .net import Level, Net
 from .serial import OVERSAMPLING, CharacterFormat
-from .waits import level, until
+from .waits import edge_from_rest, level, until
 
 
 class Character(NamedTuple):
-    """A character as a receiver took it: its data bits, what was wrong, and the instants of its first and last edge."""
+    """A received character: its data bits, its faults, and the instants of its first and last edge."""
 
     byte: int
     parity_wrong: bool
@@ -39,7 +40,7 @@ class Character(NamedTuple):
 
     @property
     def good(self) -> bool:
-        """Neither parity nor framing fault."""
+        """True if it has neither a parity nor a framing fault."""
         return not (self.parity_wrong or self.framing_wrong)
 
 
@@ -55,14 +56,14 @@ class CharacterHook(Hook[[Character]]):
     def add(self, listener: Callable[[Character], object]) -> Callable[[Character], object]:
         """Call a function with every character from now on; return it, for `remove`."""
         if self.receiver is not None:
-            self.receiver.one_by_one()  # what has come before is not for this listener
+            self.receiver.one_by_one()  # this listener does not get earlier characters
         return super().add(listener)
 
 
 class Receiver:
     """The receiving half of a UART; `receiving` is true within a character.
 
-    Rate and format may change between two characters; so may the net, when wiring makes it one with another.
+    Rate and format may change between two characters; so may the net, when wiring joins it with another.
 
     Args:
         net: the wire, whose level is `mark` at rest.
@@ -70,22 +71,25 @@ class Receiver:
         word: the format.
     """
 
-    whole_lines: ClassVar[bool] = True  # False: the twin, which takes every character by itself
+    whole_lines: ClassVar[bool] = True  # False: the twin, which takes every character individually
 
     def __init__(self, net: Net, clock: Clock, word: CharacterFormat, mark: int) -> None:
         self.net, self.kernel, self.mark = net, net.kernel, mark
         self.clock, self.word, self.frames = clock, word, frames_of(clock.hz, word, mark)
-        self.broken = False  # the last character had no stop bit: the wire must come to rest first
-        self.start = 0  # of the character that comes in
-        self.form = self.frames  # in which it is read: rate and format may change meanwhile
-        self.looks: list[int] = []  # instants of the looks of this character; empty: none comes in
-        self.seen: list[Level] = []  # what those in the past saw
+        self.broken = False  # the last character had no stop bit: the wire must return to rest first
+        self.start = 0  # of the character being received
+        self.form = self.frames  # of this character: rate and format may change meanwhile
+        self.looks: list[int] = []  # sampling points of this character; empty: none is being received
+        self.seen: list[Level] = []  # the samples taken so far
         self.task: Task | None = None
         self.taken: Callable[[Character], object] = lambda _character: None
         self.passed: Callable[[bytes], object] = lambda _data: None
         self.acts: Callable[[bytes, int], int] | None = None
-        self.line: Characters | None = None  # what comes in as a value
+        self.line: Characters | None = None  # the line received as a value
         self.at = 0  # the number of its next character that has not been taken
+        self.acts_at = 0  # the number of its next character at which the owner acts
+        self.due = 0  # the instant at which that is complete, or the line
+        self.rests = False
         self.acting = False  # the owner acts, in the task
         net.sample(self.before_change)
         net.readers = (*net.readers, self)
@@ -103,7 +107,7 @@ class Receiver:
 
     @property
     def receiving(self) -> bool:
-        """Is a character coming in?"""
+        """True while a character is being received."""
         self.catch_up()
         if self.line is not None:
             return self.line.start + self.at * self.frames.length <= self.kernel.seen
@@ -115,11 +119,11 @@ class Receiver:
         passed: Callable[[bytes], object] | None = None,
         acts: Callable[[bytes, int], int] | None = None,
     ) -> None:
-        """Take characters, one after the other.
+        """Receive characters, one after the other.
 
         Args:
             taken: called with a character, in the middle of its first stop bit.
-            passed: called with characters that are good, and at which the owner does not act: some time later.
+            passed: called with good characters at which the owner does not act: some time later.
             acts: returns the number of the next character of a line, from the given one on, at which the owner acts;
                 -1: it acts at none.  Without it the owner acts at every one.
         """
@@ -127,10 +131,9 @@ class Receiver:
         if passed is not None:
             self.passed = passed
         while True:
-            if not self.looks:
-                await self._start_bit()
+            planned = not self.looks and await self._start_bit()
             if self.line is not None:
-                await self._line(self.line)
+                await self._line(self.line, planned)
             elif self.looks and (character := await self._character()) is not None:
                 taken(character)
 
@@ -143,21 +146,42 @@ class Receiver:
                 return character
 
     # ------------------------------------------------------------------------------------------ character by character
-    async def _start_bit(self, alone: bool = False) -> None:
-        """Wait for a start bit; plan to take the line that begins with it, or the looks at the bits of a character."""
-        mark = self.mark
+    async def _start_bit(self, alone: bool = False) -> bool:
+        """Wait for a start bit; plan the reception of the line that begins with it, or the samples of a character.
+
+        Return whether a sender has handed over the line meanwhile: the wait was then until the owner acts.
+        """
+        net, mark = self.net, self.mark
         if self.broken:
-            await level(self.net, mark)
+            await level(net, mark)
             self.broken = False
-        await level(self.net, 1 - mark)
+        if not alone and self.whole_lines and self._at_rest():
+            self.rests = True
+            await edge_from_rest(net, mark)
+            if not self.rests:
+                return True
+            self.rests = False
+        else:
+            await level(net, 1 - mark)
         now = self.kernel.now
         if not alone and self.whole_lines and (line := self._line_on_wire(now)) is not None:
             self.line, self.at = line, (now - line.start) // self.frames.length
         else:
             self._begin(now)
+        return False
+
+    def _at_rest(self) -> bool:
+        """Return whether the wire is at mark, and no edge of it is foreseen."""
+        net = self.net
+        promise = net.promise
+        if promise is None:
+            return bool(net.value == self.mark)
+        if type(promise) is not Characters or len(net.active) > 1:
+            return False
+        return promise.last <= self.kernel.seen and promise.frames.mark == self.mark
 
     def _begin(self, start: int) -> None:
-        """A character begins at an instant (ps): when are the looks at its bits?"""
+        """Compute the sampling points of a character that begins at an instant (ps)."""
         clock, bits = self.clock, len(self.frames.times)
         self.form = self.frames
         first = clock.ticks_until(start) + 1 + OVERSAMPLING // 2  # the edge is seen at the next clock
@@ -166,7 +190,7 @@ class Receiver:
         self.looks = [tick * clock.n // clock.d for tick in ticks]
 
     async def _character(self) -> Character | None:
-        """Wait for the character that has begun, and return it; None: it was a spike, no start bit."""
+        """Wait for the character that has begun, and return it; None: it was a spike rather than a start bit."""
         looks, kernel, mark = self.looks, self.kernel, self.mark
         frames = self.form
         if not self.seen:
@@ -191,7 +215,7 @@ class Receiver:
             self.seen += self.net.levels_before(looks[done:over])
 
     def before_change(self) -> None:
-        """Something is about to change the wire: look at what has been, while the old promise is still there."""
+        """Take the samples of the past while the old promise still exists: the wire is about to change."""
         if self.line is not None:
             self.withdraw()
         elif self.looks:
@@ -201,7 +225,7 @@ class Receiver:
 
     # -------------------------------------------------------------------------------------------------- a whole line
     def _line_on_wire(self, now: int) -> Characters | None:
-        """Return the line, in this format, of which a character begins now (ps); None: the wire shows no such line."""
+        """Return the line, in this format, with a character that begins now (ps); None: there is no such line."""
         active = self.net.active
         promise = active[0].promise if len(active) == 1 else None
         if type(promise) is not Characters or promise.frames is not self.frames:
@@ -209,46 +233,58 @@ class Receiver:
         return promise if now < promise.end and not (now - promise.start) % self.frames.length else None
 
     def _complete_at(self, line: Characters, number: int) -> int:
-        """Return the instant (ps) of the last look at a character of a line."""
+        """Return the instant (ps) of the last sample of a character of a line."""
         clock, frames = self.clock, self.frames
         tick = clock.ticks_until(line.start + number * frames.length) + 1 + OVERSAMPLING // 2
         return (tick + OVERSAMPLING * (len(frames.times) - 1)) * clock.n // clock.d
 
     def _complete_by(self, line: Characters, ps: int) -> int:
-        """Return the number of the last character of a line that is complete at an instant (ps); -1: none is."""
+        """Return the number of the last character of a line that is complete at an instant (ps); -1: none."""
         length = self.frames.length
         number = min((ps - line.start) // length, len(line.data) - 1)
         return number if self._complete_at(line, number) <= ps else number - 1
 
     def _acts_next(self, line: Characters) -> int:
-        """Return the number of the next character at which the owner acts, or an observer of the net looks."""
+        """Return the number of the next character at which the owner acts, or that an observer of the net needs."""
         if self.acts is None or self.net.observers:
             return self.at
         number = self.acts(line.data, self.at)
         return len(line.data) if number < 0 else number
 
     def _comes(self, line: Characters) -> bool:
-        """Return whether a line still comes in as planned; a type checker does not know that a wait may change it."""
+        """Return whether a line is still received as planned; type checkers ignore that a wait may change it."""
         return self.line is line
 
-    async def _line(self, line: Characters) -> None:
-        """Take a line; return when it is over, or withdrawn."""
-        kernel, last = self.kernel, len(line.data) - 1
+    def _plan(self, line: Characters) -> int:
+        """Return the instant (ps) at which the owner next acts at a character of a line, or the line is complete."""
+        self.acts_at = self._acts_next(line)
+        self.due = self._complete_at(line, min(self.acts_at, len(line.data) - 1))
+        return self.due
+
+    def take_over(self, line: Characters) -> None:
+        task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
+        self.line, self.at, self.rests = line, 0, False
+        task.token += 1
+        self.kernel.wake_at(self._plan(line), task)
+
+    async def _line(self, line: Characters, planned: bool) -> None:
+        """Receive a line; return when it is complete, or withdrawn."""
+        kernel = self.kernel
         while self._comes(line):
-            acts = self._acts_next(line)
-            number = min(acts, last)
-            complete = self._complete_at(line, number)
-            await until(kernel, complete)
-            if self._comes(line):
-                self.acting = True
-                if kernel.now == complete:
-                    self._take(line, number, acts)
-                else:
-                    self._take_until(line, kernel.now)
-                self.acting = False
+            if not planned:
+                await until(kernel, self._plan(line))
+                if not self._comes(line):
+                    return
+            planned = False
+            self.acting = True
+            if kernel.now == self.due:
+                self._take(line, min(self.acts_at, len(line.data) - 1), self.acts_at)
+            else:
+                self._take_until(line, kernel.now)
+            self.acting = False
 
     def _take(self, line: Characters, number: int, acts: int) -> None:
-        """Take the characters of a line up to one; `acts` is the next at which the owner acts, no earlier one."""
+        """Take the characters of a line up to `number`; `acts` is the next one at which the owner acts."""
         at, data = self.at, line.data
         self.at = number + 1
         if self.at == len(data):
@@ -267,12 +303,12 @@ class Receiver:
             self._take(line, min(acts, number), acts)
 
     def catch_up(self) -> None:
-        """Take what is complete: a caller needs it."""
+        """Take the complete characters now, for a caller that needs them."""
         if self.line is not None:
             self._take_until(self.line, self.kernel.seen)
 
     def one_by_one(self) -> None:
-        """Take each character at its instant from now on, as far as the owner or an observer of the net asks for it."""
+        """Take each character at its instant from now on, if the owner or an observer of the net needs it."""
         line, task = self.line, self.task
         if line is not None and task is not None:
             self._take_until(line, self.kernel.now)
@@ -280,7 +316,7 @@ class Receiver:
                 self.kernel.wake_at(self._complete_at(line, self.at), task)
 
     def withdraw(self) -> None:
-        """Go on character by character from this instant on."""
+        """Continue character by character from this instant on."""
         line, task, kernel = self.line, self.task, self.kernel
         if line is None or task is None:
             return

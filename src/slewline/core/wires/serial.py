@@ -176,7 +176,7 @@ class Straps:
         backwards: the pins of the address count the other way round.
     """
 
-    __slots__ = ("_address", "_checksum", "fixed", "kept", "order", "pins", "port", "taken")
+    __slots__ = ("_address", "_checksum", "fixed", "kept", "order", "pins", "port", "taken", "word")
 
     def __init__(
         self,
@@ -192,6 +192,7 @@ class Straps:
         self._address = [pins[name].net for name in self.order]
         self._checksum = pins[port.checksum_pin].net if port.checksum_pin else None
         self.taken: int | None = None  # the rate at which the part listens; None: it has not looked
+        self.word = CharacterFormat(port.bits, port.parity, port.stop)
 
     @property
     def baud(self) -> int:
@@ -204,12 +205,14 @@ class Straps:
         return self.taken
 
     @property
+    def rate(self) -> int:
+        """Rate at which the part receives, in baud."""
+        return self.baud if self.taken is None else self.taken
+
+    @property
     def setting(self) -> LineSetting:
-        """Rate and format at which the part listens."""
-        port = self.port
-        return LineSetting(
-            self.baud if self.taken is None else self.taken, CharacterFormat(port.bits, port.parity, port.stop)
-        )
+        """Rate and format at which the part receives."""
+        return LineSetting(self.rate, self.word)
 
     @property
     def set_by(self) -> str:

@@ -1,15 +1,15 @@
-"""Promises of promises: an inverter, a gate, a delay, and what several drivers of one wire add up to.
+"""Promises of promises: an inverter, a gate, a delay, and several drivers of one wire combined.
 
     pulse           ‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾‾‾‾      promise of a train
     enable          ‾‾‾‾‾‾‾‾‾‾|_________________      promise of an edge
-    Gated: and      ‾|_|‾|_|‾||_________________      asked, not played
+    Gated: and      ‾|_|‾|_|‾||_________________      queried, not played
 
-A view knows the promises that it is made of, and nothing else: level, next edge and edges of a window follow from
-theirs, so a million steps at the output of a gate cost what they cost at its input.  It is a value.  When an input is
-driven otherwise, the part that promised the view bounds it by `until`, so that no edge shows of what was withdrawn, and
-promises another one in the next round (parts/base/follower.py).
+A view depends only on the promises that it is made of: level, next edge and edges of a window follow from theirs, so a
+million steps at the output of a gate cost as much as at its input.  It is a value.  When the drive of an input changes,
+the part that promised the view bounds it by `until`, so that no edge of the withdrawn promise is visible, and promises
+another one in the next round (parts/base/follower.py).
 
-Edges are exact: each a real change, one at an instant.
+Edges are exact: each is a real change, only one at an instant.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..time.events import Events, NotYet, Until, When, ask_at, before, later
 from .clocking import WalkedEdges, clock_edges
 from .wave import FLOATING, Level, Promise, floats, joined, promised, real_edges
 
-TRIES = 16  # changes of inputs that change nothing; then `after` says where it has come to
+TRIES = 16  # changes of inputs without effect; then `after` returns the instant reached
 
 
 class View:
@@ -36,7 +36,7 @@ class View:
     def __init__(self) -> None:
         self._bound: int | None = None
 
-    # ------------------------------------------------------------------------------------- what a kind of view says
+    # -------------------------------------------------------------------------- to be implemented by a kind of view
     def inputs(self) -> Iterable[Promise]:
         """Return the promises that the view is made of."""
         raise NotImplementedError
@@ -46,21 +46,21 @@ class View:
         raise NotImplementedError
 
     def after_of(self, ps: int) -> When:
-        """Return what `after` does, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, as `after` does, bounded by the inputs alone."""
         raise NotImplementedError
 
     def edges_of(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return what `edges` does, bounded by the inputs alone; start < stop."""
+        """Return the edges as `edges` does, bounded by the inputs alone; start < stop."""
         raise NotImplementedError
 
     def holds(self) -> int | None:
-        """Return the instant before which the inputs hold (ps); None: for good."""
+        """Return the instant before which the inputs hold (ps); None: forever."""
         return min((bound for of in self.inputs() if (bound := of.until) is not None), default=None)
 
     # ------------------------------------------------------------------------------------------------- the promise
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds; None: for good."""
+        """The instant before which the promise holds; None: forever."""
         bounds = [ps for ps in (self.holds(), self._bound) if ps is not None]
         return min(bounds, default=None)
 
@@ -70,7 +70,7 @@ class View:
 
     @property
     def bound(self) -> int | None:
-        """Its own bound alone: what else goes on after `until` goes on."""
+        """The view's own bound, which ends it even where its inputs continue."""
         return self._bound
 
     def level(self, ps: int) -> Level:
@@ -78,7 +78,7 @@ class View:
         return self.level_of(ps if self._bound is None or ps < self._bound else self._bound - 1)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None: no edge is foreseen."""
         return before(self.after_of(ps), self._bound)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -89,7 +89,7 @@ class View:
 
 
 class Bounded(Until):
-    """Events as long as they lie before the bound of a view, which may still move."""
+    """Events before the bound of a view, which may still move."""
 
     def __init__(self, of: Events, view: View) -> None:
         self.of, self.view = of, view
@@ -101,7 +101,7 @@ class Bounded(Until):
 
 
 class Repeated(View):
-    """A promise as it is, with a bound of its own: the output of a buffer."""
+    """A promise repeated unchanged, with a bound of its own: the output of a buffer."""
 
     __slots__ = ("of",)
 
@@ -111,7 +111,7 @@ class Repeated(View):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """Does it let go of the wire at times?"""
+        """True if it releases the wire at times."""
         return floats(self.of)
 
     def inputs(self) -> Iterable[Promise]:
@@ -136,7 +136,7 @@ class Repeated(View):
 
 
 class Rested(Repeated):
-    """A promise on a wire that a pull or a tie holds while nothing drives it."""
+    """A promise on a wire with a pull or a tie that determines its level while it is not driven."""
 
     __slots__ = ("rest",)
     floats = False
@@ -166,7 +166,7 @@ class Rested(Repeated):
 
 
 class Inverted(Repeated):
-    """The other level; a wire that floats is passed on as it is."""
+    """The inverse level; floating is passed on unchanged."""
 
     __slots__ = ()
 
@@ -185,7 +185,7 @@ class Inverted(Repeated):
 
 
 class Combined(View):
-    """What several inputs make of each other, promises and levels that stay; at least one is a promise."""
+    """The combination of several inputs, promises and constant levels; at least one is a promise."""
 
     __slots__ = ("of",)
 
@@ -198,7 +198,7 @@ class Combined(View):
         raise NotImplementedError
 
     def combined_many(self, levels: Any) -> Any:
-        """Return the outputs for many levels: (inputs, n) int8, -1 for None, gives (n,) int8."""
+        """Return the outputs for many levels, (inputs, n) int8 with -1 for None: (n,) int8."""
         raise NotImplementedError
 
     def decides(self, number: int, level: Level) -> bool:
@@ -225,11 +225,11 @@ class Combined(View):
             coming = [time for time in times if time is not None]
             if not coming or (deciding and len(coming) < len(times)):
                 return None
-            ps = max(coming) if deciding else min(coming)  # nothing happens before the last one that decides lets go
+            ps = max(coming) if deciding else min(coming)  # constant until the last deciding input changes
             before, levels = levels, self._levels(ps)
             if self.combined(levels) != here:
                 return ps
-            if levels == before:  # an input that has not found its edge has tried enough
+            if levels == before:  # an input without a known edge has searched far enough
                 break
         return NotYet(ps)
 
@@ -252,7 +252,7 @@ class Combined(View):
 
 
 class Wired(Combined):
-    """Several drivers on one wire: low wins, and where nothing drives, the wire rests."""
+    """Several drivers on one wire: low wins, and where none drives, the wire is at rest."""
 
     __slots__ = ("_rest", "_wired")
 
@@ -264,7 +264,7 @@ class Wired(Combined):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """Does nothing drive the wire at times?"""
+        """True if no driver drives the wire at times."""
         return self._rest is None and all(map(floats, self.of))
 
     def combined(self, levels: Sequence[Level]) -> Level:
@@ -281,7 +281,7 @@ class Wired(Combined):
 
 
 class Gated(Combined):
-    """A gate.  `table` has the output for every number that the inputs make, the first one counting 1, then 2, 4 ...
+    """A gate.  `table` has the output for every number that the inputs form; the first one counts 1, then 2, 4 ...
 
     An input that floats reads high, as in TTL.
     """
@@ -306,7 +306,7 @@ class Gated(Combined):
 
 
 class Delayed(View):
-    """What a wire has shown, later: `pieces` say from which instants on it showed what, ascending."""
+    """The waveform of a wire, delayed: `pieces` are (instant from which on it holds, waveform), ascending."""
 
     __slots__ = ("lag_ps", "pieces")
 
@@ -316,11 +316,11 @@ class Delayed(View):
 
     @property
     def floats(self) -> bool:  # type: ignore[override]
-        """Does it let go of the wire at times?"""
+        """True if it releases the wire at times."""
         return any(floats(what) for _, what in self.pieces)
 
     def holds(self) -> int | None:
-        """Return the instant before which the output is known (ps): the delay later than its input; None: for good."""
+        """Return the instant before which the output is known (ps): that of its input plus the delay; None: forever."""
         last = self.pieces[-1][1]
         return last.until + self.lag_ps if promised(last) and last.until is not None else None
 
@@ -360,7 +360,7 @@ class Delayed(View):
         return real_edges(times, levels, self.level_of(start))
 
 
-# ------------------------------------------------------------------------------------------------- making the simplest
+# --------------------------------------------------------------------------------------------------- the simplest view
 def inverted(what: Any) -> Promise | Level:
     """Return the inverse of a level or a promised waveform; None remains None."""
     return Inverted(what) if promised(what) else None if what is None else 1 - what
@@ -378,7 +378,7 @@ def gated(inputs: Sequence[Promise | Level], table: tuple[int, ...]) -> Promise 
         if promised(what) and not any(what is other for other in of):
             of.append(what)
     own = tuple(_row(inputs, table, of, bits) for bits in _rows(len(of)))
-    for n in reversed(range(len(of))):  # an input on which nothing depends is none
+    for n in reversed(range(len(of))):  # an input without effect on the output is dropped
         if all(own[i] == own[i ^ 1 << n] for i in range(len(own))):
             own = tuple(level for i, level in enumerate(own) if not i >> n & 1)
             del of[n]
@@ -390,7 +390,7 @@ def gated(inputs: Sequence[Promise | Level], table: tuple[int, ...]) -> Promise 
 
 
 def _row(inputs: Sequence[Any], table: tuple[int, ...], of: list[Promise], bits: Sequence[int]) -> int:
-    """The output of a gate while the promises of it have these levels."""
+    """Return the output of a gate when the promises `of` have these levels."""
     number = 0
     for n, what in enumerate(inputs):
         level = next((bit for other, bit in zip(of, bits, strict=True) if other is what), what)
@@ -400,13 +400,13 @@ def _row(inputs: Sequence[Any], table: tuple[int, ...], of: list[Promise], bits:
 
 @lru_cache(maxsize=16)
 def _rows(count: int) -> tuple[tuple[int, ...], ...]:
-    """All levels of so many inputs, the first one changing first."""
+    """Return all combinations of levels of `count` inputs, the first input changing fastest."""
     return tuple(bits[::-1] for bits in product((0, 1), repeat=count))
 
 
 @lru_cache(maxsize=256)
 def deciding(table: tuple[int, ...]) -> frozenset[tuple[int, bool]]:
-    """Return which inputs of a gate decide on its output, with which levels."""
+    """Return the inputs of a gate, each with a level, that alone determine its output."""
     inputs = range(len(table).bit_length() - 1)
     return frozenset(
         (n, bool(level))

@@ -1,7 +1,7 @@
-"""How a task that is about to wait is registered: in the heap, on nets.
+"""Registration of a task that is about to wait: in the heap, and on nets.
 
-It is registered under its present token; whatever wakes it first moves the token on, which makes the other
-registrations stale.  Who waits is the running task, so these functions are called from inside one (waits.py).
+It is registered under its present token; the first event that wakes it increments the token, which makes the other
+registrations stale.  The waiting task is the running one, so these functions are called from inside it (waits.py).
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from heapq import heappush
 from ..time.kernel import Kernel
 from .net import Net
 
-STALE = 64  # entries that a net which never changes may gather before they are sorted out
+STALE = 64  # entries that a net may collect without a change before stale ones are removed
 
 
 def wait_until(kernel: Kernel, ps: int) -> bool:
-    """Register the running task for an instant (ps); return false if it is there: nothing else was due before."""
+    """Register the running task for an instant (ps); return False if it is there: no other event was due before."""
     if ps <= kernel.now or kernel.pass_to(ps):
         return False
     task = kernel.task
@@ -24,11 +24,17 @@ def wait_until(kernel: Kernel, ps: int) -> bool:
 
 
 def wait_for(net: Net, wanted: int | None) -> None:
-    """Register the running task for a level of a net, 0 or 1, which it has not; None: for its next change."""
+    """Register the running task for a level of a net, 0 or 1, which it does not have yet; None: for its next change."""
     task = net.kernel.task
     net.waiters.append((task, task.token, wanted))  # type: ignore[union-attr,arg-type]
     if net.promise is not None:
         net.follow()
+
+
+def wait_at_rest(net: Net, rest: int) -> None:
+    """Register the running task for the end of a level, 0 or 1, of a net of which no edge is foreseen."""
+    net.value = rest  # while nothing waited for it, it did not follow its promise
+    net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
 
 
 def wait_for_first(
@@ -36,7 +42,7 @@ def wait_for_first(
 ) -> tuple[bool, Net | None]:
     """Register the running task for an instant (ps) and for levels of nets, each 0, 1 or None for any change.
 
-    Return whether one of them is there already, and then which: a net; None, the instant.
+    Return whether one of them is reached already, and then which one: a net, or None for the instant.
     """
     for net, value in wanted:
         if value is not None and net.level == value:
@@ -48,7 +54,7 @@ def wait_for_first(
     if ps is not None:
         heappush(kernel.heap, (ps, next(kernel.order), task, token))
     for net, value in wanted:
-        if len(net.waiters) > STALE:  # what another net or the time has woken meanwhile
+        if len(net.waiters) > STALE:  # tasks that another net or the time has woken meanwhile
             net.waiters = [entry for entry in net.waiters if entry[0].token == entry[1]]
         net.waiters.append((task, token, value))  # type: ignore[arg-type]
         if net.promise is not None:

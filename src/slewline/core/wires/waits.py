@@ -1,4 +1,4 @@
-"""What a task may wait for: time, a level, an edge, or the first of several.
+"""The waits of a task: for time, a level, an edge, or the first of several.
 
 Each wait is a generator-based coroutine that registers the running task (waiters.py) and suspends it.
 """
@@ -9,7 +9,7 @@ from collections.abc import Generator
 from types import coroutine
 from typing import TYPE_CHECKING, Any
 
-from .waiters import wait_for, wait_for_first, wait_until
+from .waiters import wait_at_rest, wait_for, wait_for_first, wait_until
 
 if TYPE_CHECKING:
     from ..time.kernel import Kernel
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 @coroutine
 def until(kernel: Kernel, ps: int) -> Generator[None, Any, None]:
-    """Wait until an instant (ps); return at once if it is not in the future."""
+    """Wait until an instant (ps); return immediately if it is not in the future."""
     if wait_until(kernel, ps):
         yield
 
 
 @coroutine
 def next_round(kernel: Kernel) -> Generator[None, Any, None]:
-    """Wait until the next round of this instant, when everything due in this round has been done."""
+    """Wait until the next round of this instant, when all work of this round has been done."""
     if not kernel.pass_round():
         kernel.woken.append(kernel.task)
         yield
@@ -33,10 +33,17 @@ def next_round(kernel: Kernel) -> Generator[None, Any, None]:
 
 @coroutine
 def level(net: Net, wanted: int) -> Generator[None, Any, None]:
-    """Wait until a net has a level, 0 or 1; return at once if it has it already."""
+    """Wait until a net has a level, 0 or 1; return immediately if it has it already."""
     if net.level != wanted:
         wait_for(net, wanted)
         yield
+
+
+@coroutine
+def edge_from_rest(net: Net, rest: int) -> Generator[None, Any, None]:
+    """Wait until a net leaves a level, 0 or 1, at which it is, and no edge of which is foreseen."""
+    wait_at_rest(net, rest)
+    yield
 
 
 @coroutine
@@ -54,16 +61,16 @@ def first_of(kernel: Kernel, ps: int | None, *wanted: tuple[Net, int | None]) ->
         kernel: the virtual time.
         ps: the instant; None: no limit.
         wanted: pairs of a net and the level to wait for, 0 or 1, or None for any edge.  If a net has its level already,
-            the call returns at once; of several such nets it returns the first.
+            the call returns immediately; of several such nets it returns the first.
     """
     there, net = wait_for_first(kernel, ps, wanted)
     return net if there else (yield)
 
 
 async def polled(kernel: Kernel, net: Net, wanted: int, every: int) -> None:
-    """Sample a net every so many picoseconds, first now, until it has a level.
+    """Sample a net every `every` picoseconds, first now, until it has a level.
 
-    The samples are computed, not run through; a level that is gone again before the next sample is not seen.
+    The sampling points are computed, not stepped through; a level that is gone before the next one is not seen.
     """
     origin = kernel.now
     while net.level != wanted:

@@ -1,4 +1,4 @@
-"""What a driver may promise: a waveform ahead of time; the simplest one is a list of edges."""
+"""Promises of drivers: waveforms ahead of time; the simplest one is a list of edges."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FLOATING = -1  # in arrays of levels: None
 
 
 def promised(what: Any) -> bool:
-    """Return whether something is a promise; else it is a level."""
+    """Return whether an object is a promise; else it is a level."""
     return not (what is None or what.__class__ is int or what.__class__ is tuple)
 
 
@@ -26,22 +26,22 @@ def floats(what: Promise | Level) -> bool:
 
 
 def alike(one: Any, two: Any) -> bool:
-    """Return whether two are one and the same promise, or equal levels."""
+    """Return whether two objects are the same promise, or equal levels."""
     return one is two or (not promised(one) and not promised(two) and one == two)
 
 
 class Promise(Protocol):
-    """A waveform ahead of time.  `until` bounds it, exclusive: from there on the level of the instant before holds."""
+    """A waveform ahead of time.  `until` bounds it, exclusive: from there on the level before that instant holds."""
 
     @property
     def until(self) -> int | None:
-        """The instant before which the promise holds; None: for good."""
+        """The instant before which the promise holds; None: forever."""
 
     def level(self, ps: int) -> Level:
         """Return the level at an instant (ps), edges at that instant included."""
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None: no edge is foreseen."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the edges at start < t <= stop: times in ps and the levels after them."""
@@ -58,11 +58,11 @@ class Wave:
 
     @property
     def floats(self) -> bool:
-        """Does it let go of the wire at times?"""
+        """True if it releases the wire at times."""
         return self.before is None or None in self.levels
 
     def whole(self, start: int, stop: int) -> bool:
-        """Return whether it has edges, and all of them come at start < t < stop (ps)."""
+        """Return whether it has edges, and all of them are at start < t < stop (ps)."""
         times = self.times
         return self.until is None and bool(times) and start < times[0] and times[-1] < stop
 
@@ -80,7 +80,7 @@ class Wave:
         return [levels[over - 1] if over else self.before for over in overs]
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
         times, levels = self.times, self.levels
         over = bisect_right(times, ps)
         here = levels[over - 1] if over else self.before
@@ -130,7 +130,7 @@ def real_edges(times: Any, levels: Any, before: Level) -> tuple[Any, Any]:
 
 
 def joined(parts: Sequence[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Return edges in parts, lists or arrays, as one: lists where all are lists, else arrays, FLOATING for None."""
+    """Return parts of edges, lists or arrays, joined: as lists if all are lists, else as arrays, FLOATING for None."""
     if all(isinstance(times, list) for times, _ in parts):
         return [time for times, _ in parts for time in times], [level for _, levels in parts for level in levels]
     import numpy as np

@@ -1,1 +1,1 @@
-"""The other end of served registers: for host programs in Python."""
+"""Clients of served registers, for host programs in Python."""

@@ -1,13 +1,13 @@
-"""The parallel card that `slewline serve` has on TCP with `--registers`, for a host program on the other end.
+"""The parallel card that `slewline serve` offers on TCP with `--registers`: the client for a host program.
 
     from slewline.links.clients.card_port import CardPort
 
     with CardPort("127.0.0.1", 4002) as card:            # slewline serve PART --pty x --registers 127.0.0.1:4002
-        card.command("O 81H")                            # answers to this side
+        card.command("O 81H")                            # direct answers to the bus
         print(card.ask("? P"))                           # P=00000000
 
 The registers are those of parts/boards/parallel_card.py, the messages those of links/ports/register_port.py.  This file
-and chipset_port.py need nothing but the standard library: a host program may take copies of them to another machine.
+and chipset_port.py need only the standard library: a host program may take copies of them to another machine.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import re
 from .chipset_port import DATA, IN, OUT, READY, STATUS, ChipsetPort
 
 CONTROL = 2
-REQUEST, DRIVE = 0x01, 0x02  # in the control register
-IS_READY, IS_FREE = 0x80, 0x40  # in the status: BUSY high, FPL high
-ANSWER, MESSAGE = 0x30 + STATUS, 0x40 + STATUS  # requests: wait until BUSY is low, until FPL is low
-STEP_MS = 200  # of one request that waits
+REQUEST, DRIVE = 0x01, 0x02  # bits of the control register
+IS_READY, IS_FREE = 0x80, 0x40  # bits of the status: BUSY high, FPL high
+ANSWER, MESSAGE = 0x30 + STATUS, 0x40 + STATUS  # requests: wait for BUSY low, for FPL low
+STEP_MS = 200  # longest wait of one request
 MODE = re.compile(r"O ?([0-9][0-9A-F]*)(H?)")
-LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of the memory, after the pointer
-ON_BUS = (0x05, 0x01)  # of the mode register: mask, and what it is while messages come over the bus
+LISTING = re.compile(r"\? ?M[ ,]+([0-9]+)")  # lines of memory, after the pointer
+ON_BUS = (0x05, 0x01)  # of the mode register: mask, and value while messages are sent over the bus
 
 
 class CardPort(ChipsetPort):
@@ -33,7 +33,7 @@ class CardPort(ChipsetPort):
 
     Attributes:
         messages: the bytes that the chip has sent and no call has returned yet.
-        heeds: True if FPL is obeyed: this program has sent a mode command that directs messages to the bus.
+        heeds: True if FPL is evaluated: this program has sent a mode command that directs messages to the bus.
     """
 
     can_foresee = False
@@ -70,7 +70,7 @@ class CardPort(ChipsetPort):
                 raise TimeoutError(f"{self.where}: the status stays {status:#04x}")
 
     def free(self, ms: int) -> None:
-        """Wait until the chip is ready for a byte, for `ms` milliseconds of chip time at most; read what it sends.
+        """Wait until the chip is ready for a byte, at most `ms` milliseconds of chip time; read its messages.
 
         Raises:
             TimeoutError: the chip is not ready in time.
@@ -79,7 +79,7 @@ class CardPort(ChipsetPort):
             self._fetch()
 
     def _fetch(self, asked: bool = False) -> None:
-        """Read a byte of a message; `asked`: IO_REQUEST is low, and BUSY has answered."""
+        """Read a byte of a message; `asked`: IO_REQUEST is low, and BUSY has responded."""
         if not asked:
             self.out(CONTROL, REQUEST)
             self.until(ANSWER, STEP_MS, IS_READY, 0)
@@ -87,10 +87,10 @@ class CardPort(ChipsetPort):
         self.until(READY, STEP_MS, IS_READY, IS_READY)
 
     def empty(self, ms: int = 5000) -> None:
-        """Perform the empty handshake that begins a command, after reading what the chip has to send.
+        """Perform the empty handshake that begins a command, after reading any pending messages.
 
         Raises:
-            TimeoutError: the chip does not take part in it within `ms` milliseconds of chip time.
+            TimeoutError: the chip does not respond within `ms` milliseconds of chip time.
         """
         while True:
             self.free(ms)
@@ -129,7 +129,7 @@ class CardPort(ChipsetPort):
             self.heeds = int(match[1], 16 if match[2] else 10) & mask == value
 
     def enter(self, program: str, ms: int = 5000) -> None:
-        """Store a program from the memory pointer on, one command a line.
+        """Store a program from the memory pointer on, one command per line.
 
         Raises:
             TimeoutError: the chip takes longer than `ms` milliseconds of chip time to store a byte.
@@ -158,7 +158,7 @@ class CardPort(ChipsetPort):
         return answer
 
     def listen(self, ms: int) -> bytes:
-        """Wait until the chip sends something, `ms` milliseconds of chip time at most, and return what it has sent.
+        """Wait until the chip sends something, `ms` milliseconds of chip time at most, and return the bytes sent.
 
         Raises:
             TimeoutError: the chip has sent nothing.

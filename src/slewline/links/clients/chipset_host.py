@@ -43,12 +43,12 @@ class ChipsetHost:
     def __init__(self, host: str, port: int, timeout: Time = "10 s") -> None:
         self.port = ChipsetPort(host, port, seconds(timeout))
         try:
-            self.sheet = sheet_of(self.port.part, allow_code=False)  # a name that comes from outside
+            self.sheet = sheet_of(self.port.part, allow_code=False)  # an untrusted name
         except BaseException:
             self.port.close()
             raise
         self.received: list[int] = []
-        self.updated = False  # the cycle that works the last update may not have begun
+        self.updated = False  # the cycle of the last update may not have begun
 
     def command(self, name: str, *values: int | str, axis: int = 0) -> int | None:
         """Send a command and check the checksum; return the value that the command returns, None if it returns none.
@@ -91,10 +91,10 @@ class ChipsetHost:
         return packets.values(line.row.reads, self._exchange(packet_of(line.row, line.values), axis))[0]
 
     def send(self, data: str | bytes, axis: int = 0) -> None:
-        """Send packets: text is commands, one a line; bytes are a command byte and the bytes of its words.
+        """Send packets: text is commands, one per line; bytes are a command byte and the bytes of its words.
 
         Raises:
-            UsageError: text that is not a command, before anything is sent, or half a word.
+            UsageError: text that is not a command, before any is sent, or half a word.
             ChecksumError: as `command`; the commands after it are not sent.
         """
         if isinstance(data, str):
@@ -170,5 +170,5 @@ class ChipsetHost:
 
 
 def seconds(time: Time) -> float:
-    """Return a time as the wall clock has it."""
+    """Return a time in seconds of the wall clock."""
     return picoseconds(time) / PS_PER_S

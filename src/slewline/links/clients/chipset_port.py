@@ -1,4 +1,4 @@
-"""The registers of a chipset that `slewline serve` has on TCP, for a host program on the other end.
+"""The registers of a chipset that `slewline serve` offers on TCP: the client for a host program.
 
     from slewline.links.clients.chipset_port import COMMAND, DATA, ChipsetPort
 
@@ -8,15 +8,15 @@
         port.ready()
         print(f"{port.inp(DATA):02x}{port.inp(DATA):02x}")
 
-Of an address the lowest four bits count, so 0x342 is the command register too.  The messages are those of
-register_port.py.  A server with another card (--card) says in its first line where the registers are: `at`.
+Only the lowest four bits of an address are used, so 0x342 is the command register too.  The messages are those of
+register_port.py.  A server with another card (--card) sends the offsets of its registers in its first line: `at`.
 
-A packet is one message.  In lockstep OUT and a poll whose answer can be foreseen do not wait for one: HostRdy is low
-after a command and after the second byte of a word, until a poll has found it so, and high after the first byte.  What
-goes out is worked at the instants at which it would be, had every answer been waited for.  An older server reports that
-it does not know the request 90 02, and is then spoken to as it always was.
+A packet is one message.  In lockstep, OUT and a poll with a predictable answer do not wait for the answer: HostRdy is
+low after a command and after the second byte of a word, until a poll has found it low, and high after the first byte.
+The server executes these requests at the instants at which it would have, had the client waited for every answer.  An
+older server reports that it does not know the request 90 02; the client then uses the old protocol.
 
-This file needs nothing but the standard library: a host program may take a copy of it to another machine.
+This file needs only the standard library: a host program may take a copy of it to another machine.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ IN, OUT, READY, POLL, HELLO, SERIES, ON = 0x00, 0x10, 0x24, 0x54, 0x90, 0xC0, 0x
 VERSION, LOCKSTEP, OLDER = 2, 0x80, 0xFF  # in the answer to HELLO
 LONGEST = 255  # requests of a series
 UNDER_WAY = 64  # requests whose answers are not waited for
-TRIES = 10  # how often HostRdy is waited for, PATIENCE_MS each, before a byte is read all the same
+TRIES = 10  # number of waits for HostRdy, PATIENCE_MS each, before a byte is read anyway
 GREETING = "slewline registers 1 "
 PATIENCE_MS = 100  # HostRdy is low for 82 µs, and for 3.3 ms after a reset
 
@@ -41,7 +41,7 @@ class ChipsetPort:
     Args:
         host, port: the address on which `slewline serve` listens.
         timeout: the longest wait for an answer, in seconds of the wall clock.
-        plain: use only requests that older servers know as well.
+        plain: use only requests that older servers support as well.
 
     Attributes:
         part: the name of the chipset.
@@ -57,12 +57,12 @@ class ChipsetPort:
 
     def __init__(self, host: str, port: int, timeout: float = 10.0, plain: bool = False) -> None:
         self.where = f"{host}:{port}"
-        self.hello: int | None = OLDER if plain else None  # what the server has answered to it; None: not asked yet
+        self.hello: int | None = OLDER if plain else None  # the server's answer to HELLO; None: not sent yet
         self.sent: list[tuple[int, int]] = []  # requests whose answers have not been read
-        self.stays_low = False  # they are kept, and the first one is a poll: HostRdy has stayed low
-        self.foreseen: list[int] = []  # what the next polls read
-        self.high = False  # HostRdy is, as a poll has found
-        self.halves: set[int] | None = None  # words of which one byte is written or read; None: it is not known
+        self.stays_low = False  # requests are kept, and the first one is a poll: HostRdy has stayed low
+        self.foreseen: list[int] = []  # predicted results of the next polls
+        self.high = False  # HostRdy, as the last poll found it
+        self.halves: set[int] | None = None  # half-transferred word; None: unknown
         self.socket = socket.create_connection((host, port), timeout)
         try:
             self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -72,7 +72,7 @@ class ChipsetPort:
             raise
 
     def _greeted(self) -> tuple[str, int, dict[str, int]]:
-        """The part, how many axes it has, and where the registers are."""
+        """Return the part, the number of its axes, and the offsets of its registers."""
         line = bytearray()
         while not line.endswith(b"\n") and len(line) < 200:
             line += self._read(1)
@@ -107,8 +107,8 @@ class ChipsetPort:
     def series(self, *requests: tuple[int, int]) -> bytes:
         """Send requests as one series, which is abandoned if a wait in it fails; return the answers, one byte each.
 
-        Requests after a failed wait are not executed, and are answered with FF.  An older server gets the requests one
-        by one, and executes those after a failed wait as well.
+        Requests after a failed wait are not executed, and are answered with FF.  An older server receives the requests
+        one by one, and executes those after a failed wait as well.
         """
         if self._version() == OLDER:
             return self.exchange(*requests)
@@ -129,7 +129,7 @@ class ChipsetPort:
             raise
 
     def _version(self) -> int:
-        """What the server has answered to HELLO."""
+        """Return the server's answer to HELLO."""
         if self.hello is None:
             answer = self._exchange(bytes((HELLO, VERSION)), 1)[0]
             self.hello = OLDER if answer & ~LOCKSTEP < VERSION else answer
@@ -139,11 +139,12 @@ class ChipsetPort:
     def out(self, address: int, byte: int) -> None:
         """Write a byte to a register, as OUT does on a PC.
 
-        It has been written when the call returns; in lockstep it may still be on its way then, but anything that this
-        program requests of the server later is done after it.
+        The byte has been written when the call returns.  In lockstep it may still be in transit, but the server
+        executes any later request of this program after it.
 
         Args:
-            address: the address of the register, of which the lowest four bits count: `at["data"]`, `at["command"]` ...
+            address: the address of the register, of which only the lowest four bits are used: `at["data"]`,
+                `at["command"]` ...
             byte: 0 to 255.
 
         Raises:
@@ -164,7 +165,8 @@ class ChipsetPort:
         """Read a byte from a register, as IN does on a PC.
 
         Args:
-            address: the address of the register, of which the lowest four bits count: `at["data"]`, `at["status"]`.
+            address: the address of the register, of which only the lowest four bits are used: `at["data"]`,
+                `at["status"]`.
         """
         register = address & 0x0F
         if not self._foreseeing():
@@ -190,32 +192,32 @@ class ChipsetPort:
         return not self.stays_low and bool(self.exchange(request)[0] & HOSTRDY)
 
     def settle(self) -> None:
-        """Wait until everything that was sent has been done, or is held up because HostRdy stays low."""
+        """Wait until all requests have been executed, or are blocked because HostRdy stays low."""
         if self.sent and not self.stays_low:
             self._collect()
 
-    # ------------------------------------------------------------------------------------------------ what is foreseen
+    # ---------------------------------------------------------------------------------------------------- predictions
     def _foreseeing(self) -> bool:
         return self.can_foresee and OLDER != self._version() >= LOCKSTEP
 
     def _forget(self) -> None:
-        """Foresee nothing, until a command is written while HostRdy is high."""
+        """Predict no polls until a command is written while HostRdy is high."""
         self.foreseen, self.high, self.halves = [], False, None
 
     def _used(self, request: int, _value: int = 0) -> None:
-        """A register of data or commands has been used: what do the next polls find?"""
+        """Predict the next polls, after an access to the data or command register."""
         if request == OUT + self.at["command"] and self.high:
             self.halves = set()
         elif self.halves is not None:
             self.halves ^= {request}
-        if self.halves is None or not self.high:  # while HostRdy is low, nothing is written
+        if self.halves is None or not self.high:  # while HostRdy is low, no byte is written
             self._forget()
             return
         self.high = request in self.halves
         self.foreseen = [0xFF] if self.high else [0xFF & ~HOSTRDY, 0xFF]
 
     def _go(self, request: int, value: int) -> None:
-        """Put a request under way, at once."""
+        """Send a request without waiting for its answer."""
         if len(self.sent) == UNDER_WAY and not self.stays_low:
             self._collect()
         if len(self.sent) == UNDER_WAY:
@@ -232,7 +234,7 @@ class ChipsetPort:
             raise
 
     def _collect(self) -> int:
-        """Read the answers to what is under way; return the last one.  From a poll in vain on, requests are kept."""
+        """Read the answers to pending requests; return the last one.  After a failed poll, requests are kept."""
         answers = self._exchange(b"", len(self.sent))
         both = zip(self.sent, answers, strict=True)
         vain = next((at for at, (sent, got) in enumerate(both) if sent[0] == POLL and not got & HOSTRDY), None)
@@ -241,7 +243,7 @@ class ChipsetPort:
         return 0xFF & ~HOSTRDY if self.stays_low else answers[-1]
 
     def _again(self, requests: list[tuple[int, int]]) -> int:
-        """Send once more what was kept."""
+        """Send the kept requests again."""
         self.sent, self.stays_low = list(requests), False
         if not requests:
             return 0xFF
@@ -255,7 +257,7 @@ class ChipsetPort:
             self.high = bool(status & HOSTRDY)
             if not status & HOSTRDY:
                 return status
-            following = self.sent[1:]  # behind the poll that is successful now
+            following = self.sent[1:]  # after the poll that now succeeds
             self._again(following)
             if self.stays_low:
                 return 0xFF & ~HOSTRDY
@@ -279,14 +281,14 @@ class ChipsetPort:
 
         Args:
             code: the command byte, 0 to 255.
-            words: the words that are written, each 0 to 65535.
-            reads: how many words are read, the checksum included.
+            words: the words to write, each 0 to 65535.
+            reads: the number of words to read, including the checksum.
 
         Returns:
-            The words that were read; the last word of a complete packet is its checksum.
+            The words read; the last word of a complete packet is its checksum.
 
         Raises:
-            ValueError: a number that is out of range.
+            ValueError: a number is out of range.
             TimeoutError: HostRdy stays low.
         """
         wait, data = (READY, PATIENCE_MS), self.at["data"]
@@ -306,7 +308,7 @@ class ChipsetPort:
         """Close the connection; the chipset keeps running."""
         try:
             if self.sent and not self.stays_low and self.socket.fileno() >= 0:
-                self._read(len(self.sent))  # what is not read when a socket is closed may cost what was sent before
+                self._read(len(self.sent))  # unread bytes may cause the loss of sent ones when a socket is closed
         except OSError:
             pass
         finally:
@@ -321,16 +323,16 @@ class ChipsetPort:
 
 
 def framed(kind: int, requests: Iterable[tuple[int, int]]) -> bytes:
-    """Return a series as one message: SERIES, or ON, which depends on the one before."""
+    """Return a series as one message: SERIES, or ON, which depends on the previous message."""
     data = b"".join(map(bytes, requests))
     return bytes((kind, len(data) // 2)) + data
 
 
 def allowed(what: str, number: int, most: int) -> int:
-    """Return a number that is in the range 0 to `most`.
+    """Return a number in the range 0 to `most`.
 
     Raises:
-        ValueError: it is not.
+        ValueError: the number is out of range.
     """
     if not isinstance(number, int) or not 0 <= number <= most:
         raise ValueError(f"{what} {number!r}; allowed 0..{most}")

@@ -11,8 +11,8 @@
         print(event["event"])
     await client.close()
 
-Requests are those of docs/reference/control.md.  Any number may be under way at once: each has a number, by which its
-reply is known.
+Requests are those of docs/reference/control.md.  Any number may be pending at the same time: each has a number, which
+its reply repeats.
 """
 
 from __future__ import annotations
@@ -30,21 +30,22 @@ from ...errors import SlewlineError, UsageError
 from ..sockets.address import parse_address
 
 Data = dict[str, Any]
-LONGEST = 1 << 26  # bytes of a reply: what a program has said since the beginning may be long
+LONGEST = 1 << 26  # bytes of a reply: a complete dialogue may be long
 ENDED = "the connection to the control port has ended"
-ANSWER_S = 5.0  # after which nobody answers the first request
+ANSWER_S = 5.0  # timeout of the first request
 NONE = "no control port answers there; it is the address that slewline serve --control prints as control:"
 
 
 class ConnectionEnded(SlewlineError, ConnectionError):
-    """The server has gone, or has hung up."""
+    """The server has ended, or has closed the connection."""
 
 
 class ControlClient:
-    """A connection to a control port; `connect` makes one.
+    """A connection to a control port, made by `connect`.
 
-    `view` is what `subscribe` has sent so far, with all changes; `now_ps` the virtual time of the last line.
-    `on_event` is called with every event, after `view` has taken it in; `on_end` with why the connection has ended.
+    `view` is the view sent by `subscribe`, with all changes since; `now_ps` the virtual time of the last line.
+    `on_event` is called with every event, after `view` is updated; `on_end` with the reason when the connection has
+    ended.
     """
 
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, token: str | None = None) -> None:
@@ -54,27 +55,27 @@ class ControlClient:
         self.on_event: Hook[[Data]] = Hook()
         self.on_end: Hook[[str]] = Hook()
         self._reader, self._writer, self._token = reader, writer, token
-        self._owed: dict[int, asyncio.Future[Data]] = {}  # by the number of the request
+        self._owed: dict[int, asyncio.Future[Data]] = {}  # by request number
         self._number = 0
-        self._anew = False  # the next view is a whole one
+        self._anew = False  # the next view is a complete one
         self._task = asyncio.create_task(self._read())
 
     @classmethod
     async def connect(cls, address: str, token: str | None = None, *, remote: bool = False) -> ControlClient:
-        """Connect to a port, HOST:PORT, and make sure that it answers.
+        """Connect to a port, HOST:PORT, and check that it answers.
 
         Args:
-            token: what the server wants to see.
+            token: the token of the server; None without one.
             remote: the server may be on another machine.
 
         Raises:
-            UsageError: no such address, nobody there, no control port, or the token is wrong.
+            UsageError: the address is invalid, no server answers, it is not a control port, or the token is wrong.
         """
         host, port = parse_address(address, remote)
         try:
             reader, writer = await asyncio.open_connection(host, port, limit=LONGEST)
         except OSError as error:
-            own = not isinstance(error, socket.gaierror) and error.errno  # asyncio has words of its own
+            own = not isinstance(error, socket.gaierror) and error.errno  # asyncio has its own messages
             why = os.strerror(own) if own else error.strerror or error
             raise UsageError(
                 f"{address}: {why}; give the control port of a running server, or start one: slewline serve ... "
@@ -98,7 +99,7 @@ class ControlClient:
 
         Raises:
             UsageError: the server refuses it; the message is the server's.
-            ConnectionEnded: the connection has ended before the reply.
+            ConnectionEnded: the connection ended before the reply.
         """
         if not self.open:
             raise ConnectionEnded(ENDED)
@@ -117,7 +118,7 @@ class ControlClient:
         return reply
 
     async def subscribe(self, every: str) -> Data:
-        """Ask for events, at most so often, such as "50 ms"; return the view, which is kept up to date from now on."""
+        """Subscribe to events, at a minimum interval such as "50 ms"; return the view, which is updated from now on."""
         self.view = (await self.request("subscribe", every=every)).get("view", self.view)
         return self.view
 
@@ -139,7 +140,7 @@ class ControlClient:
         await self.close()
 
     async def close(self) -> None:
-        """Close the connection; requests under way are given up.  Closed twice, it is closed."""
+        """Close the connection, and abandon pending requests; a second call does nothing."""
         self._end("closed")
         self._task.cancel()
         with suppress(asyncio.CancelledError):
@@ -159,12 +160,12 @@ class ControlClient:
         self._end(why)
 
     def _take(self, line: Data) -> None:
-        """Take in a line of the server."""
+        """Handle a line from the server."""
         self.now_ps = line.get("time_ps", self.now_ps)
         if "event" not in line:
-            number: int = line.get("id", next(iter(self._owed), 0))  # a first line that is refused is answered without
+            number: int = line.get("id", next(iter(self._owed), 0))  # the error for a refused first line has no number
             owed = self._owed.pop(number, None)
-            if owed is not None and not owed.done():  # its caller may have given up
+            if owed is not None and not owed.done():  # its caller may have timed out
                 owed.set_result(line)
             return
         if line["event"] == "branch":
@@ -186,10 +187,10 @@ class ControlClient:
 
 
 def reach(address: str, token: str | None = None) -> None:
-    """Make sure that a control port answers at an address, HOST:PORT, before anything is shown of it.
+    """Check that a control port answers at an address, HOST:PORT, before anything is displayed.
 
     Raises:
-        UsageError: none does, or the token is missing or wrong.
+        UsageError: none answers, or the token is missing or wrong.
     """
 
     async def ask() -> None:
@@ -203,7 +204,7 @@ def reach(address: str, token: str | None = None) -> None:
 
 
 def merged(old: Any, new: Any) -> Any:
-    """Return a view with what has changed: objects by key, lists of objects of the same length one by one."""
+    """Return a view with changes merged: objects by key, lists of objects of the same length one by one."""
     if isinstance(old, dict) and isinstance(new, dict):
         return {**old, **{key: merged(old[key], value) if key in old else value for key, value in new.items()}}
     if not isinstance(old, list) or not isinstance(new, list) or len(old) != len(new):

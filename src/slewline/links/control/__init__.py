@@ -1,9 +1,9 @@
-"""The control port, its requests, and what it tells of a server.
+"""The control port and its requests.
 
-A verb is a row, which has its keys and those of its reply, and a method do_... of the same name:
+A verb is a row, with its keys and those of its reply, and a method do_... of the same name:
 
     rows_of_pins.py, pin_verbs.py    pins, faults, the state of a server
-    rows_of_views.py, view_verbs.py  what is seen of chips and parts; events that a client subscribes to
+    rows_of_views.py, view_verbs.py  views of chips and parts; events that a client subscribes to
     rows_of_time.py, time_verbs.py   pause, steps, breakpoints, going back
 
 Schema and page are generated from the rows (`tools/describe_docs.py`).

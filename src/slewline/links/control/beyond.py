@@ -1,4 +1,4 @@
-"""The way of a client to the world of a branch: its requests go there, replies and events come back."""
+"""The relay of a client's requests to the process of a branch, and of replies and events back."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from ..face import ClientFace
 
 QUEUE = 1 << 24  # bytes of requests
-HARMLESS = READING | {"record", "pause", "breakpoints"}  # what leaves a branch as it is
-MARK = "of the branch"  # the id of a request of ours
+HARMLESS = READING | {"record", "pause", "breakpoints"}  # requests that do not change a branch
+MARK = "of the branch"  # the id of a request made here
 MARKED = json.dumps({"id": MARK})[:-1].encode()
 
 
 class Beyond:
-    """The way of a client's requests to the world of a branch, and of replies and events back.
+    """A relay of a client's requests to the process of a branch, and of replies and events back.
 
     Raises:
-        OSError: nobody is there.
+        OSError: the branch does not answer.
     """
 
     def __init__(self, client: ClientFace, where: str) -> None:
@@ -46,7 +46,7 @@ class Beyond:
         """Send a request of the client."""
         client = self.client
         if request["do"] == "breakpoints":
-            client.perform(request)  # those of the next branch
+            client.perform(request)  # requests for the next branch
         if request["do"] == "subscribe":
             client.watch(picoseconds(request["every"]) / PS_PER_S)
         if request["do"] not in HARMLESS:
@@ -56,7 +56,7 @@ class Beyond:
         self.send(request)
 
     def take(self, data: bytes) -> None:
-        """Pass on replies and events."""
+        """Pass on replies and events to the client."""
         client = self.client
         *lines, self.rest = (self.rest + data).split(b"\n")
         for line in lines:
@@ -74,17 +74,17 @@ class Beyond:
                 client.server.loop.ask(client.go_on)
 
     def settle(self, reply: bytes) -> None:
-        """Owe one reply less: the one to the oldest request with its id."""
+        """Count a reply as sent: the one to the oldest request with its id."""
         known = json.loads(reply).get("id") if len(self.owed) > 1 else None  # a client that waits for each has one
         at = next((n for n, request in enumerate(self.owed) if request.get("id") == known), 0)
         del self.owed[at : at + 1]
 
     def gone(self, why: str) -> None:
-        """Tell that the branch has ended."""
+        """Report that the branch has ended."""
         self.close(f"the branch has ended: {why}")
 
     def close(self, why: str = "another branch is shown now") -> None:
-        """Hang up; what is owed is answered with an error."""
+        """Close the connection; answer outstanding requests with an error."""
         self.stream.close()
         self.socket.close()
         owed, self.owed = self.owed, []

@@ -1,18 +1,18 @@
 """The control port: pins, time, faults and status, for tests and panels in any language.
 
-A client connects by TCP, sends one JSON object a line, and gets one JSON object a line for each, in order.  A reply
-has `time_ps`, virtual time; one that has `error` reports what was wrong, and nothing was done.  `requests.py` has the
-requests, as rows; docs/reference/control.md shows them.  A client that subscribes gets events as well: lines with
-`event`, between the replies.
+A client connects by TCP, sends one JSON object per line, and receives one JSON object per line in reply, in order.  A
+reply has `time_ps`, the virtual time; a reply with `error` reports the fault, and the request had no effect.
+`requests.py` has the requests, as rows; docs/reference/control.md shows them.  A client that subscribes receives events
+as well: lines with `event`, between the replies.
 
-In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  A client that waits sends its next
-request when it likes; it is read when the reply to the one before has gone out.  A client that sends no more still gets
-every reply; its last line may lack the line feed.  Empty lines are ignored.
+In lockstep, `until` lets time pass as `advance` does; paced, time passes by itself.  The next request of a client may
+come at any time; it is read after the reply to the previous one has been sent.  A client that has closed its side still
+receives every reply; its last line may lack the line feed.  Empty lines are ignored.
 
-Allowed are clients on this machine; on others only where the server has a token, which then every client sends
-with the first request.  A connection whose first line is no such request is closed, and nothing after it
-is read: a browser that was made to POST here begins with a request line of HTTP.  What `links/sockets/preamble.py`
-knows is hung up on before that line ends.
+Clients on this machine are allowed; those on others only if the server has a token, which every client must then send
+with its first request.  If the first line of a connection is not such a request, the connection is closed and the rest
+is not read: a browser that was made to POST here begins with a request line of HTTP.  Connections that
+`links/sockets/preamble.py` recognises are closed before that line ends.
 """
 
 from __future__ import annotations
@@ -48,33 +48,33 @@ from .view_verbs import ViewVerbs
 if TYPE_CHECKING:
     from ..face import ServerFace
 
-LONGEST = 1 << 16  # bytes of a request
+LONGEST = 1 << 16  # longest request, bytes
 QUEUE = 1 << 24  # bytes of replies
-SHARE_S = 0.001  # how long requests of a client are answered in a turn of the loop
+SHARE_S = 0.001  # time for requests of a client per turn of the loop
 SHORTEST_TOKEN = 8  # characters
 OFTENEST_S = 0.005  # events of a client
 OF_ALL_BRANCHES = ("back", "branches", "branch", "quit", "schema", "unplug", "plug")  # requests that are answered here
-GATHER_S = 0.0003  # how long a view is compared in a turn of the loop
-CLOCK_S = 0.1  # between two that tell only the time
+GATHER_S = 0.0003  # time for comparing a view per turn of the loop
+CLOCK_S = 0.1  # between two events with nothing but the time
 
 
 class Requests(PinVerbs, TimeVerbs, ViewVerbs):
-    """What every request does; None: the reply comes later."""
+    """Handlers of all requests; None from a handler: the reply comes later."""
 
     def perform(self, request: Data) -> Data | None:
-        """Do what a request asks for."""
+        """Execute a request, and return its reply."""
         found: Data | None = getattr(self, f"do_{request['do']}")(request)
         return found
 
 
 class Control(Closing):
-    """A port on which clients ask; any number of them at once.
+    """A control port, for any number of clients at the same time.
 
     Args:
-        token: what every client must send with its first request, at least 8 characters; None: nothing.
+        token: the token that every client must send with its first request, at least 8 characters; None: no token.
 
     Raises:
-        UsageError: the address is taken, or other machines could reach it and there is no token.
+        UsageError: the address is in use, or other machines could reach it and there is no token.
     """
 
     def __init__(self, server: ServerFace, address: str | Path, token: str | None = None) -> None:
@@ -91,7 +91,7 @@ class Control(Closing):
 
     @property
     def where(self) -> str:
-        """HOST:PORT."""
+        """Address of the port, HOST:PORT."""
         return self.listener.where
 
     def _accept(self, connection: socket.socket, _name: str) -> None:
@@ -105,47 +105,47 @@ class Control(Closing):
 
 
 class Client:
-    """A client of the control port: requests come in, replies go out, one after the other."""
+    """A client of the control port: requests are read and replies sent, one after the other."""
 
     def __init__(self, control: Control, connection: socket.socket) -> None:
         self.control, self.server, self.connection = control, control.server, connection
         self.incoming = bytearray()
         self.waiting = self.too_long = False
-        self.known = self.refused = False  # by the first line
+        self.known = self.refused = False  # set by the first line
         self.beginning = Preamble(CONTROL)
         self.postponed = False  # requests wait for the next turn of the loop
         self.every_s = 0.0  # between two events, of a client that has subscribed
-        self.seen: Data = {}  # the view that it has
-        self.told = (0, 0, 0.0)  # what was said up to there, and when it was last told anything
+        self.seen: Data = {}  # the view that the client has
+        self.told = (0, 0, 0.0)  # entries sent so far, and the time of the last event
         self.watching = 0  # the number of its subscription
-        self.gathering: Iterator[tuple[tuple[str, ...], Any]] | None = None  # what of a view is still to be compared
-        self.changed: Data = {}  # what has changed in it
-        self.beyond: Beyond | None = None  # the branch to which its requests go
+        self.gathering: Iterator[tuple[tuple[str, ...], Any]] | None = None  # rest of a view, still to be compared
+        self.changed: Data = {}  # changes found in it
+        self.beyond: Beyond | None = None  # destination of its requests
         self.stream = SocketStream(self.server.loop, connection, self.take, self.gone, self.room, QUEUE, self.ended)
 
     @property
     def token(self) -> str | None:
-        """What a client must send with its first request."""
+        """Token that a client must send with its first request."""
         return self.control.token
 
     def room(self) -> int:
-        """Return how many bytes may be read now: none while a reply is owed, or replies are not read."""
+        """Return the number of bytes that may be read now: none while a reply is pending, or replies are not read."""
         return 0 if self.waiting or self.postponed or self.stream.outgoing or self.refused else LONGEST
 
     def take(self, data: bytes) -> None:
-        """Take bytes: requests, or pieces of them."""
+        """Receive bytes: requests, or pieces of them."""
         self.incoming += self.beginning.take(data)
         if self.beginning.stranger:
             self.refuse(f"this port does not speak {self.beginning.stranger}")
         self.work()
 
     def ended(self) -> None:
-        """Take notice that no more requests will come."""
+        """Record that no more requests will come."""
         self.incoming += self.beginning.release() + b"\n"
         self.work()
 
     def work(self) -> None:
-        """Answer what has come, for a share of the turn; what is left has its turn after all others."""
+        """Answer received requests, for a share of the loop's turn; the rest waits until all others have had a turn."""
         end_s = perf_counter() + SHARE_S
         while not self.waiting and self.stream.open and not self.refused:
             line, end, rest = self.incoming.partition(b"\n")
@@ -170,7 +170,7 @@ class Client:
                 return
 
     def greet(self, line: bytes) -> bool:
-        """Return whether the first line comes from a client; hang up if not."""
+        """Return whether the first line comes from a client; close the connection if not."""
         try:
             token = as_object(line).get("token")
             if self.control.token is not None and not same(token, self.control.token):
@@ -182,7 +182,7 @@ class Client:
         return self.known
 
     def refuse(self, why: str) -> None:
-        """Reply with the reason, and hang up."""
+        """Reply with the reason, and close the connection."""
         self.refused = True
         self.reply({}, {"error": f"{why}; connection closed"})
         self.stream.finish()
@@ -205,7 +205,7 @@ class Client:
             self.reply(request, self.failed(request, error))
 
     def failed(self, request: Data, error: Exception) -> Data:
-        """Return what a client gets of an error: our own message, or that the terminal of the server has it."""
+        """Return the reply for an error: our own message, or a reference to the terminal of the server."""
         if isinstance(error, SlewlineError):
             return {"error": str(error)}
         do = request.get("do", "request")
@@ -213,13 +213,13 @@ class Client:
         return {"error": f"{do}: a mistake in slewline, not in the request; the terminal of the server shows where"}
 
     def perform(self, request: Data) -> Data | None:
-        """Do what a request asks for; None: the reply comes later."""
+        """Execute a request; None: the reply comes later."""
         return Requests(self.server, self).perform(request)
 
     def wait(
         self, request: Data, reply: Callable[[bool], Data], condition: Condition, limit_ps: int, pushes: bool = False
     ) -> None:
-        """Owe a reply until a condition is met, or at an instant (ps); `pushes`: a time that stands passes for it."""
+        """Reply when a condition is met, or at an instant (ps); `pushes`: paused time runs for it."""
         answer = self.answer_later(request)
         wait = Wait(condition.met, limit_ps, lambda met: answer(reply(met)), condition.foreseen, condition.nets, pushes)
 
@@ -231,7 +231,7 @@ class Client:
         self.server.pace.wait(wait)
 
     def answer_later(self, request: Data) -> Callable[[Data], object]:
-        """Owe a reply; return what gives it.  A client that has subscribed may have several due at once."""
+        """Register a later reply; return the function that sends it.  A subscribed client may have several pending."""
         self.waiting = not self.every_s
 
         def answer(found: Data) -> None:
@@ -243,7 +243,7 @@ class Client:
 
     # -------------------------------------------------------------------------------------------------------- events
     def subscribe(self, every_s: float) -> Data:
-        """Send events from now on, at most so often; 0: no more.  Return the view as it is."""
+        """Send events from now on, at this minimum interval; 0: stop.  Return the present view."""
         dialogue = self.server.dialogue
         self.seen, self.told = self.server.views.view(), (dialogue.touched, dialogue.number, perf_counter())
         self.gathering = None
@@ -251,14 +251,14 @@ class Client:
         return self.seen
 
     def watch(self, every_s: float) -> None:
-        """Look for changes so often from now on, if not too often; 0: no more."""
+        """Check for changes at this interval from now on, within its limits; 0: stop."""
         self.every_s = every_s and max(every_s, OFTENEST_S)
         self.watching += 1
         if self.every_s:
             self.server.loop.after(self.every_s, partial(self.tell, self.watching))
 
     def tell(self, watching: int) -> None:
-        """Send what has changed, unless the client has not read what was sent before."""
+        """Send changes, unless the client has not read the last ones."""
         if watching != self.watching or not self.stream.open:
             return
         self.server.loop.after(self.every_s, partial(self.tell, watching))
@@ -275,7 +275,7 @@ class Client:
             self.gather()
 
     def gather(self) -> None:
-        """Find what of the view has changed, for a share of the turn: answers of modules must not be late for it."""
+        """Find changes of the view, for a share of the loop's turn, so that answers of modules are not delayed."""
         end_s = perf_counter() + GATHER_S
         for path, value in self.gathering or ():
             old = at(self.seen, path)
@@ -293,7 +293,7 @@ class Client:
             self.told = *self.told[:2], now_s
 
     def divert(self, where: str, event: Data) -> None:
-        """Let requests go to the control port of a branch from now on; "": they are answered here again."""
+        """Send requests to the control port of a branch from now on; "": answer them here again."""
         if self.beyond is not None:
             self.beyond.close()
         self.event(event)
@@ -302,32 +302,32 @@ class Client:
         self.seen, self.told = {}, (self.server.dialogue.touched, self.server.dialogue.number, 0.0)
 
     def lead(self, where: str) -> None:
-        """Lead the requests that come to the control port of a branch, or to this one, ""."""
+        """Route later requests to the control port of a branch, or to this one, ""."""
         self.beyond = None
         if where:
-            with suppress(OSError):  # it has ended: the server sees that, too, and shows the first one
+            with suppress(OSError):  # the branch has ended: the server detects that, too, and shows the first run
                 self.beyond = Beyond(self, where)
 
     def event(self, found: Data) -> None:
-        """Send an event to a client that has subscribed."""
+        """Send an event to a subscribed client."""
         if self.every_s and self.stream.open:
             event = {"event": "", "time_ps": self.server.branches.now_ps} | found
             self.stream.write(json.dumps(event).encode() + b"\n")
 
     def go_on(self) -> None:
-        """Answer requests that have come meanwhile, and go on reading."""
+        """Answer requests received meanwhile, and continue to read."""
         self.postponed = False
         self.work()
         if not self.postponed:
             self.stream.resume()
 
     def reply(self, request: Data, found: Data) -> None:
-        """Send the reply to a request, a line."""
+        """Send the reply to a request, as one line."""
         about = {"id": request["id"]} if "id" in request else {}
         self.stream.write(json.dumps(about | {"time_ps": self.server.branches.now_ps} | found).encode() + b"\n")
 
     def gone(self, _why: str) -> None:
-        """Take notice that the connection is closed: pending waits stay active, but their replies are discarded."""
+        """Record that the connection is closed: pending waits stay active, but their replies are discarded."""
         self.watching += 1
         if self.beyond is not None:
             self.beyond.close()
@@ -338,7 +338,7 @@ class Client:
 
 
 def numbered(line: bytes) -> Data:
-    """Return the `id` of a request that cannot be read, so that the client knows which one it was."""
+    """Return the `id` of an unreadable request, so that the client can match the error."""
     try:
         request = as_object(line)
     except (SlewlineError, ValueError):
@@ -347,5 +347,5 @@ def numbered(line: bytes) -> Data:
 
 
 def same(token: object, expected: str) -> bool:
-    """Return whether it is the token, in a time that does not depend on how much of it is right."""
+    """Return whether a token is the expected one, in a time independent of the number of correct characters."""
     return isinstance(token, str) and hmac.compare_digest(token.encode("utf-8", "replace"), expected.encode("utf-8"))

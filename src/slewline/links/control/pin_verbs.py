@@ -1,4 +1,4 @@
-"""What the requests for pins, faults and the state of a server do."""
+"""Handlers of the requests for pins, faults and the state of a server."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ Line = TypeVar("Line", bound=HostLine)
 
 
 class Verbs:
-    """What requests do, each in the method of its name; None: the reply comes later."""
+    """Handlers of requests, each a method with the name of its verb; None: the reply comes later."""
 
     def __init__(self, server: ServerFace, client: ClientFace) -> None:
         self.server, self.client, self.bench = server, client, server.bench
 
     def limit(self, request: Data) -> int:
-        """Return the instant at which a request has waited for long enough (ps)."""
+        """Return the instant at which the wait of a request times out (ps)."""
         return self.bench.now_ps + picoseconds(request.get("timeout", "60 s"))
 
     def chip(self, name: str) -> Chip:
         """Return a chip by its name.
 
         Raises:
-            UnknownName: no such chip.
+            UnknownName: there is no such chip.
         """
         chips = self.bench.chips
         if name not in chips:
@@ -49,7 +49,7 @@ class Verbs:
 
 
 class PinVerbs(Verbs):
-    """Pins, faults, the state of a server."""
+    """Handlers for pins, faults, and the state of a server."""
 
     def do_drive(self, request: Data) -> Data:
         """Drive a pin from outside."""
@@ -71,10 +71,10 @@ class PinVerbs(Verbs):
         return {"levels": {name: self.bench.pin(name).level for name in request["pins"]}}
 
     def line(self, name: str) -> ConnectorLine:
-        """Return a serial line by its name, or by that of any chip on it.
+        """Return a serial line by its name, or by the name of any chip on it.
 
         Raises:
-            UnknownName: no such line.
+            UnknownName: there is no such line.
         """
         return self._named(name, [line for line in self._lines if isinstance(line, ConnectorLine)], "serial line")
 
@@ -100,7 +100,7 @@ class PinVerbs(Verbs):
         return {}
 
     def eeprom(self, request: Data, fails: bool) -> Data:
-        """Let the EEPROM of a module fail, or no more."""
+        """Make writes to the EEPROM of a module fail, or succeed again."""
         chip = self.chip(request["chip"])
         if not hasattr(chip, "eeprom_fault"):
             raise UsageError(f"chip {chip.name!r}: a {chip.sheet.part} has no EEPROM")
@@ -117,7 +117,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_clear(self, request: Data) -> Data:
-        """End the faults of a line, and reply with how many characters they hit; or those of a chip's EEPROM."""
+        """End the faults of a line, and reply with the number of characters affected; or end faults of an EEPROM."""
         if "chip" in request:
             return self.eeprom(request, False)
         line = self.line(request["line"])
@@ -131,7 +131,7 @@ class PinVerbs(Verbs):
         return {}
 
     def do_status(self, _request: Data) -> Data:
-        """Reply with the state of everything."""
+        """Reply with the state of the server, its chips and its lines."""
         return status(self.server)
 
     def do_findings(self, request: Data) -> Data:

@@ -1,7 +1,8 @@
-"""The requests of the control port: what each needs and what its reply has, as rows.
+"""The requests of the control port: the keys of each, and of its reply, as rows.
 
-The JSON schema is made from them, and `validator.py` checks each request against it; so is the page of the
-documentation.  What a request does is the method of its name in `pin_verbs.py`, `time_verbs.py` and `view_verbs.py`.
+The JSON schema is generated from them, and `validator.py` checks each request against it; so is the page of the
+documentation.  The handler of a request is the method of its name in `pin_verbs.py`, `time_verbs.py` and
+`view_verbs.py`.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def read(line: bytes) -> Data:
     """Return a request.
 
     Raises:
-        UsageError: no JSON object with a known "do", or keys or values that it does not have.
+        UsageError: not a JSON object with a known "do", or unknown keys or wrong values.
     """
     request = as_object(line)
     do = request.get("do")
@@ -69,7 +70,7 @@ def request_schema(row: RequestSpec) -> Data:
 
 
 def reply_schema(row: RequestSpec) -> Data:
-    """Return the schema of the reply to it, unless it is an error; later versions may add keys."""
+    """Return the schema of the reply to a request, unless it is an error; later versions may add keys."""
     always = {key.name: described(key) for key in row.reply if not key.default}
     sometimes = {key.name: described(key) for key in row.reply if key.default}
     return record(always | {"time_ps": WHOLE}, sometimes | {"id": {}})
@@ -82,5 +83,5 @@ def event_schema(row: EventSpec) -> Data:
 
 
 def described(key: Key) -> Data:
-    """Return the kind of a key, with what it means."""
+    """Return the kind of a key, with its description."""
     return key.kind | {"description": key.says}

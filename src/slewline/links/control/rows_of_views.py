@@ -1,4 +1,4 @@
-"""The requests for what is seen of chips and parts, and the events that a client gets after `subscribe`, as rows."""
+"""The requests for views of chips and parts, and the events that a client receives after `subscribe`, as rows."""
 
 from __future__ import annotations
 

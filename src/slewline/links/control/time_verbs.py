@@ -1,4 +1,4 @@
-"""What the requests that control time do."""
+"""Handlers of the requests that control time."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ RESTING = "no command or program is in progress"
 
 
 class TimeVerbs(Verbs):
-    """Pauses, steps, breakpoints, and the way back."""
+    """Handlers for pauses, steps, breakpoints, and going back."""
 
     def do_pause(self, _request: Data) -> Data:
-        """Let time stand; waits that push it are over."""
+        """Pause time; end the waits that make it run."""
         self.server.breakpoints.stand()
         return {}
 
     def do_go(self, request: Data) -> Data:
-        """Let time pass with the wall clock again."""
+        """Let time run with the wall clock again."""
         pace = self.server.pace
         if isinstance(pace, Paced):
             pace.go(request.get("rate"))
@@ -45,14 +45,14 @@ class TimeVerbs(Verbs):
         return found
 
     def do_step(self, request: Data) -> None:
-        """Pause, and let time pass to the next event."""
+        """Pause, and let time run to the next event."""
         condition = self.next_event(request)
         self.server.pace.pause_time()
         self.server.breakpoints.arm()
         self.push(request, condition, self.limit(request))
 
     def push(self, request: Data, condition: Condition, limit_ps: int) -> None:
-        """Let a time that stands pass up to a condition; a breakpoint, `pause` or `go` on the way ends it, too."""
+        """Let paused time run up to a condition; a breakpoint, `pause` or `go` on the way ends the run, too."""
         server, stops = self.server, self.server.breakpoints.stops
         pushing = Pushing(condition, lambda: server.breakpoints.stops != stops or not server.pace.paused)
         told = request["do"] != "advance"
@@ -65,7 +65,7 @@ class TimeVerbs(Verbs):
         self.client.wait(request, reply if told else lambda _over: {}, pushing, limit_ps, True)
 
     def outcome(self, met: bool, condition: Condition) -> Data:
-        """Return whether a condition was met; if not, why: what is odd about it, and what each chip and part does."""
+        """Return whether a condition was met; if not, its faults, and the activity of each chip and part."""
         if met:
             return {"met": True}
         odd = str(condition).removeprefix(condition.text).lstrip(", ")
@@ -73,7 +73,7 @@ class TimeVerbs(Verbs):
         return {"met": False, "why": "; ".join(filter(None, (odd, *(doing or [RESTING]))))}
 
     def do_advance(self, request: Data) -> None:
-        """Let time pass in lockstep, or while it stands; reply when it has."""
+        """Let time run in lockstep, or while it is paused; reply afterwards."""
         pace = self.server.pace
         end = self.bench.now_ps + picoseconds(request["time"])
         if pace.paused:
@@ -98,7 +98,7 @@ class TimeVerbs(Verbs):
         return CommandCondition(chip) if by == "command" else FindingCondition(self.bench, chip.name)
 
     def do_until(self, request: Data) -> None:
-        """Wait for a condition; reply when it is met, or its time is over."""
+        """Wait for a condition; reply when it is met or has timed out."""
         condition = self.condition(request)
         limit = condition.at if isinstance(condition, InstantCondition) else self.limit(request)
         if self.server.pace.paused:
@@ -119,14 +119,14 @@ class TimeVerbs(Verbs):
         return self.instant(moment(request["time"]))
 
     def instant(self, at: int) -> Condition:
-        """Return the condition that an instant is there (ps)."""
+        """Return a condition that is met at an instant (ps)."""
         if at < self.bench.now_ps:
             now = readable(self.bench.now_ps)
             raise UsageError(f"until: {readable(at)} is in the past; the time is {now}; `back` goes there")
         return InstantCondition(self.bench.kernel, at)
 
     def renewed(self, request: Data, before: Condition) -> Condition:
-        """Return the condition of a request that waits already, on the bench of this moment."""
+        """Return the condition of a pending request, for the present bench."""
         by = {"until": self.condition, "step": self.next_event}.get(request["do"], lambda _request: NEVER)
         condition = before if isinstance(before, InstantCondition) else by(request)
         if isinstance(before, InstantCondition):
@@ -137,7 +137,7 @@ class TimeVerbs(Verbs):
         return condition
 
     def do_breakpoints(self, request: Data) -> Data:
-        """Replace the breakpoints, if there are any in the request; reply with those there are."""
+        """Replace the breakpoints, if the request has any; reply with the present ones."""
         breakpoints = self.server.breakpoints
         if "breakpoints" in request:
             breakpoints.replace(request["breakpoints"])
@@ -153,7 +153,7 @@ class TimeVerbs(Verbs):
         self.server.branches.listed(self.client.answer_later(request))
 
     def do_branch(self, request: Data) -> None:
-        """Go to a branch as it was left."""
+        """Return to a branch in the state in which it was left."""
         self.server.branches.show(request["number"], self.client.answer_later(request))
 
 
@@ -167,11 +167,11 @@ class Pushing(Condition):
         self.reached = False
 
     def met(self) -> bool:
-        """Return whether the condition holds, or nobody waits for it any more."""
+        """Return whether the condition is met, or no client waits for it any more."""
         self.reached = self.reached or self.condition.met()
         return self.reached or self.broken_off()
 
     @property
     def foreseen(self) -> Callable[[], int | None] | None:
-        """What promises say of the condition."""
+        """Prediction of the condition from promises; None if there is none."""
         return self.condition.foreseen

@@ -1,9 +1,8 @@
-"""The validator of requests: it refuses what the schema of a kind refuses, with place, found, allowed and remedy.
+"""The validator of requests: it refuses values outside the schema of their kind, with place, found, allowed and remedy.
 
-A kind is JSON schema, of which these keywords are known: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`,
-`maxLength`, `items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf` of objects, whose
-keys decide which one is meant.  Beyond JSON schema, a text that has a pattern and a range is a
-quantity, and its value must be in the range.
+A kind is JSON schema with these keywords: `type`, `enum`, `const`, `minimum`, `maximum`, `pattern`, `maxLength`,
+`items`, `maxItems`, `properties` with `required` and `additionalProperties`, and `oneOf` of objects, of which the keys
+select one.  Beyond JSON schema, a text with a pattern and a range is a quantity, and its value must be in the range.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ def as_object(line: bytes) -> Data:
     """Return a line as a JSON object.
 
     Raises:
-        UsageError: it is not an object, has a number that JSON does not have, or is nested too deeply.
+        UsageError: the line is not an object, has a number that JSON does not have, or is nested too deeply.
     """
     try:
         found = json.loads(line, parse_constant=_refuse, parse_float=_finite)
@@ -70,7 +69,7 @@ def _finite(text: str) -> float:
 
 
 def deeper(value: object, levels: int) -> bool:
-    """Return whether a value has more levels of objects and lists than some."""
+    """Return whether objects and lists are nested more deeply than `levels`."""
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
     return inner is not None and (not levels or any(deeper(each, levels - 1) for each in inner))
 
@@ -79,10 +78,10 @@ def check(value: Any, kind: Data, place: str) -> Any:
     """Return a value of a kind; a whole number is an int, whether 1 or 1.0 was sent.
 
     Args:
-        place: where the value is, for messages: the verb and the keys.
+        place: the place of the value, for messages: the verb and the keys.
 
     Raises:
-        UsageError: it is of another kind.
+        UsageError: the value is not of this kind.
     """
     if "oneOf" in kind:
         return check(value, chosen(value, kind["oneOf"], place), place)
@@ -114,10 +113,10 @@ def check(value: Any, kind: Data, place: str) -> Any:
 
 
 def check_range(value: Any, kind: Data, place: str) -> None:
-    """Check the range of a number, or of the quantity that a text is.
+    """Check the range of a number, or of the quantity in a text.
 
     Raises:
-        UsageError: it is outside.
+        UsageError: the value is out of range.
     """
     if isinstance(value, str):
         if "minimum" not in kind:
@@ -138,7 +137,7 @@ def checked_object(value: Data, kind: Data, place: str) -> Data:
     """Return an object with its values checked.
 
     Raises:
-        UsageError: a key is missing or unknown, or a value is of another kind.
+        UsageError: a key is missing or unknown, or a value is of the wrong kind.
     """
     keys, needed = kind.get("properties", {}), kind.get("required", ())
     for name in needed:
@@ -150,10 +149,10 @@ def checked_object(value: Data, kind: Data, place: str) -> Data:
 
 
 def check_names(value: Data, keys: Mapping[str, Any], place: str) -> None:
-    """Check that an object has no key but some.
+    """Check that an object has only known keys.
 
     Raises:
-        UsageError: one is unknown.
+        UsageError: a key is unknown.
     """
     for name in value:
         if name not in keys:
@@ -164,7 +163,7 @@ def chosen(value: Any, forms: list[Data], place: str) -> Data:
     """Return the form of an object that has the keys of a value, or the only form.
 
     Raises:
-        UsageError: several forms, and none has these keys.
+        UsageError: there are several forms, and none has these keys.
     """
     if len(forms) == 1:
         return forms[0]
@@ -178,17 +177,17 @@ def chosen(value: Any, forms: list[Data], place: str) -> Data:
 
 
 def keys_of(form: Data) -> str:
-    """Return the keys of a form, those that may be left out in brackets."""
+    """Return the keys of a form, the optional ones in brackets."""
     return ", ".join(name if name in form["required"] else f"[{name}]" for name in own(form["properties"]))
 
 
 def own(keys: Mapping[str, Any] | list[str]) -> list[str]:
-    """Return keys without those that every request may have."""
+    """Return keys without those common to all requests."""
     return [name for name in keys if name not in ("do", "id", "token")]
 
 
 def listed(keys: Mapping[str, Any] | list[str]) -> str:
-    """Return keys in words."""
+    """Return keys as text."""
     return ", ".join(own(keys)) or "nothing"
 
 
@@ -198,19 +197,19 @@ def at(place: str, name: str) -> str:
 
 
 def is_of(value: object, name: str) -> bool:
-    """Return whether a value has a type of JSON schema; true and false are no numbers."""
+    """Return whether a value has a type of JSON schema; true and false are not numbers."""
     if isinstance(value, bool) or value is None:
         return name == ("null" if value is None else "boolean")
     return isinstance(value, TYPES.get(name, ()))
 
 
 def refusal(place: str, value: object, kind: Data) -> UsageError:
-    """Return the error for a value of another kind."""
+    """Return the error for a value of the wrong kind."""
     return UsageError(f"{place}: {shown(value)}; {expected(kind)}")
 
 
 def expected(kind: Data) -> str:
-    """Return in words what a message says of a kind."""
+    """Return the description of a kind for a message."""
     if "enum" in kind:
         return f"allowed {in_words(kind)}"
     what, reach = in_words(kind), span(kind)
@@ -218,7 +217,7 @@ def expected(kind: Data) -> str:
 
 
 def in_words(kind: Data) -> str:
-    """Return what a kind is, without its range."""
+    """Return the name of a kind, without its range."""
     if "enum" in kind:
         return ", ".join(map(str, kind["enum"]))
     if "oneOf" in kind:
@@ -234,7 +233,7 @@ def in_words(kind: Data) -> str:
 
 
 def span(kind: Data) -> str:
-    """Return the range of a kind; "": it has none."""
+    """Return the range of a kind; "" if it has none."""
     if "minimum" not in kind:
         return ""
     if kind.get("pattern") == A_TIME:
@@ -243,7 +242,7 @@ def span(kind: Data) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as a message shows it: text and numbers, cut; the type of everything else."""
+    """Return a value as shown in a message: text and numbers, truncated; the type of everything else."""
     if isinstance(value, str):
         return repr(value) if len(value) <= LONGEST else f"{value[:LONGEST]!r}..."
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""What the rows of requests are made of: kinds of values, as JSON schema, and keys."""
+"""The components of the rows of requests: kinds of values, as JSON schema, and keys."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NUMBER: Data = {"type": "number"}
 A_TIME = r"^\s*[+-]?[0-9]{1,30}(\.[0-9]{0,30})?\s*[A-Za-zµ]+\s*$"  # a quantity with its unit
 A_RATE = r"^[0-9]{1,9}(\.[0-9]{1,30})?$"
 INT64 = 1 << 63
-INTEGER: Data = WHOLE | {"minimum": -INT64, "maximum": INT64 - 1}  # of a request: it is kept in arrays
+INTEGER: Data = WHOLE | {"minimum": -INT64, "maximum": INT64 - 1}  # of a request: such times are stored in arrays
 COUNT: Data = WHOLE | {"minimum": 0, "maximum": INT64 - 1}
 INSTANT: Data = {"type": ["string", "integer"], "pattern": A_TIME, "minimum": 0, "maximum": INT64 - 1}
 TIME: Data = INSTANT | {"maximum": INT64 // 2}  # from now on
@@ -38,7 +38,7 @@ def one_of(*forms: Data) -> Data:
 
 
 def mapping(of: Data) -> Data:
-    """Return the schema of values of a kind by names that depend on the bench."""
+    """Return the schema of an object whose keys depend on the bench, with values of a kind."""
     return {"type": "object", "additionalProperties": of}
 
 
@@ -94,16 +94,16 @@ class RequestSpec:
     keys: tuple[Key, ...] = ()
     reply: tuple[Key, ...] = ()
     form: str = ""
-    reads: bool = False  # it leaves everything as it is
+    reads: bool = False  # the request changes nothing
 
     @property
     def needs(self) -> list[str]:
-        """The keys that may not be left out."""
+        """Required keys."""
         return [key.name for key in self.keys if not key.default]
 
     @property
     def name(self) -> str:
-        """What it is called in the schema."""
+        """Name in the schema."""
         return f"{self.do}_{self.form}" if self.form else self.do
 
 
@@ -117,7 +117,7 @@ class EventSpec:
 
     @property
     def name(self) -> str:
-        """What it is called in the schema."""
+        """Name in the schema."""
         return f"{self.event}_event"
 
 

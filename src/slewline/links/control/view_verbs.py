@@ -1,4 +1,4 @@
-"""What the requests for what is seen of chips and parts do."""
+"""Handlers of the requests for views of chips and parts."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ if TYPE_CHECKING:
     from ...language.problems import Problem
     from ...parts.base.part import Part
 
-WORK_S = 0.0005  # how long a window is worked out in a turn of the loop
+WORK_S = 0.0005  # time for a window per turn of the loop
 PARAMETERS = {"int": "integer", "float": "number", "str": "string", "bool": "boolean"}
 EXPORTED = 5_000_000  # characters of a file
 
 
 class ViewVerbs(Verbs):
-    """Sheets, programs, what is said, what signals did; commands and hands."""
+    """Handlers for sheets, programs, dialogues, signals, commands and manual actions."""
 
     def do_describe(self, request: Data) -> Data:
-        """Reply with what the data sheet of a chip says."""
+        """Reply with the data sheet of a chip."""
         return {"sheet": sheet_data(self.chip(request["chip"]).sheet)}
 
     def do_parts(self, _request: Data) -> Data:
@@ -75,7 +75,7 @@ class ViewVerbs(Verbs):
         return {"rows": rows, "counter": chip.program_counter}
 
     def do_view(self, _request: Data) -> Data:
-        """Reply with everything that a panel shows."""
+        """Reply with the complete view for a panel."""
         return {"view": self.server.views.view()}
 
     def do_subscribe(self, request: Data) -> Data:
@@ -83,29 +83,29 @@ class ViewVerbs(Verbs):
         return {"view": self.client.subscribe(picoseconds(request["every"]) / 1e12)}
 
     def do_said(self, request: Data) -> Data:
-        """Reply with the last entries."""
+        """Reply with the last entries of the dialogue."""
         entries, omitted = self.server.dialogue.since(request.get("start", 0))
         return {"entries": entries[-MAX_ENTRIES:], "omitted": omitted + max(len(entries) - MAX_ENTRIES, 0)}
 
     # --------------------------------------------------------------------------------------------------------- scope
     def do_signals(self, _request: Data) -> Data:
-        """Reply with what a scope can show."""
+        """Reply with the signals that a scope can show."""
         return self.server.scope.signals()
 
     def do_record(self, request: Data) -> Data:
-        """Keep what pins do."""
+        """Record pins."""
         if request["pins"]:
             self.bench.record(*request["pins"], keep=request.get("keep", "1 h"))
         return {}
 
     def do_window(self, request: Data) -> None:
-        """Reply with what signals did; a long answer is worked out beside everything else."""
+        """Reply with the history of signals; a long answer is computed in shares of the loop's turns."""
         names = [*dict.fromkeys(request["signals"])]
         work = self.server.scope.window(names, *self.of_window(request), request["columns"])
         self.go_on_with(request, work, self.client.answer_later(request))
 
     def go_on_with(self, request: Data, work: Iterator[Data | None], answer: Callable[[Data], object]) -> None:
-        """Work for a share of the turn; answer when it is done."""
+        """Work for a share of the loop's turn; answer when done."""
         end_s = perf_counter() + WORK_S
         found = None
         try:
@@ -121,7 +121,7 @@ class ViewVerbs(Verbs):
             self.server.loop.ask(partial(self.go_on_with, request, work, answer))
 
     def do_find(self, request: Data) -> Data:
-        """Reply with the instant at which something happens."""
+        """Reply with the instant of an event."""
         found = self.server.scope.find(request["on"], *self.of_window(request), request.get("last", False))
         return {"found_ps": found}
 
@@ -144,13 +144,13 @@ class ViewVerbs(Verbs):
                 (self.bench.save_vcd if form == "vcd" else self.bench.save_csv)(
                     path, pins, as_time(start), as_time(stop)
                 )
-            except SlewlineError as error:  # it names a file of the server
+            except SlewlineError as error:  # it names a file on the server
                 raise UsageError(f"export: {str(error).removeprefix(f'{path}: ')}") from None
             if path.stat().st_size > EXPORTED:
                 raise UsageError(f"export: {path.stat().st_size} bytes; allowed {EXPORTED}; choose a shorter window")
             return {"text": path.read_text("utf-8")}
 
-    # ------------------------------------------------------------------------------------------------ commands, hands
+    # ---------------------------------------------------------------------------------------------- commands, actions
     def do_send(self, request: Data) -> Data:
         """Send commands to a chip."""
         chip, text = self.chip(request["chip"]), request["text"]
@@ -170,7 +170,7 @@ class ViewVerbs(Verbs):
         raise UsageError(f"{chip.name}: a host program has its registers; its commands come from there alone")
 
     def do_act(self, request: Data) -> Data:
-        """Do something to a part."""
+        """Operate a part."""
         part = self.bench[request["part"]]
         if request["verb"] not in getattr(part, "verbs", ()):
             allowed = ", ".join(getattr(part, "verbs", ())) or "none"
@@ -180,7 +180,7 @@ class ViewVerbs(Verbs):
         return {}
 
     def do_assemble(self, request: Data) -> Data:
-        """Reply with an assembled program, and what is odd about it."""
+        """Reply with an assembled program and its problems."""
         chip, text = self.chip(request["chip"]), request["text"]
         problems = lint(text, chip.sheet, checks_of(type(chip), chip.sheet))
         try:
@@ -221,10 +221,10 @@ class ViewVerbs(Verbs):
 
 
 def arguments(method: Callable[..., object], values: list[Any]) -> list[Any]:
-    """Return the arguments of a part's verb, each of the kind that its parameter has.
+    """Return the arguments of a part's verb, each of the kind of its parameter.
 
     Raises:
-        UsageError: too few, too many, or of another kind.
+        UsageError: there are too few or too many, or one is of the wrong kind.
     """
     parameters = [*signature(method).parameters.values()]
     needed = sum(parameter.default is parameter.empty for parameter in parameters)
@@ -244,7 +244,7 @@ def argument(parameter: Parameter) -> Data:
 
 
 def as_time(text: str) -> Time:
-    """Return a time as the bench takes it: 0 has no unit."""
+    """Return a time in the form that a bench takes: 0 has no unit."""
     return 0 if text == "0 ps" else text
 
 
@@ -261,7 +261,7 @@ def problem_data(problem: Problem) -> Data:
 
 
 def sheet_data(sheet: Sheet) -> Data:
-    """Return what a panel needs of a data sheet."""
+    """Return the data of a sheet that a panel needs."""
     pins = [
         {
             "number": pin.number,

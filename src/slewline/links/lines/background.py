@@ -1,10 +1,10 @@
-"""A memory in a file that a thread of its own writes: a disk that is slow makes one module wait, not a whole server.
+"""A memory file that a separate thread writes: a slow disk delays one module, not the whole server.
 
-    module     M .............................. Y         write ... pending? ... pending? ... no: it is there
+    module     M .............................. Y         write ... pending? ... pending? ... no: it is written
     thread       [ write, fsync, read back, rename ]
-    others     go on
+    others     continue
 
-What has been given and is not yet being written gives way to a later `write`, so no more than two contents wait.
+A later `write` replaces content that is not yet being written, so no more than two contents wait.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ PATIENCE_S = 0.001
 class BackgroundStore:
     """A store that returns before it has written; see `core.memory.store`.
 
-    All its methods are called by one thread, that of the server; `on_failure` is called by it, too.
+    All its methods are called by one thread, that of the server, and `on_failure` is called there, too.
 
     Args:
-        store: what writes; nothing else may use it.
+        store: the store that writes; it must have no other user.
         patience_s: how long `pending` waits for it, in seconds: where virtual time passes faster than that of the wall
-            clock, a module must not ask again and again; None: until it has written, where time follows no clock.
+            clock, a module must not poll again and again; None: until it has written, where time follows no clock.
 
     Raises:
-        StoreError: it cannot be read.
+        StoreError: the store cannot be read.
     """
 
     def __init__(self, store: FileStore, patience_s: float | None = PATIENCE_S) -> None:
@@ -47,7 +47,7 @@ class BackgroundStore:
 
     # ---------------------------------------------------------------------------------------------------------- store
     def read(self) -> bytes:
-        """Return the content: what is being written, or else what the file has.
+        """Return the content that is being written, or else the content of the file.
 
         Raises:
             StoreError: as for `FileStore.read`.
@@ -62,13 +62,13 @@ class BackgroundStore:
         return self._content.read()
 
     def write(self, data: bytes) -> None:
-        """Begin to make this the content; whether it is refused, `pending` says."""
+        """Begin to write this content; `pending` reports a failure."""
         data = bytes(data)
         self._content.write(data)
         self._do(lambda: self._write(data), alone=True)
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Begin to put some bytes into the content; whether it is refused, `pending` says.
+        """Begin to write bytes into the content; `pending` reports a failure.
 
         Raises:
             UsageError: the address is beyond the end.
@@ -79,10 +79,10 @@ class BackgroundStore:
         self._do(lambda: self.store.append(data, address))
 
     def pending(self) -> bool:
-        """Return whether it is still being written.
+        """Return whether the content is still being written.
 
         Raises:
-            StoreError: it was refused; this is raised once.
+            StoreError: the write has failed; this is raised once.
         """
         if not self.wait(self.patience_s):
             return True
@@ -93,17 +93,17 @@ class BackgroundStore:
         return False
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until all has been written, or refused, at most so many seconds; return whether it has."""
+        """Wait until all has been written, or has failed, at most `seconds`; return whether it is finished."""
         thread = self._thread
         if thread is not None:
             thread.join(seconds)
         return thread is None or not thread.is_alive()
 
     def close(self) -> None:
-        """Write what is left.
+        """Write the remaining content.
 
         Raises:
-            StoreError: it was refused.
+            StoreError: the write has failed.
         """
         self.wait()
         self.pending()
@@ -118,19 +118,19 @@ class BackgroundStore:
             if alone:
                 self._todo.clear()
             self._todo.append(job)
-            if self._thread is None:  # it ends when nothing is left: only a process of one thread keeps its past
+            if self._thread is None:  # it ends when its work is done: only a process with one thread can be forked
                 self._thread = threading.Thread(target=self._run, name=f"{self.path.name} is written", daemon=True)
                 self._thread.start()
 
     def _write(self, data: bytes) -> None:
         self.store.write(data)
-        self._refusal = None  # what was refused before is in it
+        self._refusal = None  # it includes the content that failed before
 
     def _run(self) -> None:
         while (job := self._next()) is not None:
             try:
                 job()
-            except Exception as refusal:  # whatever it is, the module must not wait for ever
+            except Exception as refusal:  # whatever the cause, the module must not wait for ever
                 self._refusal = StoreError(str(refusal))
 
     def _next(self) -> Callable[[], None] | None:

@@ -1,4 +1,4 @@
-"""What a line ends in on a bench: the serial connector of a computer, a UART, an interface board, an IEEE-488 bus."""
+"""Ends of lines on a bench: the serial connector of a computer, a UART, an interface board, an IEEE-488 bus."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 UART_BAUD = 9600
 FIRST_ADDRESS, LAST_ADDRESS = 5, 30  # of devices on an IEEE-488 bus
 BUS_LINES = ("dio", *HANDSHAKE, *MANAGEMENT)
-BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a channel, and how its name ends
+BOARDS: Mapping[type[Channel], tuple[str, str]] = {  # the kind of board on a channel, and the suffix of its name
     HostPort: ("isa", "isa"),
     FlowBus: ("parallel_card", "card"),
 }
@@ -33,7 +33,7 @@ def connector(bench: Bench, line: str, chips: Sequence[Chip]) -> SerialPort:
     """Return the serial connector of a computer, wired to modules.
 
     Raises:
-        UsageError: their lines differ in speed or format.
+        UsageError: the modules differ in rate or format.
     """
     formats = {strapped_line(chip) for chip in chips}
     if len(formats) != 1:
@@ -46,7 +46,7 @@ def connector(bench: Bench, line: str, chips: Sequence[Chip]) -> SerialPort:
 
 
 def uart(bench: Bench, chip: Chip) -> SerialPort:
-    """Return the same, wired to the UART of figure 10.16, which only receives."""
+    """Return a serial connector wired to the UART of figure 10.16, which only receives."""
     name = f"{chip.name}_line"
     receiver = bench.part("uart", name=f"{chip.name}_uart", to=chip, baud=UART_BAUD)
     port = bench.part("serial_port", name=name, ttl=True, baud=UART_BAUD, bits=8, parity="none", stop=1)
@@ -56,7 +56,7 @@ def uart(bench: Bench, chip: Chip) -> SerialPort:
 
 
 def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -> Board:
-    """Return an interface board on a chip; `card` is which one, where there are several."""
+    """Return an interface board on a chip; `card` selects the board, if there are several."""
     kind, tail = BOARDS[type(channel_over(chip, over))]
     which = {} if card is None else {"card": card}
     return cast("Board", bench.part(kind, name=f"{chip.name}_{tail}", to=chip, **which))
@@ -65,10 +65,10 @@ def board(bench: Bench, chip: Chip, over: str | None, card: str | None = None) -
 def gpib(bench: Bench, chips: Sequence[Chip]) -> tuple[GpibController, dict[int, Chip]]:
     """Return a controller on an IEEE-488 bus with chips, and the chips by their addresses.
 
-    A chip that is behind no device of such a bus gets one, with the next address from 5 on, and its interrupt logic.
+    A chip without a device on such a bus gets one, with the next free address from 5 up, and its interrupt logic.
 
     Raises:
-        UsageError: two have the same address, or one is on the bus as a listener that has no address.
+        UsageError: two chips have the same address, or one is on the bus as a listener without an address.
         WiringError: a chip has no port for such a device.
     """
     devices = [device_of(bench, chip) for chip in chips]
@@ -99,7 +99,7 @@ def same(one: Net, other: Net) -> bool:
 
 
 def device_of(bench: Bench, chip: Chip) -> GpibDevice | None:
-    """Return the device of an IEEE-488 bus behind which a chip is; None: there is none."""
+    """Return the device that connects a chip to an IEEE-488 bus; None if there is none."""
     request = chip.pins[chip.sheet.in_role("request").name].net
     for part in bench.parts.values():
         if not isinstance(part, GpibDevice | GpibListener) or not same(part.net("io_request"), request):
@@ -113,7 +113,7 @@ def device_of(bench: Bench, chip: Chip) -> GpibDevice | None:
 
 
 def new_device(bench: Bench, chip: Chip, address: int) -> GpibDevice:
-    """Put a chip behind a device, with the interrupt logic of figure 12.9."""
+    """Connect a chip to a new device, with the interrupt logic of figure 12.9."""
     name, logic = f"{chip.name}_gpib", f"{chip.name}_interrupts"
     device = bench.part("gpib_device", name=name, to=chip, address=address)
     bench.part("gpib_interrupts", name=logic, to=chip)
@@ -123,6 +123,6 @@ def new_device(bench: Bench, chip: Chip, address: int) -> GpibDevice:
 
 
 def strapped_line(chip: Chip) -> tuple[int, int, str, int]:
-    """Speed and format of a chip's serial port, as its pins are strapped: baud, bits, parity, stop bits."""
+    """Return rate and format of a chip's serial port, as strapped: baud, bits, parity, stop bits."""
     port = chip.sheet.through(SerialChannel)
     return port.bauds[strapped(chip.pins, port.baud_pins)], port.bits, port.parity, port.stop

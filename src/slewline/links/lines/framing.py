@@ -1,22 +1,22 @@
 """A framing of our own for chips on a bus: lines of text, with read-back and without losses.
 
-The UART of figure 10.16 only receives, and has no way to hold a host up.  This link takes the place of a small host
-computer instead, which does the handshake for the program at the far end:
+The UART of figure 10.16 only receives, and cannot hold up a host.  This link replaces it by a small host computer that
+does the handshake for the program at the far end:
 
-    R 100            a command, as in a program file; it goes out as fast as the chip takes it
+    R 100            a command, as in a program file; it is sent as fast as the chip takes it
     ?0 ... ?3        read a verify group, of a running program through PROG/LIVE; its bytes:  ?3 4E 20 47
-    ?                are commands still to be sent or taken?        ? busy, or ? ready
-    !                forget what is to be sent, and what was asked; the answer is !
+    ?                query whether commands are still to be sent or taken: ? busy, or ? ready
+    !                discard pending commands and queries; the answer is !
 
-Lines end with CR or LF, answers with CR LF.  Answers come in the order of the questions, except those to `?` and `!`,
-which come at once, however much is to be sent.  A line that cannot be sent is answered with a line that begins with `!`
-and gives the reason.
+Lines end with CR or LF, answers with CR LF.  Answers come in the order of the queries, except those to `?` and `!`,
+which come immediately, even with commands pending.  A line that cannot be sent is answered with a line that begins with
+`!` and has the reason.
 
-A command that has begun to go out when `!` comes is not cut in two: the chip gets the rest of it, and obeys.  A second
-`!` cuts it, and lets go of the bus: the way out when the chip takes no more.
+A command that is being sent when `!` comes is not cut in two: the chip receives the rest of it, and executes it.  A
+second `!` cuts it, and releases the bus, for a chip that no longer responds.
 
-As many as `BACKLOG` lines may wait.  One that finds them waiting is refused, and so is what comes after it until all
-have gone out, or are forgotten: a motion is made with the parameters in front of it, or not at all.
+Up to `BACKLOG` lines may wait.  A line that exceeds this limit is refused, and so are all lines after it until the
+waiting ones have been sent or discarded: a motion is made with the parameters before it, or not at all.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class FramedLine(HostLine):
         self.too_long = self.full = self.cutting = False
 
     def feed(self, data: bytes) -> None:
-        """Take bytes of the host: lines of text, each carried out when it is complete."""
+        """Receive bytes of the host: lines of text, each executed when complete."""
         for byte in data:
             if byte not in b"\r\n":
                 self.too_long |= len(self.line) >= LONGEST
@@ -108,24 +108,24 @@ class FramedLine(HostLine):
             self._act(lambda computer, _request, _say: computer.do(partial(taken, computer.kernel)))
 
     def _act(self, do: Callable[[Any, Any, Say], object], request: Request[bytes] | None = None) -> None:
-        """Do something to the computer that another bench is to repeat behind the same input."""
+        """Do something to the computer that another bench is to repeat after the same input."""
         if self.acts is not None:
             self.acts.add(self.kernel.now, do)
         do(self.computer, request, self.give)
 
     @property
     def part(self) -> Part:
-        """The computer."""
+        """Host computer on the bench."""
         return self.computer
 
     def move(self, bench: Bench, coming: Sequence[Told]) -> None:
-        """End in the computer of another bench."""
+        """Connect the line to the computer of another bench."""
         super().move(bench, coming)
         self.chip, self.computer = self.chips[0], cast("BusHost", bench.parts[self.computer.name])
 
     def _check_room(self, text: str) -> None:
         self.cutting = False
-        waiting = len(self.computer.queue) // 2  # each line is two pieces of work
+        waiting = len(self.computer.queue) // 2  # each line is two requests
         self.full = waiting >= BACKLOG or (self.full and waiting > 0)
         if self.full:
             raise UsageError(
@@ -134,44 +134,44 @@ class FramedLine(HostLine):
 
     def _forget(self) -> None:
         (self.computer.clear if self.cutting else self.computer.drop)()
-        self.cutting = self.computer.queue.begun  # the next one cuts
+        self.cutting = self.computer.queue.begun  # the next one cuts a command
         self.say("!")
 
     def say(self, text: str) -> None:
-        """Send an answer, a line."""
+        """Send an answer, one line."""
         self._act(lambda _computer, _request, say: say(line_of(text), None))
 
     def whole(self, data: bytes) -> bytes:
-        """Return the whole lines of what has come; the beginning of the next one waits for its end."""
+        """Return the complete lines received; the start of the next one waits for its end."""
         data = bytes(self.line) + data
         end = max(data.rfind(b"\r"), data.rfind(b"\n")) + 1
         self.line = bytearray(data[end:][: LONGEST + 1])
         return data[:end]
 
     def forget_half(self) -> None:
-        """Forget the beginning of a line whose end comes elsewhere."""
+        """Discard the start of a line whose end arrives elsewhere."""
         self.line.clear()
 
     def space(self) -> int:
-        """Return how many bytes may come now."""
-        return CHUNK  # what is too much is refused line by line, so that ? and ! are always read
+        """Return the number of bytes that may arrive now."""
+        return CHUNK  # an excess is refused line by line, so that ? and ! are always read
 
     def sent(self) -> bool:
-        """Return whether everything that has come has gone to the chip."""
-        return True  # the next host may have come to forget what the last one has left
+        """Return whether everything received has been sent to the chip."""
+        return True  # the next host may want to discard the commands of the last one
 
     def quiet(self) -> bool:
-        """Return whether everything that was sent is played, and answered."""
+        """Return whether all commands are played, and all queries answered."""
         return self.computer.idle
 
 
 def line_of(text: str) -> bytes:
-    """Return an answer as it goes out."""
+    """Return an answer as bytes to send."""
     return text.encode("ascii", "backslashreplace") + b"\r\n"
 
 
 def takes(computer: BusHost) -> bool:
-    """Does the chip take a command now?  A program that admits no live ones leaves READY high."""
+    """Return whether the chip takes a command now.  A program that admits no live ones leaves READY high."""
     sheet, pins = computer.chip.sheet, computer.chip.pins
     running = sheet.role("running")
     deaf = not sheet.takes_live and running is not None and pins[running.name].level == 0
@@ -179,10 +179,10 @@ def takes(computer: BusHost) -> bool:
 
 
 async def taken(kernel: Kernel, port: CommandPort) -> None:
-    """Wait until the chip is ready again, or has been at work for so long that it moves or waits."""
+    """Wait until the chip is ready again, or has been busy so long that it must be moving or waiting."""
     await first_of(kernel, kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
 
 async def answer(question: str, request: Request[bytes], say: Say) -> None:
-    """Answer a question with what was read."""
+    """Answer a query with the data read."""
     say(line_of(f"{question} {request.result.hex(' ').upper()}"), None)

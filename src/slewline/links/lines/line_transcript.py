@@ -1,12 +1,12 @@
-r"""The transcript of what was served: both directions of every line, in virtual time, and what happened around them.
+r"""The transcript of a server: both directions of every line, in virtual time, and events.
 
          0.012292 x  < F\r                        from the host to the module
          0.017729 x  > R\r                        and back
          0.020000 y  < 2 6c                        a byte to a register of a chipset, 5c from one: > 0 5c
-         0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, what had to be dropped
+         0.500000 x  ! 127.0.0.1:40522 has gone    connections, faults, findings, discarded data
 
-Characters of one direction share a line up to a carriage return.  The instant is that of the first of them: towards the
-module the one at which the server got it, from the module the one at which its last bit was over.
+Characters of one direction share a line up to a carriage return.  The instant is that of the first character: towards
+the module, the one at which the server received it; from the module, the one at which its last bit ended.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class TranscriptFile:
     """A transcript; without a path nothing is written.
 
     Args:
-        path: a file; what is in it stays, and the transcript is appended.  "-": standard error.
-        failed: called once, when the file takes no more; the transcript ends there.
+        path: a file, to which the transcript is appended.  "-": standard error.
+        failed: called once, when the file cannot be written; the transcript ends there.
 
     Raises:
-        UsageError: the file cannot be written, or is none: a FIFO would wait for a reader.
+        UsageError: the file cannot be written, or is not a regular file: a FIFO would wait for a reader.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class TranscriptFile:
         self.kernel = kernel
 
     def reopen(self) -> None:
-        """Append to the file, if there is one; the transcript may have been closed before."""
+        """Append to the file, if there is one, even if it has been closed."""
         if self.path is None or self.file is not None:
             return
         if self.on_terminal:
@@ -68,7 +68,7 @@ class TranscriptFile:
             raise UsageError(f"log {self.path}: {error.strerror}; give a file that can be written") from None
 
     def characters(self, line: str, way: str, data: bytes) -> None:
-        """Write characters that have passed."""
+        """Write characters that were transferred."""
         if self.file is None:
             return
         for byte in data:
@@ -82,7 +82,7 @@ class TranscriptFile:
                 self.end(line)
 
     def end(self, line: str) -> None:
-        """Write what was gathered of a line."""
+        """Write the characters gathered from a line."""
         if line in self.open:
             way, since, data = self.open.pop(line)
             self.write(since, line, way, data.decode("latin-1").encode("unicode_escape").decode("ascii"))
@@ -108,11 +108,11 @@ class TranscriptFile:
     def _let_go(self) -> None:
         file, self.file = self.file, None
         if file is not None and not self.on_terminal:
-            with suppress(OSError):  # what could not be written was reported
+            with suppress(OSError):  # the failure was reported
                 file.close()
 
     def close(self) -> None:
-        """Write what is left."""
+        """Write the remaining characters, and close the file."""
         for line in list(self.open):
             self.end(line)
         self._let_go()

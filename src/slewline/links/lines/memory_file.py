@@ -1,4 +1,4 @@
-"""A memory that keeps its content without power: one file for the memory of one chip.
+"""A non-volatile memory: one file for the memory of one chip.
 
     the line "slewline memory 1" | length, 4 bytes | CRC-32, 4 bytes | data         numbers with their high byte first
     the line "slewline memory 2" | length, 4 bytes | CRC-32, 4 bytes | data | record | record ...
@@ -6,17 +6,17 @@
     record    address, 4 bytes | length, 4 bytes | CRC-32 of both and of the data, 4 bytes | data
 
 A module answers Y when its program is in the memory, so `write` and `append` return only when a power cut can no longer
-undo them, and whatever ends them before leaves the former content in place.
+undo them, and if they are interrupted the former content stays in place.
 
     write                                        append
-    a neighbour of the file, fsync it            a record after the last one, fsync it
+    write a temporary file, fsync it             add a record after the last one, fsync it
     read it back and compare                     read it back and compare
-    rename it over the file                      ... the first one ever, those after a failure, and one that would make
-    fsync the directory                          the records longer than the rest by far, write the whole file instead
+    rename it over the file                      ... the first append ever, those after a failure, and one that would
+    fsync the directory                          make the records much longer than the rest write the whole file instead
 
-The content is on the disk under another name before it has its own; a disk that keeps something else is found out in
-time; nothing after the last step can fail.  Power that goes in the middle of an append leaves part of a record at the
-end, which is no record: it is dropped.  A broken record with a whole one after it was broken later: damage.
+The content is on the disk under another name before it gets its final one; a disk that stores something else is
+detected in time; nothing after the last step can fail.  A power failure during an append leaves an incomplete record at
+the end, which is dropped.  A broken record before a complete one was broken later: this is reported as damage.
 """
 
 from __future__ import annotations
@@ -39,53 +39,53 @@ HEADER = Struct(f">{len(MAGIC)}sII")
 RECORD, PLACE, CHECK = Struct(">III"), Struct(">II"), Struct(">I")
 GARBLED = "the disk does not return what was written; use another one"
 CHUNK = 1 << 16
-MIN_JOURNAL, MAX_TIMES = 1 << 14, 4  # bytes; so many times longer than the content
-LARGEST = 1 << 24  # bytes of a file: fifty times what a memory of 64K with its records takes
+MIN_JOURNAL, MAX_TIMES = 1 << 14, 4  # bytes; factor of the content
+LARGEST = 1 << 24  # bytes of a file: fifty times a 64K memory with its records
 
 
 class FileStore:
-    """A memory in a file, replaced whole or not at all; of a large one, what changes is appended.
+    """A memory in a file, replaced completely or not at all; changes of a large one are appended.
 
-    The neighbour has a fixed name, so that a process which is killed again and again leaves one such file, not many.
-    Two stores must not share a file.  Symbolic links are not followed: what has the name of the neighbour is
-    removed, never opened, and one in place of the file is refused.
+    The temporary file has a fixed name, so that a process killed repeatedly leaves one such file, not many.  Two stores
+    must not share a file.  Symbolic links are not followed: one with the name of the temporary file is removed, never
+    opened, and one in place of the file is refused.
 
     Args:
         path: the file; it need not exist, its directory must.
-        system: what takes the place of the module `os`, for tests.
+        system: a replacement of the module `os`, for tests.
     """
 
     def __init__(self, path: str | os.PathLike[str], system: Any = os) -> None:
         self.path, self.system = Path(path), system
         self._part = self.path.with_name(f".{self.path.name}.part")
-        self._content: bytearray | None = None  # as it is on the disk, once something was appended
-        self._base = self._end = 0  # lengths of the file, without its records and with them; 0: not as we know it
-        self.on_failure: Hook[[str]] = Hook()  # a read or a write was refused, and why
+        self._content: bytearray | None = None  # as on the disk, after an append
+        self._base = self._end = 0  # lengths of the file, without its records and with them; 0: unknown
+        self.on_failure: Hook[[str]] = Hook()  # error of a failed read or write
 
     def read(self) -> bytes:
-        """Return the content; empty when nothing was ever written.
+        """Return the content; empty if none was ever written.
 
         Raises:
-            StoreError: the file cannot be read, is damaged, or is no memory of ours.
+            StoreError: the file cannot be read, is damaged, or is not a slewline memory.
         """
         with self._refusals("read"):
             return bytes(self._unpacked(self._found()))
 
     def write(self, data: bytes) -> None:
-        """Replace the content, a damaged one too; returns when it is on the disk to stay.
+        """Replace the content, even a damaged one; return when it is safely on the disk.
 
         Raises:
-            StoreError: the new content is not safely there; or the file is no memory of ours, and stays as it is.
+            StoreError: the new content is not safely there; or the file is not a slewline memory, and is unchanged.
         """
         self._content, self._end = None, 0
         with self._refusals("write"):
             self._replace(packed(data))
 
     def append(self, data: bytes, at: int | None = None) -> None:
-        """Put some bytes into the content, at an address or at its end; returns when they are on the disk to stay.
+        """Write bytes into the content, at an address or at its end; return when they are safely on the disk.
 
         Raises:
-            StoreError: the bytes are not safely there; or the file is damaged, or no memory of ours.
+            StoreError: the bytes are not safely there; or the file is damaged, or not a slewline memory.
             UsageError: the address is beyond the end.
         """
         with self._refusals("write"):
@@ -97,7 +97,7 @@ class FileStore:
             try:
                 self._keep(self._content, PLACE.pack(address, len(data)), data)
             except BaseException:
-                self._content = None  # whatever the file holds now is asked of it
+                self._content = None  # the file must be read again
                 raise
 
     def _keep(self, content: bytearray, place: bytes, data: bytes) -> None:
@@ -113,7 +113,7 @@ class FileStore:
             self._base = self._end = len(whole)
 
     def _appended(self, record: bytes, end: int) -> bool:
-        """Put a record at the end of the file, unless that is not where it was."""
+        """Append a record to the file; return False if the end of the file has moved."""
         try:
             with self._opened(self.path, os.O_RDWR) as file:
                 if self.system.lseek(file, 0, os.SEEK_END) != end:
@@ -132,7 +132,7 @@ class FileStore:
         return True
 
     def _replace(self, content: bytes) -> None:
-        """Put another file in the place of the present one."""
+        """Replace the present file by a new one."""
         with directory(self.path.parent, self.system) as made_safe:
             self._found()
             try:
@@ -150,10 +150,10 @@ class FileStore:
             made_safe()
 
     def _found(self) -> bytes:
-        """The file as it is; empty when there is none."""
+        """Return the present file; empty if there is none."""
         if self.path.is_symlink():
             raise StoreError(f"{self.path}: is a symbolic link; name the file itself")
-        if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # to open a FIFO is to wait
+        if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):  # opening a FIFO would block
             raise StoreError(f"{self.path}: is not a regular file; name another one")
         try:
             found = self._load(self.path)
@@ -164,7 +164,7 @@ class FileStore:
         return found
 
     def _unpacked(self, found: bytes) -> bytearray:
-        """The content that a file holds."""
+        """Return the content of a file."""
         if not found:
             return bytearray()
         if len(found) >= HEADER.size:
@@ -203,12 +203,12 @@ class FileStore:
         try:
             yield file
         finally:
-            with suppress(OSError):  # fsync has reported everything that matters
+            with suppress(OSError):  # fsync has reported all relevant errors
                 self.system.close(file)
 
     @contextmanager
     def _refusals(self, verb: str) -> Iterator[None]:
-        """Raise what the system refuses as an error of ours, and report it."""
+        """Raise errors of the system as StoreError, and report them."""
         try:
             yield
         except StoreError as error:
@@ -227,7 +227,7 @@ def packed(data: bytes | bytearray, magic: bytes = MAGIC) -> bytes:
 
 
 def repeated(content: bytearray, found: bytes, at: int) -> bool:
-    """Put the records from a place of a file on into a content; is the rest at most part of one?"""
+    """Apply the records of a file from a position on; return whether the rest is at most an incomplete record."""
     while (place := record_at(found, at)) is not None:
         address, length = place
         if address > len(content):
@@ -238,7 +238,7 @@ def repeated(content: bytearray, found: bytes, at: int) -> bool:
 
 
 def record_at(found: bytes, at: int) -> tuple[int, int] | None:
-    """Return address and length of a record, if there is a whole one with some data."""
+    """Return address and length of a record; None if it is incomplete or has no data."""
     if at + RECORD.size >= len(found):
         return None
     address, length, check = RECORD.unpack_from(found, at)

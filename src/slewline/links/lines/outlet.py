@@ -1,10 +1,10 @@
-"""The way out of a line: what modules say to a host, which a gate may hold back.
+"""The output of a line: data from modules to a host, which a gate may delay.
 
-    module --- said at 12.0 ms ---> | gate |  ... a cable's length later ---> left: the host has it
+    module --- sent at 12.0 ms ---> | gate |  ... a cable's delay later ---> delivered: the host has it
 
-Without a gate everything leaves at once.  A bench that has gone back in time says again what was said since then.  What
-had left is not sent again; what was held back never leaves, and what the new run says instead of it goes to the gate.
-So a host gets no byte twice, and none that was taken back before it had left.
+Without a gate, data is delivered immediately.  A bench that has gone back in time repeats all data since then.
+Delivered data is not sent again; delayed data is never delivered, and the new run's data goes to the gate instead.
+So a host receives no byte twice, and none that was withdrawn before delivery.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import NamedTuple
 
-Gate = Callable[[Callable[[], object], int], object]  # takes a call and the instant of the bench that it is about (ps)
+Gate = Callable[[Callable[[], object], int], object]  # takes a call and its instant on the bench (ps)
 
 
 class Told(NamedTuple):
-    """Bytes of a module: the instant at which they were over (ps), and the host that they are for; None: any."""
+    """Bytes of a module: the instant at which they ended (ps), and the host that they are for; None: any."""
 
     ps: int
     data: bytes
@@ -26,7 +26,7 @@ class Told(NamedTuple):
 
 
 class Leaving:
-    """Such bytes on their way."""
+    """Such bytes before delivery."""
 
     __slots__ = ("left", "told", "void")
 
@@ -35,21 +35,21 @@ class Leaving:
 
 
 class Outlet:
-    """Brings what modules say to a host.
+    """Delivery of data from modules to a host.
 
     Args:
-        deliver: gives bytes to the host.
+        deliver: sends bytes to the host.
     """
 
     def __init__(self, deliver: Callable[[bytes, object], object]) -> None:
         self.deliver = deliver
         self.gate: Gate | None = None
-        self.held = 0  # how many calls the gate has not made yet
-        self.since_ps: int | None = None  # what is said after it is remembered; None: nothing is
+        self.held = 0  # number of calls that the gate has not made yet
+        self.since_ps: int | None = None  # start of the record (ps); None: no record
         self.said: deque[Leaving] = deque()
 
     def say(self, data: bytes, at_ps: int, to: object = None) -> None:
-        """Let bytes go out that were over at an instant (ps)."""
+        """Deliver bytes that ended at an instant (ps), or pass them to the gate."""
         leaving = Leaving(Told(at_ps, data, to))
         if self.since_ps is not None:
             self.said.append(leaving)
@@ -70,22 +70,22 @@ class Outlet:
             self.deliver(leaving.told.data, leaving.told.to)
 
     def remember(self, now_ps: int) -> None:
-        """Remember from now on what is said."""
+        """Record all data from now on."""
         if self.since_ps is None:
             self.since_ps = now_ps
 
     def forget(self, before_ps: int) -> None:
-        """Forget what was said up to an instant (ps): no run goes back before it any more."""
+        """Discard the record up to an instant (ps): no run goes back before it any more."""
         if self.since_ps is not None and before_ps > self.since_ps:
             self.since_ps = before_ps
             while self.said and self.said[0].left and self.said[0].told.ps <= before_ps:
                 self.said.popleft()
 
     def say_again(self, anew: Iterable[Told]) -> bytes:
-        """Let out what another run says since the instant from which on is remembered; it begins as that before did.
+        """Output the data of another run since the start of the record; the new run begins as the old one did.
 
         Returns:
-            bytes that have left and are not said in the new run: they cannot be taken back.
+            bytes that were delivered but do not occur in the new run: they cannot be withdrawn.
         """
         since = -1 if self.since_ps is None else self.since_ps
         before = [each for each in self.said if each.told.ps > since]

@@ -1,15 +1,15 @@
-"""How virtual time passes while the world waits.
+"""The progress of virtual time while the server waits for the outside.
 
     paced       virtual time follows the wall clock: v = origin + rate * (wall - origin of the wall).  Whenever the
-                loop wakes, the bench runs up to the instant that belongs to the present; then the loop sleeps until the
-                instant of the next event.  A bench that falls behind catches up; one that falls behind by more than a
-                second (a machine that was asleep, a rate that is too high) loses the rest, which is reported.
+                loop wakes, the bench runs up to the present instant; then the loop sleeps until the instant of the
+                next event.  A bench that falls behind catches up; one that falls behind by more than a second (a
+                machine that was asleep, a rate that is too high) skips the rest, which is reported.
 
     lockstep    virtual time stops, except while a wait needs it: the bytes of a line and the answer to
-                them, an `advance`, an `until`.  An endless motion is as far as the host has come, whenever it asks.
+                them, an `advance`, an `until`.  An endless motion has advanced only as far as the host has.
 
-A pause lets time stand in both: it passes then only for waits that push it, such as a single step.  In both, time
-passes in slices of some milliseconds of the wall clock, so that the world is served while it passes.
+A pause stops time in both: it then runs only for waits that push it, such as a single step.  In both, time runs in
+slices of some milliseconds of the wall clock, so that clients are served in between.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 PS_PER_NS = 1000
 NS_PER_S = 10**9
 SLICE_NS = 20_000_000
-LATE_NS = 1_000_000  # later than this counts as late
-LOST_NS = NS_PER_S  # a lag greater than this is given up
+LATE_NS = 1_000_000  # an event later than this counts as late
+LOST_NS = NS_PER_S  # a longer lag is skipped
 
 
 @dataclass
 class Lag:
-    """How well the wall clock was kept: events, how many of them came over a millisecond late, and the worst."""
+    """Lag behind the wall clock: the number of events, of those more than a millisecond late, and the worst delay."""
 
     events: int = 0
     late: int = 0
@@ -45,14 +45,14 @@ class Lag:
     lost_ns: int = 0
 
     def note(self, late_ns: int) -> None:
-        """Note that an event was due so many nanoseconds ago."""
+        """Count an event that was due `late_ns` ago."""
         self.events += 1
         self.late += late_ns > LATE_NS
         self.worst_ns = max(self.worst_ns, late_ns)
 
 
 class Pace:
-    """What both ways have in common; `goal` is how far time may go now.
+    """Common base of both modes; `goal` limits the progress of time.
 
     Args:
         clock: nanoseconds of the wall clock.
@@ -68,31 +68,31 @@ class Pace:
         self.paused = False
 
     def move(self, bench: Bench) -> None:
-        """Let time pass on another bench, which is at the same instant."""
+        """Run time on another bench, which is at the same instant."""
         self.bench, self.kernel = bench, bench.kernel
 
     def start(self) -> None:
-        """Begin to serve: power the chips up before anybody can speak to them."""
+        """Begin to serve: power up the chips before a client can reach them."""
         self.kernel.run(self.kernel.now + POWER_UP_PS)
 
     def pause_time(self) -> None:
-        """Let time stand at this instant."""
+        """Pause time at this instant."""
         self.paused = True
 
     def go(self) -> None:
-        """Let time pass again."""
+        """Let time run again."""
         self.paused = False
 
     def goal(self) -> int:
-        """Return the instant up to which time may pass now (ps)."""
+        """Return the instant up to which time may run now (ps)."""
         return self._pushed() if self.paused else self._goal()
 
     def _goal(self) -> int:
-        """As `goal`, while nobody has paused."""
+        """Return the goal without a pause (ps)."""
         raise NotImplementedError
 
     def _pushed(self) -> int:
-        """The instant up to which waits push a time that stands (ps)."""
+        """Return the instant up to which waits push paused time (ps)."""
         return max((wait.limit_ps for wait in self.waits if wait.pushes), default=self.kernel.now)
 
     def pause(self) -> float | None:
@@ -100,7 +100,7 @@ class Pace:
         raise NotImplementedError
 
     def present(self) -> None:
-        """Bring the bench to this instant, because something has come from outside."""
+        """Bring the bench to this instant, because an input has come from outside."""
 
     def wait(self, wait: Wait) -> None:
         """Add a wait."""
@@ -114,7 +114,7 @@ class Pace:
             wait.end()
 
     def pass_time(self) -> bool:
-        """Let time pass up to the goal, for a slice at most; false when there is more to do at once."""
+        """Run time up to the goal, for a slice at most; return False if there is more to do immediately."""
         self.stop_ns = self.clock() + SLICE_NS
         kernel = self.kernel
         kernel.settle()
@@ -136,7 +136,7 @@ class Pace:
         return self.clock() >= self.stop_ns
 
     def _bounded(self, goal: int) -> int:
-        """No limit of a wait is passed, nor an instant that a promise names."""
+        """Return the goal, limited by the waits, and by the instants that promises name."""
         for wait in self.waits:
             goal = min(goal, max(wait.limit_ps, self.kernel.now))
             if wait.when is not None:
@@ -145,7 +145,7 @@ class Pace:
         return goal
 
     def _answer(self) -> None:
-        """Tell those whose wait is over."""
+        """Notify the clients whose wait is over."""
         for wait in list(self.waits):
             met = wait.met()
             if met or wait.limit_ps <= self.kernel.now:
@@ -157,7 +157,7 @@ def rate_of(rate: str | float) -> Fraction:
     """Return virtual seconds per second.
 
     Raises:
-        UsageError: no number above 0.
+        UsageError: not a number above 0.
     """
     try:
         found = Fraction(str(rate))
@@ -169,7 +169,7 @@ def rate_of(rate: str | float) -> Fraction:
 
 
 class Paced(Pace):
-    """Virtual time follows the wall clock.
+    """Virtual time that follows the wall clock.
 
     Args:
         rate: virtual seconds per second, such as 1 or "0.1".
@@ -186,26 +186,26 @@ class Paced(Pace):
         self._begin()
 
     def _begin(self) -> None:
-        """Let virtual time and the wall clock start together from here on."""
+        """Start virtual time and the wall clock together from here."""
         self.origin_ps, self.origin_ns = self.kernel.now, self.clock()
 
     def go(self, rate: str | float | None = None) -> None:
-        """Let time pass with the wall clock from this instant on; without a rate as fast as before."""
+        """Let time run with the wall clock from this instant on; without a rate, at the same rate as before."""
         self.rate = self.rate if rate is None else rate_of(rate)
         self._begin()
         super().go()
 
     def _goal(self) -> int:
-        """The instant that the wall clock has reached (ps)."""
+        """Return the instant that the wall clock has reached (ps)."""
         passed = self.clock() - self.origin_ns
         return self.origin_ps + passed * PS_PER_NS * self.rate.numerator // self.rate.denominator
 
     def nanoseconds(self, ps: int) -> int:
-        """Return the nanoseconds of the wall clock in which so many ps of virtual time pass, rounded up."""
+        """Return the time of the wall clock, ns, for a virtual time in ps, rounded up."""
         return -(-ps * self.rate.denominator // (PS_PER_NS * self.rate.numerator))
 
     def pass_time(self) -> bool:
-        """Let time pass up to the wall clock, for a slice at most; return False when there is more to do at once."""
+        """Run time up to the wall clock, for a slice at most; return False if there is more to do immediately."""
         due = self.kernel.next_time()
         goal = self.goal()
         if due is not None and due <= goal and not self.paused:
@@ -217,7 +217,7 @@ class Paced(Pace):
         return super().pass_time()
 
     def present(self) -> None:
-        """Let time pass up to the wall clock, because something has come from outside."""
+        """Run time up to the wall clock, because an input has come from outside."""
         self.pass_time()
 
     def pause(self) -> float | None:
@@ -236,14 +236,14 @@ class Paced(Pace):
 
 
 class Lockstep(Pace):
-    """Virtual time passes only while a wait needs it."""
+    """Virtual time that passes only while a wait needs it."""
 
     lockstep = True
 
     def _goal(self) -> int:
-        """The instant up to which a client lets time pass (ps)."""
+        """Return the instant up to which a client lets time run (ps)."""
         return max((wait.limit_ps for wait in self.waits), default=self.kernel.now)
 
     def pause(self) -> float | None:
-        """Return None: only a byte from a client lets time pass."""
+        """Return None: only a byte from a client lets time run."""
         return None

@@ -1,4 +1,4 @@
-"""What ports need of a line: bytes in, bytes out, one host at a time.
+"""The interface between ports and a line: bytes in, bytes out, one host at a time.
 
 The line ends in modules of a bench (`HostLine`), or in a module at the end of a cable (`modules/recording_proxy.py`).
 """
@@ -13,27 +13,27 @@ from ..sockets.preamble import Greetings
 
 
 class AnyLine(Protocol):
-    """A line behind any port."""
+    """A line for any kind of port."""
 
     @property
     def baud(self) -> int | str | None:
-        """Its rate, where it has one."""
+        """Rate of the line; None if it has none."""
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
+        """Connect a host: `host` takes bytes and returns the number dropped; `resume` is called when more may come."""
 
     def leave(self, why: str) -> None:
-        """Disconnect a host that has gone."""
+        """Disconnect a host that has left."""
 
     def take(self, data: bytes) -> None:
-        """Bytes have come from the host."""
+        """Receive bytes from the host."""
 
     def room(self) -> int:
-        """Return how many bytes may come now; when none may, `resume` is called once there is room again."""
+        """Return the number of bytes that may arrive now; at 0, `resume` is called once there is room again."""
 
 
 class CableLine(AnyLine, Protocol):
-    """A line behind a serial port of this machine."""
+    """A line for a serial port of this machine."""
 
     @property
     def setting(self) -> LineSetting:
@@ -41,34 +41,34 @@ class CableLine(AnyLine, Protocol):
 
 
 class PortLine(AnyLine, Protocol):
-    """A line behind a port that host programs open."""
+    """A line for a port that host programs open."""
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """Name of the line in messages."""
 
     @property
     def greetings(self) -> Greetings:
-        """How strangers begin, whose connection is closed."""
+        """First bytes of foreign protocols, whose connections are closed."""
 
     @property
     def share(self) -> int:
-        """Bytes that are taken from a host in a turn of the loop."""
+        """Bytes read from a host per turn of the loop."""
 
     def obey(self, on: bool) -> None:
-        """Let characters wait for CTS, where there is one, or not."""
+        """Make characters wait for CTS, if there is one, or not."""
 
     def opened_at(self, baud: int) -> None:
-        """Take notice of the rate that a host has set."""
+        """Record the rate that a host has set."""
 
     def event(self, text: str) -> None:
-        """Note an event on the line."""
+        """Record an event on the line."""
 
     def sent(self) -> bool:
-        """Return whether everything that has come has gone out, so that another host may begin."""
+        """Return whether everything received has been sent on, so that another host may begin."""
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when everything that has come has gone out."""
+        """Call a function when everything received has been sent on."""
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Call a function when what has come is answered, or is not for a long time."""
+        """Call a function when everything received is answered, or after a timeout."""

@@ -1,4 +1,4 @@
-"""A line of requests: a part on the bench works them one by one, and each answer goes to the host that asked."""
+"""A line of requests: a part on the bench executes them one by one, and each answer goes to the host that sent it."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ if TYPE_CHECKING:
     from ...parts.base.part import Part
     from ...parts.base.request_queue import Request, RequestQueue
 
-BACKLOG = 256  # pieces of work for the part that may wait; the next answer lets in more
+BACKLOG = 256  # requests that may wait for the part; the next answer makes room
 
 
 class RequestLine(HostLine):
-    """Requests to a part that has a queue, and its answers."""
+    """Requests to a part with a queue, and its answers."""
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: TranscriptFile, part: Part) -> None:
         super().__init__(name, chips, pace, log)
         self._part = part
         self.full = False
-        self.silent = False  # another bench says again what is in the transcript
+        self.silent = False  # another bench repeats answers that are in the transcript
 
     @property
     def part(self) -> Part:
-        """The part that works the requests."""
+        """Part that executes the requests."""
         return self._part
 
     @property
     def queue(self) -> RequestQueue:
-        """What it has to do."""
+        """Queue of the part."""
         queue = self._part.queue
         assert queue is not None  # noqa: S101  # it is asked
         return queue
 
     def move(self, bench: Bench, coming: Sequence[Told]) -> None:
-        """End in the part of another bench."""
+        """Connect the line to the part of another bench."""
         super().move(bench, coming)
         self._part = bench.parts[self._part.name]
 
     def answer(self, answers: Callable[[Any, Any], bytes], work: Request[Any] | None = None) -> None:
-        """Queue the answer to a piece of work, for the host of this moment: the next one has not asked.
+        """Queue the answer to a request, for the present host only: a later host has not sent it.
 
         Args:
-            answers: returns the answer, of the part and the work.
+            answers: returns the answer, of the part and the request.
         """
         host = self.host
 
@@ -68,20 +68,20 @@ class RequestLine(HostLine):
         do(self._part, work, self.give)
 
     def let_in(self) -> None:
-        """Let more come, if it had to wait and there is room."""
+        """Accept more bytes, if they had to wait and there is room."""
         if self.full and self.space() > 0 and self.resume is not None:
             self.resume()
 
     def space(self) -> int:
-        """Return how many bytes may come now."""
+        """Return the number of bytes that may arrive now."""
         room = BACKLOG - len(self.queue)
         self.full = room <= 0
         return room
 
     def sent(self) -> bool:
-        """Return whether everything that has come has been carried out."""
+        """Return whether all requests have been executed."""
         return self._part.idle
 
     def quiet(self) -> bool:
-        """Return whether everything that was asked for is answered."""
+        """Return whether all requests are answered."""
         return not self.queue.requests

@@ -1,11 +1,11 @@
-"""A line between the outside and modules on a bench: one serial connector, and what hangs on it.
+"""A line between the outside and modules on a bench: one serial connector, and the modules wired to it.
 
     host --- stream ---> | noise | ---> SerialPort.write ---> txd ~~~> rxd   module, or several that share the line
                          |       |
-         <--- stream --- | noise | <--- a character is over <~~~ rxd  <~~~ txd
+         <--- stream --- | noise | <--- a character ends <~~~ rxd  <~~~ txd
 
-A byte from outside begins on the virtual line at the instant at which it came, or after the one before it; a character
-of the module goes out at the instant at which its last bit is over.  Both take their time at the rate of the line.
+A byte from outside begins on the virtual line at the instant of its arrival, or after the previous one; a character
+of the module is sent at the instant at which its last bit ends.  Both take their time at the rate of the line.
 """
 
 from __future__ import annotations
@@ -36,31 +36,31 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
     from ...parts.base.part import Part
 
-Say = Callable[[bytes, object], object]  # gives bytes to a host; None: to any
+Say = Callable[[bytes, object], object]  # sends bytes to a host; None: to any
 BACKLOG = 256  # characters that may wait for their turn on the line
-ANSWER_TIMEOUT_PS = 60 * 10**12  # how long an answer is waited for, in lockstep or by a host that sends no more
+ANSWER_TIMEOUT_PS = 60 * 10**12  # longest wait for an answer, in lockstep or for a host that sends no more
 
 
 class Detour(Protocol):
-    """Where the bytes of a host go instead."""
+    """An alternative destination of the bytes of a host."""
 
     def send(self, data: bytes) -> object:
-        """Take bytes."""
+        """Send bytes there."""
 
     def room(self) -> int:
-        """Return how many may come now."""
+        """Return the number of bytes that may arrive now."""
 
 
 class HostLine:
-    """What a link sees of the modules: bytes in, bytes out, one host at a time.
+    """The modules as seen by a link: bytes in, bytes out, one host at a time.
 
-    `host` is where bytes go, None while no host listens; they are lost then, as on a wire that ends in the air.
+    `host` receives the bytes; None while no host is connected: the bytes are lost then, as on an unconnected wire.
     """
 
-    ports: tuple[str, ...] = ("tcp", "pty")  # on which it can be served
-    baud: int | str | None = None  # its rate, where it has one
-    greetings = TEXT  # of strangers, whose connection is closed
-    share = CHUNK  # bytes that are taken from a host in a turn of the loop; others wait for their turn meanwhile
+    ports: tuple[str, ...] = ("tcp", "pty")  # ports on which it can be served
+    baud: int | str | None = None  # its rate, if it has one
+    greetings = TEXT  # of foreign protocols, whose connections are closed
+    share = CHUNK  # bytes read from a host per turn of the loop, so that others get their turn
 
     def __init__(self, name: str, chips: Sequence[Chip], pace: Pace, log: TranscriptFile) -> None:
         self.name, self.chips, self.pace, self.log = name, tuple(chips), pace, log
@@ -68,18 +68,18 @@ class HostLine:
         self.host: Callable[[bytes], int] | None = None
         self.host_name = ""
         self.resume: Callable[[], object] | None = None
-        self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and those no host read
-        self.wait: Wait | None = None  # in lockstep, what lets time pass for what has come
-        self.detour: Detour | None = None  # where the bytes of the host go instead
+        self.taken = self.given = self.dropped = 0  # bytes from the host, to the host, and bytes that no host read
+        self.wait: Wait | None = None  # in lockstep, the wait that lets time pass for received bytes
+        self.detour: Detour | None = None  # alternative destination of the host's bytes
         self.beside: list[HostLine] = []  # lines to the same chip
-        self.coming_ends: list[str] = []  # what chips had of a line at the last check
-        self.concludes = True  # a host that goes has left over what it has begun; not one that looks at another branch
+        self.coming_ends: list[str] = []  # incomplete lines at the last check
+        self.concludes = True  # a host that leaves may leave an incomplete line, unless it looks at another branch
         self.outlet = Outlet(self._deliver)
-        self.acts: Acts | None = None  # what it does to its part besides inputs, if another bench is to repeat that
+        self.acts: Acts | None = None  # actions on its part besides inputs, if another bench is to repeat them
 
     @property
     def gate(self) -> Gate | None:
-        """What holds back bytes to the host, such as the cable of a motor that is late; None: nothing does."""
+        """Gate that delays bytes to the host, such as the cable of a motor that lags; None: no delay."""
         return self.outlet.gate
 
     @gate.setter
@@ -88,30 +88,30 @@ class HostLine:
 
     # ---------------------------------------------------------------------------------------------------- the host
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect a host: `host` takes bytes, returns how many it dropped; `resume` is called when more may come."""
+        """Connect a host: `host` takes bytes and returns the number dropped; `resume` is called when more may come."""
         self.host, self.host_name, self.resume = host, name, resume
         self.log.event(self.name, f"{name} is connected")
 
     def detach(self, why: str) -> None:
-        """Disconnect the host; bytes that it has sent already still go to the chip."""
+        """Disconnect the host; bytes that it has already sent still go to the chip."""
         self.log.event(self.name, f"{self.host_name}: {why}")
         self.host, self.host_name = None, ""
 
     def look_for_ends(self) -> None:
-        """Report what has come without its end and was there already at the last check: the host waits in vain."""
+        """Report requests that have been incomplete since the last check: their host waits in vain."""
         coming = [] if self.pace.paused else [chip.unfinished for chip in self.chips]
         if any(coming) and coming == self.coming_ends:
             self.pace.bench.conclude()
         self.coming_ends = coming
 
     def leave(self, why: str) -> None:
-        """Disconnect a host that has gone; what it has left over is reported when all that it has sent is played."""
+        """Disconnect a host that has left; report its incomplete request when all of its bytes are played."""
         self.detach(why)
         if self.concludes:
             self.when_answered(self.pace.bench.conclude)
 
     def take(self, data: bytes) -> None:
-        """Bytes have come from the host."""
+        """Receive bytes from the host."""
         self.taken += len(data)
         if self.detour is not None:
             if data := self.whole(data):
@@ -127,13 +127,13 @@ class HostLine:
             self.pace.wait(self.wait)
 
     def _all_quiet(self) -> bool:
-        """Return whether this line is quiet, and others to its chips: what it lets the chip do may be for them."""
+        """Return whether this line and others to its chips are quiet: its commands may cause answers on the others."""
         return self.quiet() and all(line.quiet() for line in self.beside)
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Call a function when what has come is answered, or is not for a long time."""
+        """Call a function when everything received is answered, or after a timeout."""
         limit_ps = self.kernel.now + ANSWER_TIMEOUT_PS
-        if self.pace.lockstep:  # time passes for what has come, and not for a host that waits
+        if self.pace.lockstep:  # time passes for received bytes, not for a waiting host
             limit_ps = self.kernel.now if self.wait is None else self.wait.limit_ps
         self.pace.wait(Wait(lambda: self.quiet() and not self.outlet.held, limit_ps, lambda _quiet: call()))
 
@@ -143,19 +143,19 @@ class HostLine:
             self.log.event(self.name, "no answer after 60 s of virtual time; time stops here")
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when everything that has come has gone out, or has not for a long time."""
+        """Call a function when everything received has been sent on, or after a timeout."""
         self.pace.wait(Wait(self.sent, self.kernel.now + ANSWER_TIMEOUT_PS, lambda _sent: call()))
 
     def event(self, text: str) -> None:
-        """Note an event on the line in the transcript."""
+        """Record an event on the line in the transcript."""
         self.log.event(self.name, text)
 
     def give(self, data: bytes, to: object = None) -> None:
-        """Bytes go to the host, or to this one alone, unless a gate holds them back."""
+        """Send bytes to the host, or only to `to`, unless a gate delays them."""
         self.outlet.say(data, self.kernel.now, to)
 
     def _deliver(self, data: bytes, to: object) -> None:
-        if to is not None and self.host is not to:  # the next one has not asked
+        if to is not None and self.host is not to:  # the next host has not sent the request
             return
         self.note(TO_HOST, data)
         lost = len(data) if self.host is None else self.host(data)
@@ -167,55 +167,55 @@ class HostLine:
     # ------------------------------------------------------------------------------------------------ another bench
     @property
     def part(self) -> Part:
-        """The part on the bench in which the line ends."""
+        """Part on the bench in which the line ends."""
         raise NotImplementedError
 
     def move(self, bench: Bench, coming: Sequence[Told]) -> None:
-        """End on another bench from now on, in the part of the same name; `coming` are characters on their way."""
+        """Connect the line to the part of the same name on another bench; `coming` are characters in transit."""
         self.kernel = bench.kernel
         self.chips = tuple(bench.chips[chip.name] for chip in self.chips)
 
-    # ------------------------------------------------------------------------------------------- what a kind brings
+    # -------------------------------------------------------------------------------------------- kinds of lines
     def obey(self, on: bool) -> None:
-        """Let characters wait for CTS of a chip that has it, or not; where there is none, nothing changes."""
+        """Make characters wait for CTS, or not; no effect if the chip has none."""
 
     def opened_at(self, baud: int) -> None:
-        """Take notice of the rate that a host has set where it does not count."""
+        """Record the rate that a host has set on a port where it has no effect."""
 
     def note(self, way: str, data: bytes) -> None:
         """Write bytes into the transcript."""
         self.log.characters(self.name, way, data)
 
     def feed(self, data: bytes) -> None:
-        """Put bytes on their way to the module."""
+        """Send bytes towards the module."""
         raise NotImplementedError
 
     def room(self) -> int:
-        """Return how many bytes may come now; when none may, `resume` is called once there is room again."""
+        """Return the number of bytes that may arrive now; at 0, `resume` is called once there is room again."""
         return self.space() if self.detour is None else self.detour.room()
 
     def space(self) -> int:
-        """As `room`, of bytes that go to the chip."""
+        """Return the number of bytes that may go to the chip now."""
         raise NotImplementedError
 
     def whole(self, data: bytes) -> bytes:
-        """Return what may go somewhere else of what has come: where requests have an end, whole ones alone."""
+        """Return the received bytes that may be diverted: only complete requests, if requests have an end."""
         return data
 
     def forget_half(self) -> None:
-        """Forget the beginning of a request whose end comes elsewhere."""
+        """Discard the start of a request whose end arrives elsewhere."""
 
     def sent(self) -> bool:
-        """Return whether everything that has come has gone out, so that another host may begin."""
+        """Return whether everything received has been sent on, so that another host may begin."""
         raise NotImplementedError
 
     def quiet(self) -> bool:
-        """Return whether everything that was sent has been played and answered."""
+        """Return whether everything received has been played and answered."""
         raise NotImplementedError
 
 
 class Act(NamedTuple):
-    """What a line does to its part, at an instant (ps), behind so many inputs; see `Acts.add`."""
+    """An action of a line on its part, at an instant (ps), after a number of inputs; see `Acts.add`."""
 
     inputs: int
     ps: int
@@ -223,10 +223,10 @@ class Act(NamedTuple):
 
 
 class Acts:
-    """What a line has done to its part besides inputs, which a journal has: it waits for answers, and gives them.
+    """Actions of a line on its part that are not inputs, and so are in no journal: waits for answers, and sending them.
 
     Args:
-        part: its name.
+        part: the name of the part.
     """
 
     def __init__(self, part: str) -> None:
@@ -236,16 +236,16 @@ class Acts:
         self.number = 0  # of acts since the beginning
 
     def heard(self, do: str, what: dict[str, Any]) -> None:
-        """Count an input, which is about to be made."""
+        """Count an input that is about to be made."""
         self.inputs += do == "input" and what["part"] == self.part
 
     def add(self, ps: int, do: Callable[[Any, Any, Say], object]) -> None:
-        """Note what is done: a function of the part, of what its last input has returned, and of what gives answers."""
+        """Record an action: a function of the part, of the result of its last input, and of the sender of answers."""
         self.done.append(Act(self.inputs, ps, do))
         self.number += 1
 
     def forget(self, before_ps: int) -> None:
-        """Forget what was done up to an instant (ps)."""
+        """Discard the actions up to an instant (ps)."""
         while self.done and self.done[0].ps <= before_ps:
             self.done.popleft()
 
@@ -264,24 +264,24 @@ class ConnectorLine(HostLine):
         port: SerialPort | SerialHost | AdaptiveHost,
     ) -> None:
         super().__init__(name, chips, pace, log)
-        self.coming = 0  # characters whose last bit is not over
-        self.late_ps = 0  # a late character of the module comes then, and those after it not before
+        self.coming = 0  # characters whose last bit has not ended
+        self.late_ps = 0  # a late character of the module comes then, the next ones after it
         spared = next((bit for chip in chips if (bit := dialect_of(chip.sheet).constant_bit) is not None), None)
         self.to_chip, self.to_host = (Noise(port.word.bits, LINKED, spared) for _ in range(2))
         self._end_in(port)
 
     def _end_in(self, port: SerialPort | SerialHost | AdaptiveHost) -> None:
         self.port, self.uart = port, port.uart
-        self.mute = not port.pins["rxd"].net.drivers  # nothing can ever come from the chip
+        self.mute = not port.pins["rxd"].net.drivers  # the chip never sends anything
         port.on_character.add(self._character)
 
     @property
     def part(self) -> Part:
-        """The connector."""
+        """Serial connector on the bench."""
         return self.port
 
     def move(self, bench: Bench, coming: Sequence[Told]) -> None:
-        """End in the connector of another bench."""
+        """Connect the line to the connector of another bench."""
         super().move(bench, coming)
         self.port.on_character.remove(self._character)
         self._end_in(cast("SerialPort", bench.parts[self.port.name]))
@@ -291,7 +291,7 @@ class ConnectorLine(HostLine):
 
     @property
     def baud(self) -> int | str:  # type: ignore[override]
-        """The rate of the line."""
+        """Rate of the line."""
         return self.port.baud
 
     @property
@@ -306,11 +306,11 @@ class ConnectorLine(HostLine):
             self.log.event(self.name, "the chip only receives on this line: it never answers")
 
     def opened_at(self, baud: int) -> None:
-        """Take notice of the rate that a host has set where it does not count; on a cable it would."""
+        """Record the rate that a host has set on a port where it has no effect; on a cable it would have one."""
         self.port.opened_at(baud)
 
     def feed(self, data: bytes) -> None:
-        """Send bytes to the chip, with the faults that are planned."""
+        """Send bytes to the chip, with the planned faults."""
         if not self.to_chip.plans:
             self.port.write(data)
             return
@@ -320,18 +320,18 @@ class ConnectorLine(HostLine):
                 self.port.write(bytes([passed]), fault)
 
     def obey(self, on: bool) -> None:
-        """Let characters wait for CTS of a chip that has it, or not."""
+        """Make characters wait for CTS of a chip that has one, or not."""
         port, wanted = self.port, None if on else False
         if isinstance(port, AdaptiveHost) and port.uart.control.heeding is not wanted:
             port.heed(wanted)
 
     @property
     def clear(self) -> bool | None:
-        """Is CTS on?  None: the chip has none."""
+        """State of CTS; None if the chip has none."""
         return self.port.pins["cts"].level == 0 if isinstance(self.port, AdaptiveHost) else None
 
     def space(self) -> int:
-        """Return how many bytes may come now; with none, `resume` is called once half of them have gone out."""
+        """Return the number of bytes that may arrive now; at 0, `resume` is called once half of them have been sent."""
         uart = self.uart
         room = BACKLOG - uart.backlog
         if room <= 0:
@@ -340,11 +340,11 @@ class ConnectorLine(HostLine):
         return room
 
     def sent(self) -> bool:
-        """Return whether every character has gone out."""
+        """Return whether every character has been sent."""
         return self.uart.idle
 
     def quiet(self) -> bool:
-        """Return whether every character has gone out, and nothing is on its way back.
+        """Return whether every character has been sent, and no answer is in transit.
 
         Characters that wait for CTS do not count while the chip waits for another host.
         """
@@ -356,7 +356,7 @@ class ConnectorLine(HostLine):
         return isinstance(self.uart, AdaptiveUart) and self.uart.held and any(chip.awaits_host for chip in self.chips)
 
     def _character(self, character: Character) -> None:
-        self.port.received.clear()  # the host is outside
+        self.port.received.clear()  # an outside host
         self.coming += 1
         self.kernel.call_at(character.end_ps, lambda: self._over(character.byte))
 
@@ -364,7 +364,7 @@ class ConnectorLine(HostLine):
         passed, fault = self.to_host.hit(byte)
         if fault == "late":
             self.late_ps, fault = self.kernel.now + LATE_PS, ""
-        data = b"" if passed is None else bytes([0 if fault else passed])  # a driver makes NUL of a wrong character
+        data = b"" if passed is None else bytes([0 if fault else passed])  # a driver replaces a wrong character by NUL
         if self.kernel.now < self.late_ps:
             self.kernel.call_at(self.late_ps, lambda: self._arrive(data))
         else:

@@ -1,4 +1,4 @@
-"""Ports that vanish and come back, as that of an adapter which is unplugged: for hosts that have to survive it."""
+"""Ports that disappear and return, like that of an unplugged adapter: for hosts that must survive it."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ if TYPE_CHECKING:
 
 
 class Adapters:
-    """The ports of a server that are unplugged at present."""
+    """Unplugged ports of a server."""
 
     def __init__(self, server: ServerFace) -> None:
         self.server = server
-        self.pulled: list[Any] = []  # closed, and to be opened again
+        self.pulled: list[Any] = []  # closed ports, to be opened again
 
     def unplug(self, line: HostLine) -> None:
-        """Close the ports of a line; a host that is connected finds that out."""
+        """Close the ports of a line; a connected host is disconnected."""
         ports: list[Any] = [port for port in self.server.ports if getattr(port, "line", None) is line]
         for port in ports:
             port.close()
@@ -25,10 +25,10 @@ class Adapters:
         self.pulled += ports
 
     def plug(self, line: HostLine) -> None:
-        """Open them again, where they were; a host must connect again.
+        """Open the ports again, at the same addresses; a host must reconnect.
 
         Raises:
-            UsageError: another program has taken the place of one meanwhile.
+            UsageError: another program now uses the address of a port.
         """
         for port in [port for port in self.pulled if port.line is line]:
             self.pulled.remove(port)

@@ -1,12 +1,13 @@
 """A real serial port: the modules are at the far end of a cable.
 
-Its rate and format are those of the line.  A character from the cable is over when the computer hands it over, and then
-begins on the virtual line: the module gets it one character later than on the cable, and its answer is one later.
+Its rate and format are those of the line.  A character from the cable ends when the operating system delivers it, and
+then begins on the virtual line: the module receives it one character time later than on the cable, and its answer is
+one later.
 
-A port that goes away (an adapter that is unplugged) is looked for every half second until it is back.
+A port that disappears (an adapter that is unplugged) is searched for every half second until it is back.
 
-A COM port of Windows is nothing that a loop can wait for.  Two threads carry its bytes to a socket and back; an end of
-the socket is what the loop sees.
+A loop cannot wait for a COM port of Windows.  Two threads copy its bytes to a socket and back; the loop waits for the
+other end of the socket.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ except ImportError:
     raise SlewlineError(needs("a serial port needs", "serial")) from None
 
 RETRY_S = 0.5
-LOOK_S = 0.5  # how long a thread reads at most before it checks whether the port is still wanted
+LOOK_S = 0.5  # a thread reads for at most this time before it checks whether to end
 
 
 class Threads:
@@ -51,7 +52,7 @@ class Threads:
             thread.start()
 
     def _read(self) -> None:
-        """Carry what comes from the cable, until the port fails or is closed."""
+        """Copy bytes from the cable, until the port fails or is closed."""
         with self._ending():
             while not self.over:
                 data = self.port.read(1)
@@ -59,23 +60,23 @@ class Threads:
                     self.theirs.sendall(data + self.port.read(min(self.port.in_waiting, CHUNK)))
 
     def _write(self) -> None:
-        """Carry what goes to the cable."""
+        """Copy bytes to the cable."""
         with self._ending():
             while data := self.theirs.recv(CHUNK):
                 self.port.write(data)
 
     @contextmanager
     def _ending(self) -> Iterator[None]:
-        """Whatever ends one thread ends the other, and is seen as an end of the socket."""
+        """End both threads when one ends, and close the socket."""
         try:
             yield
-        except Exception as error:  # a port that is closed under a read fails in many ways
+        except Exception as error:  # a port closed during a read fails in many ways
             self.why = str(error)
         with suppress(OSError):
             self.theirs.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """End the threads; the port is the caller's."""
+        """End the threads; the caller closes the port."""
         self.over = True
         self.ours.close()
         for stop in ("cancel_read", "cancel_write"):
@@ -87,7 +88,7 @@ class Threads:
 
 
 def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> str:
-    """Return why a serial port could not be opened, once, and what to do."""
+    """Return the reason why a serial port could not be opened, and a remedy."""
     if WINDOWS_PORT.fullmatch(device) and not windows:
         return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
     number = error_number(error)
@@ -101,11 +102,11 @@ class DevicePort(Closing):
     """A line on a serial port of this machine.
 
     Args:
-        tell: called when the port goes away, and when it is back.
-        make: opens it; a function that takes URLs would let a bench file connect to anywhere.
+        tell: called when the port disappears, and when it is back.
+        make: opens the port; a function that takes URLs would let a bench file connect to any address.
 
     Raises:
-        UsageError: the port is not there at the beginning, or cannot be opened.
+        UsageError: the port is missing at the start, or cannot be opened.
     """
 
     def __init__(
@@ -118,7 +119,7 @@ class DevicePort(Closing):
     ) -> None:
         self.loop, self.line, self.device, self.tell, self.make = loop, line, device, tell, make
         self.port: Any = None
-        self._latest = b""  # that has come, in which a server may say why it hangs up
+        self._latest = b""  # received bytes, in which a server may explain why it closes
         self.threads: Threads | None = None
         try:
             self._open()
@@ -128,7 +129,7 @@ class DevicePort(Closing):
 
     @property
     def where(self) -> str:
-        """The name of the port."""
+        """Name of the port."""
         return self.device
 
     def _open(self) -> None:
@@ -146,7 +147,7 @@ class DevicePort(Closing):
         self.line.attach(self.device, self.stream.write, self.stream.resume)
 
     def _end(self) -> socket.socket | Descriptor:
-        """What the loop can wait for."""
+        """Return the end of the port that the loop can wait for."""
         try:
             return Descriptor(self.port.fileno())
         except (AttributeError, OSError):  # io.UnsupportedOperation is an OSError
@@ -154,7 +155,7 @@ class DevicePort(Closing):
             return self.threads.ours
 
     def _let_go(self, why: str) -> str:
-        """Close the port; returns why it failed, if a thread knows."""
+        """Close the port; return the reason of its failure, if a thread knows it."""
         self.line.leave(why)
         threads, self.threads = self.threads, None
         if threads is not None:
@@ -188,7 +189,7 @@ class DevicePort(Closing):
         return DevicePort(self.loop, self.line, self.device, self.tell, self.make)
 
     def _shut(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         if self.stream.open:
             self.stream.close()
             self._let_go("closed")

@@ -1,17 +1,16 @@
 r"""A GPIB controller on a port, which takes the commands of a Prologix GPIB-ETHERNET (or, on a pty, GPIB-USB).
 
-    ++addr 5\n                  commands begin with ++; what follows is for the device at this address
-    V 0\n                       anything else is data for it, followed by what ++eos says
-    ++read eoi\n                ... and this reads what it has to say
+    ++addr 5\n                  commands begin with ++; the next lines are for the device at this address
+    V 0\n                       any other line is data for it, with the terminator selected by ++eos
+    ++read eoi\n                ... and this reads its answer
     ESC + ESC CR ESC LF ESC ESC these four as data; without ESC a + is dropped, and CR and LF end a line
 
-Requests are worked one after the other, at the pins of the bus, and so are their answers.  ++ifc and ++rst do not wait
-for their turn: they are the way out when a device takes no more.
+Requests are executed one after the other, at the pins of the bus, and answered in the same order.  ++ifc and ++rst are
+executed immediately: they recover the bus when a device no longer responds.
 
-The circuit of the manual has no EOI.  What the controller knows of it is where the group ends that a command has
-selected to be read: the last byte of it counts as one with EOI.  A read ends there, at the byte that ++read names, or
-when none has come for read_tmo_ms.  A chip from which nothing was selected to be read gives a byte all the same, and
-reports that, so one byte is read then.
+The circuit of the manual has no EOI.  The controller only knows the end of the group that a command has selected for
+reading: its last byte counts as one with EOI.  A read ends there, at the byte that ++read names, or when none has come
+for read_tmo_ms.  A chip without a selection still sends one byte, and reports it, so one byte is read then.
 """
 
 from __future__ import annotations
@@ -42,16 +41,16 @@ PLAIN_PLUS = re.compile(rb"(?:[^\x1b+]|\x1b.)*\+", re.DOTALL)
 LONGEST = 4096  # bytes of a line
 SHARE = 64  # bytes in a turn of the loop
 MS = 10**9
-ENDS = (b"\r\n", b"\r", b"\n", b"")  # by the number of ++eos
+ENDS = (b"\r\n", b"\r", b"\n", b"")  # by the argument of ++eos
 UNKNOWN = "Unrecognized command"
 VERSION = f"Prologix GPIB-ETHERNET Controller version 01.06.06.00 (slewline {__version__})"
 HIGHEST = 30  # address
 SECONDARY = (96, 126)
-MOST_TRIGGERED = 15  # devices, by one command
+MOST_TRIGGERED = 15  # devices of one command
 
 
 class Setting(NamedTuple):
-    """A setting of the controller: its range, what it is at the beginning, what it does."""
+    """A setting of the controller: its range, its default, its effect."""
 
     low: int
     high: int
@@ -86,17 +85,17 @@ COMMANDS: Mapping[str, str] = {
 
 
 class Selection:
-    """What is to be read of a chip, as far as the commands tell that have been sent to it."""
+    """Data selected for reading from a chip, as far as the commands sent to it show."""
 
     def __init__(self, chip: Chip) -> None:
         self.decoder = dialect_of(chip.sheet).decoder(chip.sheet)
         self.sizes = chip.sheet.through(BusHandshake).verify_bytes
         self.mode = chip.sheet.role("text")
         self.entering = False
-        self.left = 0  # bytes of the group
+        self.left = 0  # bytes per group
 
     def heard(self, chip: Chip, data: bytes) -> None:
-        """Take notice of what is sent to the chip."""
+        """Record data sent to the chip."""
         as_text = self.mode is None or chip.pins[self.mode.name].level != 0
         for byte in data:
             found = self.decoder.feed(byte, as_text, self.entering)
@@ -114,8 +113,8 @@ class PrologixLine(RequestLine):
     """Lines of a host to a GPIB controller on the bench, and its answers.
 
     Args:
-        controller: on the bus.
-        devices: the chips behind devices of the bus, by their addresses; the first one is addressed at the beginning.
+        controller: the controller on the bus.
+        devices: the chips on devices of the bus, by their addresses; the first one is addressed initially.
     """
 
     share = SHARE
@@ -129,22 +128,22 @@ class PrologixLine(RequestLine):
         self.usual = {name: row.usual for name, row in SETTINGS.items()} | {"addr": next(iter(devices))}
         self.secondary = ""
         self.settings, self.kept = dict(self.usual), dict(self.usual)
-        self.half = b""  # a line whose end is to come
+        self.half = b""  # an incomplete line
         self.too_long = False
 
     @property
     def controller(self) -> GpibController:
-        """The controller."""
+        """GPIB controller on the bench."""
         return cast("GpibController", self.part)
 
     def move(self, bench: Bench, coming: Sequence[Told]) -> None:
-        """End in the controller of another bench."""
+        """Connect the line to the controller of another bench."""
         super().move(bench, coming)
         self.devices = {address: bench.chips[chip.name] for address, chip in self.devices.items()}
 
     # ---------------------------------------------------------------------------------------------------------- lines
     def feed(self, data: bytes) -> None:
-        """Take bytes of the host: lines, each carried out when it is complete."""
+        """Receive bytes of the host: lines, each executed when complete."""
         data, at = self.half + data, 0
         while found := LINE.match(data, at):
             at = found.end()
@@ -158,13 +157,13 @@ class PrologixLine(RequestLine):
             self.half = b""
 
     def _bound(self, line: bytes) -> None:
-        """Report a line, or the beginning of one, that is too long, once."""
+        """Report, once, a line or an incomplete line that is too long."""
         if len(line) > LONGEST and not self.too_long:
             self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes; nothing of it is sent")
             self.too_long = True
 
     def whole(self, data: bytes) -> bytes:
-        """Return the whole lines of what has come; the beginning of the next one waits for its end."""
+        """Return the complete lines received; the start of the next one waits for its end."""
         data, at = self.half + data, 0
         while found := LINE.match(data, at):
             at = found.end()
@@ -172,11 +171,11 @@ class PrologixLine(RequestLine):
         return data[:at]
 
     def forget_half(self) -> None:
-        """Forget the beginning of a line whose end comes elsewhere."""
+        """Discard the start of a line whose end arrives elsewhere."""
         self.half = b""
 
     def sent(self) -> bool:
-        return True  # the next host may have come to clear what the last one has left
+        return True  # the next host may want to clear the requests of the last one
 
     def _line(self, line: bytes) -> None:
         if line.startswith(b"++"):
@@ -185,7 +184,7 @@ class PrologixLine(RequestLine):
             self._data(line)
 
     def _data(self, line: bytes) -> None:
-        """Send data to the device, and read what it says, if that is wanted."""
+        """Send data to the device, and read its answer if ++auto is on."""
         if PLAIN_PLUS.match(line):
             self.controller.finding("gpib-plus", f"{line!r}: a + that has no ESC before it is not sent; send ESC +")
         if (found := TELNET.match(line)) and len(found[0]) >= CERTAIN:
@@ -214,7 +213,7 @@ class PrologixLine(RequestLine):
         def answer(_controller: GpibController, work: Any) -> bytes:
             data: bytes = work.result
             if selection is not None and not self.silent:
-                selection.left += max(left - len(data), 0)  # it has ended before
+                selection.left += max(left - len(data), 0)  # the device has ended earlier
             return data + closed if len(data) == most else data
 
         self.answer(answer, self.controller.fetch(address, most, end, settings["read_tmo_ms"] * MS))
@@ -234,13 +233,13 @@ class PrologixLine(RequestLine):
             self._say(UNKNOWN)
 
     def _say(self, text: str) -> bool:
-        """Answer a line in its turn."""
+        """Queue an answer line."""
         said = f"{text}\r\n".encode("ascii", "replace")
         self.answer(lambda _controller, _work: said)
         return True
 
     def _setting(self, name: str, arguments: Sequence[str]) -> bool:
-        """Tell a setting, or change it."""
+        """Answer with a setting, or change it."""
         if not arguments:
             return self._say(str(self.settings[name]))
         row = SETTINGS[name]
@@ -256,7 +255,7 @@ class PrologixLine(RequestLine):
             self.kept = dict(self.settings)
 
     def do_addr(self, arguments: Sequence[str]) -> bool:
-        """Tell the address, or change it."""
+        """Answer with the address, or change it."""
         if not arguments:
             return self._say(f"{self.settings['addr']}{self.secondary}")
         address = addressed(arguments)
@@ -297,7 +296,7 @@ class PrologixLine(RequestLine):
         return True
 
     def do_srq(self, arguments: Sequence[str]) -> bool:
-        """Tell whether a device requests service."""
+        """Answer whether a device requests service."""
         if not arguments:
             self.answer(lambda controller, _: f"{int(not controller.high('srq'))}\r\n".encode())
         return not arguments
@@ -316,7 +315,7 @@ class PrologixLine(RequestLine):
         return self._message(SELECTED_CLEAR, arguments)
 
     def do_loc(self, arguments: Sequence[str]) -> bool:
-        """Let the device go to local."""
+        """Set the device to local."""
         return self._message(GO_TO_LOCAL, arguments)
 
     def do_llo(self, arguments: Sequence[str]) -> bool:
@@ -329,14 +328,14 @@ class PrologixLine(RequestLine):
         return not arguments
 
     def do_ifc(self, arguments: Sequence[str]) -> bool:
-        """Clear the interface: whatever is under way is cut short."""
+        """Clear the interface: abort any transfer."""
         if not arguments:
             self._forget()
             self.controller.clear()
         return not arguments
 
     def do_rst(self, arguments: Sequence[str]) -> bool:
-        """Begin again, with the settings that are kept."""
+        """Restart with the stored settings."""
         if not arguments:
             self._forget()
             self.settings = dict(self.kept)
@@ -348,7 +347,7 @@ class PrologixLine(RequestLine):
             self.let_in()
 
     def do_ver(self, arguments: Sequence[str]) -> bool:
-        """Tell the version."""
+        """Answer with the version."""
         return not arguments and self._say(VERSION)
 
     def do_help(self, arguments: Sequence[str]) -> bool:
@@ -358,13 +357,13 @@ class PrologixLine(RequestLine):
 
 
 def numbers(arguments: Sequence[str], low: int, high: int) -> list[int] | None:
-    """Return decimal numbers; None: there is none, or one that is not one of a range."""
+    """Return decimal numbers; None if there are none, or one is not a number in the range."""
     found = [int(each) if re.fullmatch("[0-9]{1,4}", each) else -1 for each in arguments]
     return found if found and all(low <= each <= high for each in found) else None
 
 
 def addressed(arguments: Sequence[str]) -> int | None:
-    """Return the address that PAD [SAD] means; None: that is no address."""
+    """Return the address that PAD [SAD] means; None if it is not an address."""
     primary, secondary = numbers(arguments[:1], 0, HIGHEST), arguments[1:]
     if primary is None or len(secondary) > 1 or (secondary and numbers(secondary, *SECONDARY) is None):
         return None

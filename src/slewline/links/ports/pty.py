@@ -1,20 +1,21 @@
 """A pseudo-terminal: a device file that host software opens as a serial port, under the name of a link.
 
-A pseudo-terminal of Linux is no UART.  It passes 8 bits at any speed, whatever the host has set; a line of 7 bits takes
-the lower ones.  It always reports 8 bits and no parity, which the C library compares with what was asked for:
+A pseudo-terminal of Linux is not a UART.  It passes 8 bits at any rate, whatever the host has set; a line of 7 bits
+uses the lower ones.  It always reports 8 bits and no parity, which the C library compares with the requested settings:
 opening it as 7O2 fails (EINVAL), unless the call changes something else.  So the first open succeeds, and the second
-one, which asks for the same again, fails.  The cure:
+one, with the same request, fails.  The remedy:
 
-    packet mode with EXTPROC        the master is woken by every change of settings
-    a marker after each             a flag without effect, which the next call clears: it has something to change
-    PARODD inverted with it         the same for a call that only adds flags to those it finds
+    packet mode with EXTPROC        the master wakes at every change of settings
+    a marker after each             a flag without effect, which the next call clears, so that it changes something
+    PARODD inverted with it         the same for a call that only adds flags to the present ones
 
-The C library reads the settings back at once.  Two markers take turns, so that whatever it reads, before or after the
-server has set the next one, differs from what was there.  Only a call that comes before the server is awake fails: some
-tens of microseconds after the one before, on a busy machine more.  A host that fails cannot learn why; the user can
-(`HINT`).  stty compares by itself, and always complains.  TCP and RFC 2217 have none of this.
+The C library reads the settings back immediately.  Two markers alternate, so that the settings it reads, before or
+after the server has set the next one, differ from the former ones.  A call fails only if it comes before the server
+wakes: within some tens of microseconds of the previous call, longer on a busy machine.  The host cannot detect the
+cause; the user can (`HINT`).  stty makes its own comparison, and always reports an error.  TCP and RFC 2217 do not have
+this problem.
 
-On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts that ask for 8N1 (`PLAIN`).
+On macOS there is no EXTPROC of this kind: a pseudo-terminal there is for hosts that use 8N1 (`PLAIN`).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from ..sockets.loop import Loop
 from ..sockets.stream import SocketStream
 from .symbolic_link import DeviceLink
 
-IFLAG, CFLAG, LFLAG, ISPEED, OSPEED = 0, 2, 3, 4, 5  # places in what tcgetattr returns
+IFLAG, CFLAG, LFLAG, ISPEED, OSPEED = 0, 2, 3, 4, 5  # indices in the result of tcgetattr
 WAYS = "set 8N1 in the host, or serve with --tcp (socket://) or --rfc2217 (rfc2217://)"
 HINT = (
     "a pty has no 7 data bits and no parity: a host that sets them twice within a millisecond, as by the timeout "
@@ -45,7 +46,7 @@ NONE = "--pty needs Linux or macOS: this system has no pseudo-terminals; serve w
 
 
 class PacketStream(SocketStream):
-    """The master of a pseudo-terminal in packet mode: each read begins with a byte that tells what follows.
+    """The master of a pseudo-terminal in packet mode: each read begins with a byte that describes the rest.
 
     Args:
         changed: called when the settings have changed.
@@ -62,7 +63,7 @@ class PacketStream(SocketStream):
         super().__init__(loop, end, line.take, lambda _why: None, line.room)
 
     def fetch(self, room: int) -> bytes | None:
-        """Read; None: the other side has hung up."""
+        """Read and return bytes; None if the other side has disconnected."""
         data = self.end.recv(room + 1)
         if data[:1] != b"\0":  # the settings have changed, or a queue was flushed
             self.changed()
@@ -70,13 +71,14 @@ class PacketStream(SocketStream):
 
 
 class PtyPort(Closing):
-    """A line on a pseudo-terminal; a host may come and go unnoticed.
+    """A line on a pseudo-terminal; connections and disconnections of a host are not visible.
 
     Args:
-        link: a symbolic link of this name is made, and removed at the end; a file gives the place that its gate allows.
+        link: the name of a symbolic link, which is removed at the end; a bench file gives the place that its gate
+            allows.
 
     Raises:
-        UsageError: the link cannot be made, or the file exists and is not an old link of ours; or the system
+        UsageError: the link cannot be made, or the file exists and is not an old link made by slewline; or the system
             has no pseudo-terminals.
     """
 
@@ -97,7 +99,7 @@ class PtyPort(Closing):
         except BaseException:
             self._hang_up()
             raise
-        self.ours: list[object] = []  # the settings as we made them
+        self.ours: list[object] = []  # the settings as set here
         self.turn = 0  # of the markers
         self._be_raw()
         end = system.Descriptor(self.master)
@@ -110,7 +112,7 @@ class PtyPort(Closing):
 
     @property
     def hint(self) -> str:
-        """What the user of a host of 7 bits should know."""
+        """Note for users of a host with 7 bits."""
         return PLAIN if system.EXTPROC is None else HINT
 
     # -------------------------------------------------------------------------------------------------- the settings
@@ -122,7 +124,7 @@ class PtyPort(Closing):
         settings[0] = settings[1] = 0
         for code, baud in system.bauds().items():
             if baud == self.line.baud:
-                settings[ISPEED] = settings[OSPEED] = code  # a program that sets none has that of the line
+                settings[ISPEED] = settings[OSPEED] = code  # a program that sets no rate has that of the line
         settings[LFLAG] = system.EXTPROC or 0
         termios.tcsetattr(self.slave, termios.TCSANOW, settings)
         if system.EXTPROC is not None:
@@ -133,14 +135,14 @@ class PtyPort(Closing):
 
         settings = termios.tcgetattr(self.slave)
         if settings == self.ours:
-            return  # it was our own change
+            return  # a change made here
         self._mark(settings)
         self.line.obey(bool(settings[CFLAG] & termios.CRTSCTS))
         if (baud := system.bauds().get(settings[OSPEED])) is not None and baud != self.line.baud:
             self.line.opened_at(baud)
 
     def _mark(self, found: list[Any]) -> None:
-        """Let the next call of a host have something to change."""
+        """Set a marker for the next call of a host to change."""
         import termios
 
         markers = (LFLAG, termios.IEXTEN), (IFLAG, termios.IGNBRK)
@@ -161,7 +163,7 @@ class PtyPort(Closing):
         return PtyPort(self.loop, self.line, self.place)
 
     def _shut(self) -> None:
-        """Remove the link, and hang up."""
+        """Remove the link, and close the pseudo-terminal."""
         self._link.remove()
         self.stream.close()
         self.line.leave("closed")

@@ -1,31 +1,31 @@
-"""The registers of an interface board on TCP: what IN and OUT are to a program on a PC, as short messages.
+"""The registers of an interface board on TCP: IN and OUT of a program on a PC, as short messages.
 
-A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, how many axes; and
-where the registers are, as in "data=0 status=1 command=1", unless they are where the application note has them.
+A line of text comes first, "slewline registers 1 mc1451a 4": the version of this protocol, the part, the number of
+axes; and the offsets of the registers, as in "data=0 status=1 command=1", unless they are as in the application note.
 After that every request is two bytes and every answer is one, in the order of the requests:
 
     0r --    IN      read register r of the board (parts/boards/board.py)       the byte
     1r bb    OUT     write bb to register r                              bb again, when it is written
-    24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 if it has stayed so
+    24 nn    READY   wait until bit 7 of the status is 1, for nn ms      the status; bit 7 is 0 after a timeout
     34 nn    ANSWER  ... is 0; of a parallel card                        the status
     44 nn    MESSAGE wait until bit 6 is 0; of a parallel card           the status
     54 nn    POLL    read the status until bit 7 is 1, for nn ms         the status
-    90 --    HELLO   which version is this?                              02, in lockstep 82; FF: it knows no series
+    90 --    HELLO   query the version                                   02, in lockstep 82; FF: no series supported
     C0 nn    SERIES  nn requests follow, of those above but HELLO        a byte for each
-    C1 nn    ON      the same, unless the last series has come to a wait in vain
-    other    is no request                                               FF, as from an empty address
+    C1 nn    ON      the same, unless a wait in the last series failed
+    other    not a request                                               FF, as from an empty address
 
-A series is one message, one input of the board and one answer, in a fraction of the time that its requests take one by
-one.  A wait in vain ends it: nothing of the rest is done, and reads FF.  So a host may send on without an answer, as if
-every wait were successful, and learns afterwards where its program would still be waiting.  Pieces of the same
-program that have come in one go are worked in one go.
+A series is one message, one input of the board and one answer, and takes a fraction of the time of its single requests.
+A failed wait ends it: the rest is not executed, and reads FF.  So a host may continue without an answer, as if every
+wait had succeeded, and learns afterwards at which wait its program would still be.  Pieces of the same program that
+arrive together are executed together.
 
-A host may send the next request before it has the answer to the last one: a whole packet, its waits included, is one
-round trip.  Requests are worked one after the other, each access at the pins of the chip, and takes its bus cycle of
+A host may send the next request before it has the answer to the last one: a whole packet, including its waits, is one
+round trip.  Requests are executed one after the other, each access at the pins of the chip, and takes its bus cycle of
 750 ns of virtual time.
 
-In lockstep that is all the time there is, so a host that polls would poll a hundred times for each word: there, 100 µs
-may pass after an IN that finds bit 7 of the status at 0, until it is 1.  READY lets pass what it waits for.
+In lockstep no other time passes, so a polling host would poll a hundred times for each word: there, 100 µs may pass
+after an IN that finds bit 7 of the status at 0, until it is 1.  READY lets time pass until its wait ends.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ if TYPE_CHECKING:
     from ...parts.base.request_queue import Request
 
 VERSION = 1
-NEWEST = 2  # what HELLO answers
+NEWEST = 2  # answers to HELLO
 HELLO, SERIES, ON = 0x90, 0xC0, 0xC1
 LOCKSTEP = 0x80  # in the answer to HELLO
-TURNS = 64  # shares of a host, or slices of time, that a request to the control port waits for: 4 kB, a second
-MOST = 512  # bytes of pieces of a series that are worked in one go
+TURNS = 64  # limits of the wait of a request to the control port, in shares of a host or slices of time: 4 kB, a second
+MOST = 512  # bytes of pieces of a series executed together
 ALL_OF_IT = "nothing of the series is done; "
-SHARE = 64  # bytes in a turn of the loop: 32 accesses take a millisecond
+SHARE = 64  # bytes per turn of the loop: 32 accesses take a millisecond
 
 
 class RegisterLine(RequestLine):
@@ -66,28 +66,28 @@ class RegisterLine(RequestLine):
 
     def __init__(self, name: str, chip: Chip, pace: Pace, log: TranscriptFile, board: Board) -> None:
         super().__init__(name, [chip], pace, log, board)
-        self.half = b""  # the beginning of a request
-        self.strange = False  # this host has sent what is not a request, and that was reported
-        self.shown = -1  # the last status in the transcript: polls that read the same are left out
+        self.half = b""  # an incomplete request
+        self.strange = False  # an invalid request of this host was reported
+        self.shown = -1  # the last status in the transcript: polls with the same result are left out
 
     @property
     def board(self) -> Board:
-        """The board."""
+        """Interface board on the bench."""
         return cast("Board", self.part)
 
     @property
     def status(self) -> int | None:
-        """Where the board has its status."""
+        """Offset of the status register; None if the board has none."""
         return self.board.layout.offset(STATUS)
 
     def _read_from(self, request: int) -> int:
-        """Return the register that a request reads; one that waits reads the status."""
+        """Return the register that a request reads; a wait reads the status."""
         status = self.status
         return request & 0x0F if request - IN < OUT or status is None else status
 
     @property
     def greeting(self) -> bytes:
-        """What a host gets first."""
+        """First line sent to a host."""
         sheet = self.chips[0].sheet
         return f"slewline registers {VERSION} {sheet.part} {sheet.axes}{placed(self.board.layout)}\r\n".encode("ascii")
 
@@ -100,9 +100,9 @@ class RegisterLine(RequestLine):
 
     # ------------------------------------------------------------------------------------------------------- requests
     def feed(self, data: bytes) -> None:
-        """Take bytes of the host: accesses to registers."""
+        """Receive bytes of the host: accesses to registers."""
         data = self.half + data
-        at, steps, on = 0, b"", False  # `steps`: of a series, which may go on
+        at, steps, on = 0, b"", False  # `steps`: of a series, which may continue
         while len(data) >= at + 2:
             request, value = data[at], data[at + 1]
             number = value if request in (SERIES, ON) else 0
@@ -124,7 +124,7 @@ class RegisterLine(RequestLine):
         self.half = data[at:]
 
     def whole(self, data: bytes) -> bytes:
-        """Return the whole requests of what has come; the beginning of the next one waits for its end."""
+        """Return the complete requests received; the start of the next one waits for its end."""
         data, at = self.half + data, 0
         while len(data) >= at + 2 and len(data) >= (end := at + 2 + 2 * data[at + 1] * (data[at] in (SERIES, ON))):
             at = end
@@ -135,7 +135,7 @@ class RegisterLine(RequestLine):
         self.half = b""
 
     def _series(self, steps: bytes, on: bool) -> None:
-        """Queue a series, and the answers to it; none of it, if a step is none."""
+        """Queue a series and its answers; queue none of it if one step is not a request."""
         board, number = self.board, len(steps) // 2
         wrong = next((at for at in range(0, len(steps), 2) if not is_step(steps[at], board.waits)), None)
         if wrong is not None:
@@ -147,7 +147,7 @@ class RegisterLine(RequestLine):
         self.answer(lambda _board, work: self._worked(steps, work), work)
 
     def _worked(self, steps: bytes, work: Request[Done]) -> bytes:
-        """Return what a series has brought; its accesses go into the transcript."""
+        """Return the answers to a series; write its accesses into the transcript."""
         answers, ends = work.result
         if self.log.file is not None and not self.silent:
             for request, byte, ps in zip(steps[::2], answers, ends, strict=False):
@@ -158,7 +158,7 @@ class RegisterLine(RequestLine):
         return answers
 
     def _request(self, request: int, value: int) -> None:
-        """Queue what is asked for, and the answer to it."""
+        """Queue a request and its answer."""
         board, offset = self.board, self._read_from(request)
         if request & 0xF0 == OUT:
             register = request & 0x0F
@@ -179,12 +179,12 @@ class RegisterLine(RequestLine):
             self.answer(lambda _board, _: bytes([self._nobody(request, value)]))
 
     def _read(self, offset: int, access: Request[int]) -> bytes:
-        """The byte that a read access has brought."""
+        """Return the byte of a read access."""
         self._note(offset, access.result, self.kernel.now)
         return bytes([access.result])
 
     def _note(self, offset: int, byte: int, ps: int) -> None:
-        """Write what was read into the transcript, if it is news."""
+        """Write a byte read into the transcript, if it differs from the last one."""
         if self.silent:
             return
         if offset != self.status or byte != self.shown:
@@ -206,7 +206,7 @@ class RegisterLine(RequestLine):
         return FLOATING
 
     def _what_is_here(self, came: bytes, where: str) -> str:
-        """Return what to do about bytes that are no request."""
+        """Return a remedy for bytes that are not a request."""
         text = " (text, it seems)" if came.isascii() and came.decode("ascii").isprintable() else ""
         if TELNET.match(came + b"\0"):
             text = " (telnet negotiation, it seems)"
@@ -218,16 +218,16 @@ class RegisterLine(RequestLine):
 
     # ----------------------------------------------------------------------------------------------------- transcript
     def note(self, way: str, data: bytes) -> None:
-        """Write accesses into the transcript, not the bytes that ask for them."""
+        """Write accesses into the transcript, not the bytes of the requests."""
 
     def _show(self, way: str, offset: int, byte: int, ps: int) -> None:
-        """An access in the transcript: "< 2 31", "> 0 5c"."""
+        """Write an access into the transcript: "< 2 31", "> 0 5c"."""
         if not self.silent:
             self.log.write(ps, self.name, way, f"{offset:x} {byte:02x}")
 
 
 def placed(layout: Layout) -> str:
-    """Return where a board has its registers, for the greeting; "" for the places that clients take for granted."""
+    """Return the offsets of the registers of a board, for the greeting; "" for the usual ones."""
     if layout.offset(COMMAND) is None or (layout.reads, layout.writes) == (PMD.reads, PMD.writes):
         return ""
     found = {name: offset for each in (layout.reads, layout.writes) for offset, name in each.items()}
@@ -240,11 +240,11 @@ class RegisterSession(TurnSession):
     line: RegisterLine
 
     def arrive(self) -> None:
-        """Greet."""
+        """Send the greeting."""
         self.stream.write(self.line.greeting)
 
     def room(self) -> int:
-        """Return how many bytes may be read now: none while answers are not read, for none may be dropped."""
+        """Return the number of bytes that may be read now: none while answers are not read, to drop none."""
         if self.stream.outgoing:
             return 0
         return min(super().room(), self.line.room()) if self.begun else super().room()
@@ -258,9 +258,9 @@ class RegisterPort(TcpPort):
     line: RegisterLine
 
     def catch_up(self) -> None:
-        """Bring to the board what the host has sent by now, and let the time pass that this takes, for a while.
+        """Pass everything that the host has sent so far to the board, and run the time that it takes, within a limit.
 
-        In lockstep a host need not wait for answers; what it asks of another port then comes after all that.
+        In lockstep a host need not wait for answers; a later request to another port is then executed after all that.
         """
         pace, line = self.line.pace, self.line
         for _ in range(TURNS):

@@ -1,9 +1,9 @@
 """RFC 2217: a serial port over TCP, with its settings: rfc2217://HOST:PORT for pySerial.
 
-A host asks for rate and format, and the line takes them: one that asks for another rate than the module is strapped for
-gets what a wrong rate gives on a wire.  DTR and RTS are accepted and lead nowhere, as on the three wires of a module; a
+A host sets rate and format, and the line takes them; if the rate differs from the strapped rate of the module, the
+characters are garbled as on a wire.  DTR and RTS are accepted without effect, as on the three wires of a module; a
 break puts the line to space.  The protocol is that of pySerial's PortManager, which needs an object with the properties
-of its serial ports: `Remote` is one.
+of its serial ports: `Remote`.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from ..sockets.loop import Loop
 
 LETTERS = {parity: letter for letter, parity in PARITIES.items()}
-LONGEST_OPTION = 256  # bytes of a suboption; no real one has more than a few
-SHARE = 64  # bytes in a turn of the loop; each is filtered by itself
+LONGEST_OPTION = 256  # bytes of a suboption; real ones have only a few
+SHARE = 64  # bytes per turn of the loop; each is filtered separately
 FASTEST = 10**6  # baud
 THEIR_BYTES = "they-BINARY"  # the option of that name in pySerial
 CR, NUL = b"\r", b"\0"
@@ -40,7 +40,7 @@ MASKS = {
 class Remote:
     """The line as a serial port of pySerial, as far as a PortManager needs one.
 
-    What a host sets holds for its own turn on the line: not before, and not after it.
+    The settings of a host apply only while it has its turn on the line.
     """
 
     def __init__(self, session: NetSession, line: ConnectorLine, baud: int | str, word: CharacterFormat) -> None:
@@ -52,20 +52,20 @@ class Remote:
         self._break = False
 
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
-        """Take another rate or format."""
+        """Set another rate or format."""
         bit_clock(baud, self.port.name)
         self.baud, self.word = baud, word.checked(self.port.name)
         if self.session.begun:
             self.apply(baud, word)
 
     def apply(self, baud: int | str, word: CharacterFormat) -> None:
-        """Let the line have a rate and a format."""
+        """Apply rate and format to the line."""
         if (self.port.baud, self.port.word) != (baud, word):
             self.port.change_line(baud, word.bits, word.parity, word.stop)
 
     @property
     def baudrate(self) -> int:
-        """The rate of the line."""
+        """Rate of the line, baud."""
         return int(self.baud)
 
     @baudrate.setter
@@ -85,7 +85,7 @@ class Remote:
 
     @property
     def parity(self) -> str:
-        """N, O or E; mark and space parity are refused."""
+        """Parity, N, O or E; mark and space parity are refused."""
         return LETTERS[self.word.parity]
 
     @parity.setter
@@ -96,7 +96,7 @@ class Remote:
 
     @property
     def stopbits(self) -> float:
-        """1, 1.5 or 2."""
+        """Stop bits: 1, 1.5 or 2."""
         return float(self.word.stop)
 
     @stopbits.setter
@@ -105,12 +105,12 @@ class Remote:
 
     @property
     def cts(self) -> bool:
-        """CTS of a chip that has it; else it is on."""
+        """CTS of the chip; on if the chip has none."""
         return self.session.line.clear is not False
 
     @property
     def rtscts(self) -> bool:
-        """Does the line wait for CTS?"""
+        """Whether the line waits for CTS."""
         return self._rtscts
 
     @rtscts.setter
@@ -121,7 +121,7 @@ class Remote:
 
     @property
     def break_condition(self) -> bool:
-        """Is the line held at space?"""
+        """Whether the line is at space (break)."""
         return self._break
 
     @break_condition.setter
@@ -131,17 +131,17 @@ class Remote:
             self.port.space(on)
 
     def reset_input_buffer(self) -> None:
-        """Drop nothing: characters go out as they come."""
+        """Drop nothing: there is no buffer, characters are sent on arrival."""
 
     def reset_output_buffer(self) -> None:
-        """Drop what waits for its turn on the line; what another host has sent stays."""
+        """Drop the host's characters that wait for their turn on the line; keep those of other hosts."""
         self.session.characters.clear()
         if self.session.begun:
             self.port.drop()
 
 
 class Telnet:
-    """What a PortManager answers through."""
+    """The connection through which a PortManager answers."""
 
     def __init__(self, session: NetSession) -> None:
         self.session = session
@@ -152,7 +152,7 @@ class Telnet:
 
 
 class Manager(rfc2217.PortManager):
-    """The protocol, with the two answers that pySerial's own client does not wait for, and others do."""
+    """The protocol, with the two answers that some clients wait for, though pySerial's does not."""
 
     def _telnet_process_subnegotiation(self, suboption: bytes) -> None:
         super()._telnet_process_subnegotiation(suboption)  # type: ignore[misc]
@@ -162,26 +162,26 @@ class Manager(rfc2217.PortManager):
 
     @property
     def binary(self) -> bool:
-        """Has the host agreed to send bytes unchanged?"""
+        """Whether the host has agreed to send bytes unchanged."""
         options = self._telnet_options  # type: ignore[attr-defined]
         return any(option.active for option in options if option.name == THEIR_BYTES)
 
 
 class NetSession(Session):
-    """A host that speaks RFC 2217."""
+    """A host that uses RFC 2217."""
 
     port: NetPort
     line: ConnectorLine
 
     def arrive(self) -> None:
-        """Connect the host: answer its options of the line from now on."""
+        """Connect the host: answer its line options from now on."""
         super().arrive()
         self.remote = Remote(self, self.line, *self.port.settings)
         self.manager = Manager(self.remote, Telnet(self))  # type: ignore[arg-type]
         self.last = b""  # character
 
     def begin(self) -> None:
-        """Begin the turn of this host, with the rate and format it has asked for."""
+        """Begin the turn of this host, with its rate and format."""
         super().begin()
         self.remote.apply(self.remote.baud, self.remote.word)
         self.line.obey(self.remote.rtscts)
@@ -198,14 +198,14 @@ class NetSession(Session):
         return min(SHARE, super().room())
 
     def receive(self, data: bytes) -> None:
-        """Take bytes of the host, telnet commands among them."""
+        """Receive bytes of the host, including telnet commands."""
         for byte in data:
             try:
                 for found in self.manager.filter(bytes([byte])):
                     if (self.last, found) != (CR, NUL) or self.manager.binary:  # a return of telnet is CR NUL
                         self.characters += found
                     self.last = found
-            except Exception as error:  # the PortManager believes what it is sent
+            except Exception as error:  # the PortManager does not check its input
                 self.line.event(f"not RFC 2217: {error!r}")
                 self.manager.suboption, self.manager.mode = None, rfc2217.M_NORMAL
             if self.manager.suboption is not None and len(self.manager.suboption) > LONGEST_OPTION:
@@ -214,7 +214,7 @@ class NetSession(Session):
         self.port.pump()
 
     def give(self, data: bytes) -> int:
-        """Send characters to the host; return how many were dropped."""
+        """Send characters to the host; return the number dropped."""
         return min(super().give(b"".join(self.manager.escape(data))), len(data))
 
 
@@ -225,12 +225,12 @@ class NetPort(TcpPort):
     make = NetSession
 
     def __init__(self, loop: Loop, line: PortLine, *more: Any) -> None:
-        port = cast("ConnectorLine", line).port  # the server has seen to that
+        port = cast("ConnectorLine", line).port  # the server has done that
         self.settings = port.baud, port.word
         super().__init__(loop, line, *more)
 
     def again(self) -> Self:
-        """Return a port where this one was; the line has its settings again."""
+        """Return a new port at the same address; the line has the settings of the port again."""
         port = super().again()
         port.settings = self.settings
         baud, word = self.settings

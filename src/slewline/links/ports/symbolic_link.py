@@ -1,7 +1,7 @@
-"""The symbolic link by which a device is found.
+"""The symbolic link under which a device is found.
 
-It is made over nothing but an old link of ours.  The folder in which it is made is held open until it is removed, so
-that no other one can take its place meanwhile; below the folder of a bench file no link is followed on the way.
+It replaces only an old link made by slewline.  The folder of the link is kept open until the link is removed, so that
+no other folder can take its place meanwhile; below the folder of a bench file no link is followed on the path.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class DeviceLink:
     """A link to a device, from now until `remove`.
 
     Args:
-        place: where it is to be: the name of a user, who may name any; or the place that a file names.
+        place: the place of the link: any name that a user gives, or the place that a bench file names.
         target: the device.
 
     Raises:
-        UsageError: it cannot be made, or the file exists and is not an old link of ours.
+        UsageError: it cannot be made, or the file exists and is not an old link made by slewline.
     """
 
     def __init__(self, place: str | LinkPlace, target: str) -> None:
@@ -63,7 +63,7 @@ class DeviceLink:
         os.symlink(self.target, self.name, dir_fd=self._folder)
 
     def _stale(self, target: str) -> bool:
-        """Was the link left behind by a server that has been killed?  Its device is gone, or is the one we have."""
+        """Return whether the link is left over from a killed server: its device is gone, or is now ours."""
         return target == self.target or not os.path.exists(target)
 
     def _refused(self, error: OSError) -> UsageError:
@@ -72,7 +72,7 @@ class DeviceLink:
         )
 
     def remove(self) -> None:
-        """Remove the link, unless another program has put its own there."""
+        """Remove the link, unless another program has replaced it."""
         with suppress(OSError):
             if os.readlink(self.name, dir_fd=self._folder) == self.target:
                 os.unlink(self.name, dir_fd=self._folder)
@@ -80,7 +80,7 @@ class DeviceLink:
 
 
 def _entered(place: LinkPlace) -> int:
-    """Open the folder of a link; below the folder from which it counts no link is followed."""
+    """Open the folder of a link; no link is followed below the folder to which its path is relative."""
     folder = os.open(place.folder, os.O_RDONLY | FOLDER)
     for each in place.below:
         above = folder

@@ -2,17 +2,17 @@ r"""TCP: a raw socket for each line, socket://HOST:PORT for pySerial.
 
 A port behaves like a line: hosts take turns, and one owns the port at a time.
 
-    a host closes            what it has sent is played to the last byte, whether it has read its answers or not
-    the next one comes       at any time: its bytes queue after those, and it gets the answers that come from now on
-    a second one meanwhile   gets a line of text that names the first one, and is disconnected
+    a host closes            its bytes are played to the last one, whether it has read its answers or not
+    the next one connects    at any time: its bytes queue after those, and it receives all later answers
+    a second one meanwhile   receives a line of text that names the first one, and is disconnected
 
-A host that sends no more (`printf 'V1\r' | nc -N`) gets the answers to what it has sent, unless the next one comes.
-One that has vanished without a word (a cable pulled, a machine switched off) is found out by keepalive probes.
+A host that closes its sending side (`printf 'V1\r' | nc -N`) receives the answers to its bytes, unless another one
+connects.  A host that disappears (a cable unplugged, a machine switched off) is detected by keepalive probes.
 
-The next one does not wait for long: of what is still to be played when it comes, `REMAINS` bytes stay, up to the end of
-a line; the rest is dropped, and reported.  That a host has closed shows after its last byte only, so when the next one
-knocks, what it has sent is read ahead; one that has more than `AHEAD` waiting then gives way, whether it has closed or
-not.
+The next host does not wait long: of the bytes still to be played when it connects, at most `REMAINS` are kept, up to
+the end of a line; the rest is dropped, and reported.  The closing of a host is visible only after its last byte, so
+when another host connects, the bytes of the first one are read ahead; if more than `AHEAD` are waiting, the first one
+is disconnected, whether it has closed or not.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ from ..sockets.preamble import HOLD_S, Preamble
 from ..sockets.stream import CHUNK, QUEUE, SocketStream
 
 KEEPALIVE = (("TCP_KEEPIDLE", 10), ("TCP_KEEPINTVL", 5), ("TCP_KEEPCNT", 3), ("TCP_USER_TIMEOUT", 25_000))
-LOCAL = "a socket of this user"  # where a Unix socket is, and who has come on one
+LOCAL = "a socket of this user"  # address of a Unix socket, and name of its client
 RETRY_S = 0.5  # when the system cannot accept a connection
-# Acknowledge at once: a host that writes in small pieces, as most do, else waits 40 ms before the next one goes out.
+# Acknowledge immediately: a host that writes in small pieces, as most do, otherwise waits 40 ms before the next one.
 QUICK: int | None = getattr(socket, "TCP_QUICKACK", None)
-FAREWELL_S = 1.0  # how long a host that was refused may take to read why
-REMAINS = 8192  # bytes of hosts that have gone which the next one has to wait for: ten seconds at 9600 baud
-AHEAD = 1 << 20  # bytes that are read to find the end of a host; at 9600 baud they would take 18 minutes
-LEFT = 64  # bytes that a host which has gone counts for, besides those that it has left
+FAREWELL_S = 1.0  # time for a refused host to read the reason
+REMAINS = 8192  # bytes of former hosts that the next one has to wait for: ten seconds at 9600 baud
+AHEAD = 1 << 20  # bytes read ahead to detect the closing of a host; at 9600 baud they would take 18 minutes
+LEFT = 64  # bytes that a former host counts for, in addition to its remaining ones
 
 
 class Listener:
-    """A socket that listens; `accept` is called with each connection and the name of the other side."""
+    """A listening socket; `accept` is called with each connection and the address of its client."""
 
     def __init__(
         self,
@@ -70,7 +70,7 @@ class Listener:
         self.listen()
 
     def listen(self) -> None:
-        """Take connections."""
+        """Accept connections."""
         if self.socket.fileno() >= 0:
             self.loop.watch(self.socket.fileno(), self._accept)
 
@@ -80,7 +80,7 @@ class Listener:
 
     @property
     def where(self) -> str:
-        """HOST:PORT as it is; of a Unix socket, that it is one."""
+        """Actual address, HOST:PORT, or a text for a Unix socket."""
         if not isinstance(self.socket.getsockname(), tuple):
             return LOCAL
         host, port = self.socket.getsockname()[:2]
@@ -89,9 +89,9 @@ class Listener:
     def _accept(self) -> None:
         try:
             connection, peer = self.socket.accept()
-        except (BlockingIOError, ConnectionError):  # it has gone already
+        except (BlockingIOError, ConnectionError):  # the client has left already
             return
-        except OSError:  # no descriptors left, for example: others may close theirs
+        except OSError:  # for example no descriptors left: others may close theirs
             self.pause()
             self.loop.after(RETRY_S, self.listen)
             return
@@ -112,7 +112,7 @@ class Listener:
 
 
 def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
-    """Send a line, and hang up when it has been read, or after a second."""
+    """Send a line, and close the connection when it has been read, or after a second."""
 
     def end(_reason: str = "") -> None:
         stream.close()
@@ -126,22 +126,22 @@ def dismiss(loop: Loop, connection: socket.socket, why: str) -> None:
 
 
 class Session:
-    """A host on a socket: bytes as they are."""
+    """A host on a socket, with unmodified bytes."""
 
     def __init__(self, port: TcpPort, connection: socket.socket, name: str) -> None:
         self.port, self.line, self.connection, self.name = port, port.line, connection, name
         self.beginning = Preamble(self.line.greetings)
-        self.characters = bytearray()  # what has come, and waits for its turn on the line
+        self.characters = bytearray()  # received bytes that wait for their turn on the line
         self.attached = self.begun = self.answering = False
         self.stream = SocketStream(port.loop, connection, self.take, self.gone, self.room, ended=self.ended)
         self.arrive()
 
     def arrive(self) -> None:
-        """Connect the host: from now on it gets what the module sends."""
+        """Connect the host: it receives the output of the module from now on."""
         self.attach()
 
     def attach(self) -> None:
-        """Get what comes from the line."""
+        """Receive the output of the line."""
         self.attached = True
         self.line.attach(self.name, self.give, self.port.resume)
 
@@ -150,15 +150,15 @@ class Session:
         self.begun = True
 
     def end(self) -> None:
-        """End the turn: the host has gone, and all that it has sent is under way."""
+        """End the turn: the host has left, and all of its bytes are on the line."""
 
     # --------------------------------------------------------------------------------------------------- to the line
     def room(self) -> int:
-        """Return how many bytes may come from the host now."""
+        """Return the number of bytes that may come from the host now."""
         return min(self.line.share, CHUNK - len(self.characters) - len(self.beginning.held))
 
     def take(self, data: bytes) -> None:
-        """Take bytes from the host."""
+        """Receive bytes from the host."""
         self.port.loop.dirty.append(self._acknowledge)
         passed = self.beginning.take(data)
         if self.beginning.stranger:
@@ -172,22 +172,22 @@ class Session:
         self.receive(passed)
 
     def _acknowledge(self) -> None:
-        """Acknowledge what has come, at the end of a turn; an answer that is about to go out does so by itself."""
+        """Acknowledge received bytes at the end of a turn; an answer does so by itself."""
         if QUICK is not None and self.stream.open and not self.stream.dirty:
             with suppress(OSError):
                 self.connection.setsockopt(socket.IPPROTO_TCP, QUICK, 1)
 
     def _pass_on(self, seen: int) -> None:
-        if self.stream.open and len(self.beginning.seen) == seen:  # nothing has come since then
+        if self.stream.open and len(self.beginning.seen) == seen:  # no byte has come since then
             self.receive(self.beginning.release())
 
     def receive(self, data: bytes) -> None:
-        """Take bytes of the host, none of them held back."""
+        """Receive bytes of the host that are not held back."""
         self.characters += data
         self.port.pump()
 
     def fed(self) -> None:
-        """Take notice that characters have gone to the line: there is room for more."""
+        """Record that characters have gone to the line: there is room for more."""
         self.stream.resume()
         if self.stream.at_end and not self.characters and not self.answering:
             self.answering = True
@@ -195,15 +195,15 @@ class Session:
 
     # --------------------------------------------------------------------------------------------------- to the host
     def give(self, data: bytes) -> int:
-        """Send bytes to the host; return how many were dropped."""
+        """Send bytes to the host; return the number dropped."""
         return self.stream.write(data)
 
     # ----------------------------------------------------------------------------------------------------------- end
     def leave(self) -> bool:
-        """Make room for the next host, if this one has closed, or has more waiting than the line plays for long.
+        """Make room for the next host, if this one has closed, or has too many bytes waiting.
 
         Returns:
-            False: it stays.
+            False if it stays.
         """
         ahead = self.stream.ahead
         if not self.stream.at_end and not self.stream.read_ahead(AHEAD):
@@ -217,7 +217,7 @@ class Session:
         return True
 
     def shorten(self, excess: int) -> int:
-        """Drop so many characters that wait for the line, or more, so that a line ends there; return how many."""
+        """Drop at least `excess` waiting characters, up to the end of a line; return the number dropped."""
         kept = self.characters[: max(len(self.characters) - excess, 0)]
         end = max(kept.rfind(b"\r"), kept.rfind(b"\n")) + 1
         dropped = len(self.characters) - (end or len(kept))
@@ -225,13 +225,13 @@ class Session:
         return dropped
 
     def ended(self) -> None:
-        """Take notice that the host sends no more."""
+        """Record that the host sends no more."""
         self.receive(self.beginning.release())
         if self.stream.deaf:
             self.gone(self.stream.why)
 
     def detach(self, why: str) -> None:
-        """Disconnect from the line: its answers go to another host, or are lost."""
+        """Disconnect from the line: later answers go to another host, or are lost."""
         if self.port.session is self:
             self.port.session = None
         if self.attached:
@@ -239,7 +239,7 @@ class Session:
             self.line.leave(why)
 
     def gone(self, why: str) -> None:
-        """Take notice that the host has gone; the next one may come."""
+        """Record that the host has left; the next one may connect."""
         self.stream.close()
         self.connection.close()
         self.detach(why)
@@ -247,10 +247,10 @@ class Session:
 
 
 class TurnSession(Session):
-    """A host to which nothing goes out before its turn, for every answer belongs to a request."""
+    """A host that receives nothing before its turn, because every answer belongs to a request."""
 
     def arrive(self) -> None:
-        """Wait for its turn."""
+        """Wait for the turn of this host."""
 
     def begin(self) -> None:
         super().begin()
@@ -276,21 +276,21 @@ class TcpPort(Closing):
         tell: Callable[[str], object] = lambda _text: None,
     ) -> None:
         self.loop, self.line, self.allow_remote, self.tell = loop, line, allow_remote, tell
-        self.session: Session | None = None  # the host that is there
-        self.turns: deque[Session] = deque()  # it, after those that have left something to be played
+        self.session: Session | None = None  # the connected host
+        self.turns: deque[Session] = deque()  # the connected host, after former ones whose bytes are still to be played
         self.full = self.sending = self.crowded = False
-        self.dropped = 0  # bytes of hosts that have gone, not reported yet
-        self.strangers: set[str] = set()  # the protocols that have been reported
+        self.dropped = 0  # dropped bytes of former hosts, not reported yet
+        self.strangers: set[str] = set()  # protocols already reported
         self.listener = Listener(loop, address, self._accept, allow_remote)
         self.address = address if isinstance(address, Path) else self.listener.where
 
     def again(self) -> Self:
-        """Return a port where this one was, before it was closed."""
+        """Return a new port at the address of this one, which was closed."""
         return type(self)(self.loop, self.line, self.address, self.allow_remote, self.tell)
 
     @property
     def where(self) -> str:
-        """The URL of the port, as pySerial writes it."""
+        """URL of the port, for pySerial."""
         return f"{self.scheme}://{self.listener.where}"
 
     def _accept(self, connection: socket.socket, name: str) -> None:
@@ -307,13 +307,13 @@ class TcpPort(Closing):
         self.pump()
 
     def report_stranger(self, protocol: str, says: str) -> None:
-        """Report once that a program has come that speaks another protocol: a browser comes again by itself."""
+        """Report, once per protocol, a client with another protocol: a browser reconnects by itself."""
         if protocol not in self.strangers:
             self.strangers.add(protocol)
             self.tell(f"{says}; a browser opens the page of slewline panel" if protocol == "HTTP" else says)
 
     def _shorten(self) -> None:
-        """Keep of what hosts have left as much as the next one may have to wait for."""
+        """Drop bytes that former hosts have left, down to the longest wait allowed for the next host."""
         excess = sum(len(host.characters) for host in self.turns) - REMAINS
         while excess > 0:
             dropped = max(self.turns, key=lambda host: len(host.characters)).shorten(excess)
@@ -328,12 +328,12 @@ class TcpPort(Closing):
 
     # --------------------------------------------------------------------------------------------------------- turns
     def resume(self) -> None:
-        """Read on: the line has room again; may be called in mid-instant."""
+        """Continue to read: the line has room again; may be called within an instant."""
         self.full = False
         self.loop.ask(self.pump)
 
     def pump(self) -> None:
-        """Bring to the line what hosts have sent, those of one host after those of the one before."""
+        """Pass bytes of hosts to the line, one host after the other."""
         while self.turns and not self.full:
             host = self.turns[0]
             if not host.begun:
@@ -359,7 +359,7 @@ class TcpPort(Closing):
             host.fed()
 
     def _end(self, host: Session) -> None:
-        """The turn of a host is over."""
+        """End the turn of a host."""
         self.turns.popleft()
         host.end()
         if self.crowded:
@@ -367,7 +367,7 @@ class TcpPort(Closing):
             self.listener.listen()
 
     def _wait(self) -> None:
-        """The next turn begins when everything of this one is sent."""
+        """Begin the next turn when all bytes of this one are sent."""
         if not self.sending:
             self.sending = True
             self.line.when_sent(self._sent)

@@ -1,4 +1,4 @@
-"""Ports of other programs, by URL as pySerial has it: why one cannot be opened, and why a server has closed it."""
+"""Ports of other programs, by pySerial URL: reasons why one cannot be opened, or why a server has closed it."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from typing import Any
 DEVICE = "/dev/ttyUSB0 or COM3"
 SCHEMES = ("socket", "rfc2217")
 SERVED = tuple(f"{scheme}://" for scheme in SCHEMES)
-TAIL = 200  # bytes that came last, which may be the words of a server
-HANGS_UP_S = 0.5  # in which a server that has a host already sends why it takes no second one
+TAIL = 200  # last bytes received, which may be a message of the server
+HANGS_UP_S = 0.5  # time in which a server with a host explains why it refuses a second one
 DISMISSED = re.compile(rb"slewline: ([ -~]{1,150})\r\n\Z")  # as `dismiss` in tcp.py writes it
 ADDRESS = re.compile(r"(?:tcp://|telnet://)?((?:[\w.-]+|\[[0-9A-Fa-f:]+\]):[0-9]{1,5})", re.ASCII)
 NUMBER = re.compile(r"[0-9]{2,5}", re.ASCII)
 
 
 def dismissal(received: bytes) -> str:
-    """Return why a server has hung up, if that is the last that came from it; empty: it is not known."""
+    """Return the reason why a server has closed the connection, if it was its last line; empty if unknown."""
     found = DISMISSED.search(received[-TAIL:])
     return f"the server there says: {found[1].decode('ascii')}; end the other program, and call again" if found else ""
 
 
 def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
-    """Return why a server has hung up: in what came last, in what still comes, or when it is asked again.
+    """Return the reason why a server has closed the connection: from its last bytes, or by connecting again.
 
-    pySerial clears what has come when it opens a port, and with it what a server has sent immediately.
+    pySerial clears its buffer when it opens a port, and with it any bytes that a server has sent immediately.
 
     Args:
         where: the URL of the port.
-        line: the port of pySerial, which is gone.
-        received: what came last.
+        line: the pySerial port, which is gone.
+        received: the last bytes received.
     """
     found = bytearray(received)
-    with suppress(Exception):  # a port that is gone fails in many ways
+    with suppress(Exception):  # a lost port fails in many ways
         while line is not None and len(found) < TAIL and (data := line.read(1)):
             found += data
     if found or not (place := _place(where)):
@@ -47,11 +47,11 @@ def dismissed(where: str, line: Any = None, received: bytes = b"") -> str:
 
 
 def unopened(where: str, error: Exception) -> str:
-    """Return why the port of another program could not be opened, and what to do; empty: it is a device.
+    """Return the reason why the port of another program could not be opened, and a remedy; empty if it is a device.
 
     Args:
-        where: what was to be opened.
-        error: what pySerial raised.
+        where: the URL or device.
+        error: the exception that pySerial raised.
     """
     scheme, found, _ = where.partition("://")
     if not found or f"{scheme}://" in ("tcp://", "telnet://"):
@@ -89,14 +89,14 @@ def unopened(where: str, error: Exception) -> str:
 
 
 def no_device(where: str) -> str:
-    """Return that an address or URL is no serial port, where only a device can be one; empty: it is neither."""
+    """Return a message that an address or URL is not a serial port; empty if the text is neither."""
     if os.path.exists(where) or not (where.startswith(SERVED) or _address(where)):
         return ""
     return f"is an address, and no serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"
 
 
 def _place(where: str) -> tuple[str, int] | None:
-    """Return host and port of a URL; None: it has none."""
+    """Return host and port of a URL; None if it has none."""
     scheme, _, address = where.partition("://")
     host, _, port = address.partition("?")[0].partition("/")[0].rpartition(":")
     ok = scheme in SCHEMES and host and port.isdecimal() and 0 < int(port) < 1 << 16
@@ -104,7 +104,7 @@ def _place(where: str) -> tuple[str, int] | None:
 
 
 def _address(where: str) -> str:
-    """Return HOST:PORT, where a port is meant by its address or its number; empty: it is none."""
+    """Return HOST:PORT, if the text is an address or the number of a port; empty if not."""
     if NUMBER.fullmatch(where):
         return f"127.0.0.1:{where}"
     found = ADDRESS.fullmatch(where)

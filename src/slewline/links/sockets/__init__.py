@@ -1,4 +1,4 @@
-"""Sockets and descriptors: the loop that waits for them, streams, strangers, and what systems lack.
+"""Sockets and descriptors: the loop that waits for them, streams, foreign protocols, and system differences.
 
-What differs between systems is in `system.py`, and nowhere else.
+All differences between operating systems are in `system.py`.
 """

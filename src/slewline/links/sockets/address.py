@@ -1,4 +1,4 @@
-"""Addresses on which a port listens, HOST:PORT, and who can reach them."""
+"""Addresses on which a port listens, HOST:PORT, and the machines that can reach them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...errors import UsageError
 
 
 def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
-    """Return "HOST:PORT" as a pair; port 0 means any free one, a port alone is one of this machine.
+    """Return "HOST:PORT" as a pair; port 0 means any free one, a port alone is on this machine.
 
     Raises:
         UsageError: not of this form, or reachable from other machines without `allow_remote`.
@@ -29,7 +29,7 @@ def parse_address(text: str, allow_remote: bool = False) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address is that of this machine, seen from inside."""
+    """Return whether an address is a loopback address of this machine."""
     if host == "localhost":
         return True
     try:
@@ -39,7 +39,7 @@ def is_loopback(host: str) -> bool:
 
 
 def resolved(host: str, address: str) -> int:
-    """Return the family of addresses to which a name belongs."""
+    """Return the address family of a host name."""
     try:
         return socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][0]
     except (OSError, UnicodeError):

@@ -1,7 +1,7 @@
-"""The loop: one thread that waits for sockets and descriptors and for the next thing to do, whichever comes first.
+"""The loop: one thread that waits for sockets, descriptors and timers, whichever comes first.
 
-Pacing virtual time means to sleep for a part of a millisecond (see `system.py`), which the loops of asyncio
-cannot: they wait in epoll, whose sleeps are whole milliseconds.
+Paced virtual time needs sleeps of a fraction of a millisecond (see `system.py`), which the loops of asyncio cannot
+do: they wait in epoll, whose sleeps are whole milliseconds.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from time import perf_counter
 from .system import FineSelector, Ready, bell
 
 Call = Callable[[], object]
-Calls = tuple[Call | None, Call | None]  # when readable, when writable
+Calls = tuple[Call | None, Call | None]  # called when readable, when writable
 
 
 class Loop:
@@ -32,18 +32,18 @@ class Loop:
         self.timers: list[tuple[float, int, Call]] = []
         self.order = count()
         self.asked: deque[Call] = deque()
-        self.dirty: list[Call] = []  # what flushes bytes that were written in this turn
+        self.dirty: list[Call] = []  # functions that flush bytes written in this turn
         self.closed = self.hears_signals = False
         self.bell, self.button = bell()
-        self._forgotten = weakref.finalize(self, _close, self.bell, self.button)  # closed even so
+        self._forgotten = weakref.finalize(self, _close, self.bell, self.button)  # closed all the same
         self.watch(self.bell.fileno(), self._answer)
 
     # --------------------------------------------------------------------------------------------- file descriptors
     def watch(self, fd: int, readable: Call | None = None, writable: Call | None = None) -> None:
-        """Call these when a descriptor can be read or written; neither: forget it."""
+        """Call these when a descriptor can be read or written; with neither, stop watching it."""
         calls = readable, writable
         if self.calls.get(fd) == calls:
-            return  # a selector keeps the old pair then, and `serve` knows a pair by its identity
+            return  # a selector keeps the old pair then, and `serve` compares pairs by identity
         events = (selectors.EVENT_READ if readable else 0) | (selectors.EVENT_WRITE if writable else 0)
         known = self.calls.pop(fd, None) is not None
         if events:
@@ -54,29 +54,29 @@ class Loop:
 
     # -------------------------------------------------------------------------------------------- calls and timers
     def after(self, seconds: float, call: Call) -> None:
-        """Call a function when so much time of the wall clock has passed."""
+        """Call a function after a time of the wall clock."""
         heappush(self.timers, (perf_counter() + seconds, next(self.order), call))
 
     def ask(self, call: Call) -> None:
         """Call a function in the thread of the loop; may be used in any thread, and in a signal handler."""
         self.asked.append(call)
-        with suppress(OSError):  # it has been rung often enough, or is closed by now
+        with suppress(OSError):  # it is full, or already closed
             if not self.closed:
                 self.button.send(b"\0")
 
     def hear_signals(self) -> None:
-        """Let a signal end the sleep; Windows would not.  To be called in the main thread, as `close` is then."""
+        """Let a signal end the sleep, even on Windows.  Call this, and then `close`, in the main thread."""
         signal.set_wakeup_fd(self.button.fileno(), warn_on_full_buffer=False)
         self.hears_signals = True
 
     def _answer(self) -> None:
         self.bell.recv(4096)
-        for _ in range(len(self.asked)):  # what these ask for has its turn after descriptors that wait for a byte
+        for _ in range(len(self.asked)):  # calls requested by these have their turn after ready descriptors
             self.asked.popleft()()
 
     # ------------------------------------------------------------------------------------------------------ running
     def sleep(self, pause: float | None) -> list[Ready]:
-        """Send what was written, then wait for at most so many seconds (None: for ever); returns what has come up."""
+        """Flush written bytes, then wait for at most `pause` seconds (None: no limit); return the events."""
         dirty, self.dirty = self.dirty, []
         for flush in dirty:
             flush()
@@ -86,20 +86,20 @@ class Loop:
         return self.selector.select(pause)
 
     def serve(self, ready: list[Ready]) -> None:
-        """Do what has come up, timers included."""
+        """Handle events and due timers."""
         calls = self.calls
         for key, mask in ready:
             readable, writable = key.data
             if writable is not None and mask & selectors.EVENT_WRITE and calls.get(key.fd) is key.data:
                 writable()
             if readable is not None and mask & selectors.EVENT_READ and calls.get(key.fd) is key.data:
-                readable()  # else it was forgotten in this very turn
-        now_s = perf_counter()  # what is set again meanwhile has its turn after descriptors
+                readable()  # otherwise it was removed in this turn
+        now_s = perf_counter()  # a timer set again meanwhile has its turn after descriptors
         while self.timers and self.timers[0][0] <= now_s:
             heappop(self.timers)[2]()
 
     def close(self) -> None:
-        """Let go of everything; what is asked from now on is not done."""
+        """Release everything; later calls of `ask` have no effect."""
         self.closed = True
         if self.hears_signals:
             signal.set_wakeup_fd(-1)

@@ -1,27 +1,27 @@
-r"""Strangers: a browser can be made to send bytes to a port of this machine, and no such byte may reach a module.
+r"""Foreign protocols: a browser can be made to send bytes to a port of this machine; none of them may reach a module.
 
-A page of any site may let the browser of its reader connect to 127.0.0.1.  What goes out begins in one of a few ways,
-and no host of a module begins so; the first bytes of a connection are looked at:
+A web page of any site may let the browser of its reader connect to 127.0.0.1.  Such a connection begins in one of a
+few ways, none of which a host of a module uses, so the first bytes of a connection are checked:
 
-    HTTP, WebSocket    METHOD TARGET for the methods that are known; METHOD TARGET HTTP/ for any other
+    HTTP, WebSocket    METHOD TARGET for the known methods; METHOD TARGET HTTP/ for any other
     HTTP/2             PRI * HTTP/2.0: a method as well
     TLS                16 03 00..04, two bytes, 01: a record with a ClientHello
-    SSL 2              80, a byte, 01, the version: a hello of old, which WebRTC still sends
-    control port       {"do": a client that took this port for it
+    SSL 2              80, a byte, 01, the version: an old hello, which WebRTC still sends
+    control port       {"do": a client that mistakes this port for one
     STUN, TURN         00 01 or 00 03, two bytes, 21 12 A4 42; after two bytes of length in ICE over TCP
 
-What may still become one of these is held back until a byte decides.  A carriage return does, for no request line has
-one inside: so the first line of a host is passed on when it is complete, and until then it means nothing to a module.
-In binary a count decides, which is no character of a method.  Of registers, `24 nn` would be the beginning of a method:
-there, a method begins with a letter, which no request of a register does but 44.
+Bytes that may still become one of these are held back until a byte decides.  A carriage return does, for no request
+line has one inside: so the first line of a host is passed on when it is complete, and until then it has no effect on a
+module.  In binary a count decides, because it is not a character of a method.  For registers, `24 nn` would be the
+beginning of a method: there, a method begins with a letter, as no request of a register does except 44.
 
-A pause of `HOLD_S` decides, too: a lone byte that does mean something, such as Q, is served all the same, a little
-later.  What comes after the pause is examined as before, so a stranger that pauses so long is hung up on when it is
-known, and has passed on what was held.  Line ends alone are passed on at once, for they set the rate of a
-chip that adapts to its host; a request after them is known.
+A pause of `HOLD_S` decides, too: a single byte with a meaning, such as Q, is passed on a little later.  Bytes after the
+pause are checked as before, so a client that pauses so long is disconnected when it is recognised, after its first
+bytes have been passed on.  Line ends alone are passed on immediately, because they set the rate of a chip that adapts
+to its host; a request after them is recognised.
 
-What cannot be seen here: a program of this machine that sends what a host would send, and whatever a browser may be
-made to send after a beginning that is none of these.
+This cannot detect a program on this machine that sends the same bytes as a host, nor the bytes that a browser may be
+made to send after a different beginning.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from __future__ import annotations
 import re
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "PATCH", "TRACE", "PRI")
-HOLD_S = 1.0  # no program pauses so long inside its first words
-LONGEST = 1024  # bytes after which nothing is a beginning any more
+HOLD_S = 1.0  # no program pauses so long within its first bytes
+LONGEST = 1024  # bytes after which no beginning is possible
 
-TOKEN = r"[!#$%&'*+.^_`|~0-9A-Za-z-]"  # a character of a method
+TOKEN = r"[!#$%&'*+.^_`|~0-9A-Za-z-]"  # character of a method
 LETTER = rf"(?!D[^Ee])[A-Za-z]{TOKEN}*"  # a method on registers
 REQUEST = rf"(?:(?:{'|'.join(METHODS)}) [!-~]|METHOD [!-~]+ HTTP/)"
 UNDECIDED = r"(?:METHOD(?: [!-~]*| [!-~]+ H?| [!-~]+ HTT?| [!-~]+ HTTP)?)?"
@@ -45,7 +45,7 @@ HELLOS = {  # in hexadecimal; --: any byte
 
 
 class Greetings:
-    """How strangers begin on a port of a kind.
+    """First bytes of foreign protocols on a kind of port.
 
     Args:
         method: a method of HTTP there, as a regular expression.
@@ -63,11 +63,11 @@ class Greetings:
         self.part = re.compile(rf"(?:{'|'.join(parts)})\Z".encode(), re.DOTALL)
 
     def known(self, seen: bytes) -> str:
-        """Return the protocol that begins so; empty: none of these, or not yet."""
+        """Return the protocol with this beginning; empty if none, or not yet known."""
         return next((name for name, whole in self.whole.items() if whole.match(seen)), "")
 
     def undecided(self, seen: bytes) -> bool:
-        """Return whether it may still become one of these."""
+        """Return whether the bytes may still become one of these."""
         return len(seen) <= LONGEST and self.part.match(seen) is not None
 
 
@@ -78,7 +78,7 @@ def classes(form: str) -> list[str]:
 
 
 def nested(bytes_: list[str]) -> str:
-    """Return what matches any beginning of a sequence: a(?:b(?:c)?)?."""
+    """Return a regular expression for any beginning of a sequence: a(?:b(?:c)?)?."""
     return "(?:".join(bytes_) + ")?" * (len(bytes_) - 1)
 
 
@@ -88,7 +88,7 @@ CONTROL = Greetings(own="control")
 
 
 class Preamble:
-    """The first bytes of a connection, until it is clear what they are; `stranger` is what a stranger speaks."""
+    """The first bytes of a connection, until its protocol is known; `stranger` is the name of a foreign one."""
 
     def __init__(self, greetings: Greetings = TEXT) -> None:
         self.greetings = greetings
@@ -97,7 +97,7 @@ class Preamble:
         self.stranger = ""
 
     def take(self, data: bytes) -> bytes:
-        """Return what may be passed on now that these bytes have come; nothing, once a stranger is known."""
+        """Return the bytes that may be passed on after these have come; none, once a foreign protocol is recognised."""
         if not self.undecided:
             return b"" if self.stranger else data
         self.seen += data
@@ -111,7 +111,7 @@ class Preamble:
         return b""
 
     def release(self) -> bytes:
-        """Return what is held back, and hold back no more; a stranger that is known later is still reported."""
+        """Return the bytes held back, and hold back no more; a foreign protocol recognised later is still reported."""
         self.holding = False
         return self._let_go()
 

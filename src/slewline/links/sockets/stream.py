@@ -1,8 +1,8 @@
-"""A byte stream to the outside: a socket that never blocks, with a bounded queue on the way out.
+"""A byte stream to the outside: a socket that never blocks, with a bounded output queue.
 
-A reader that does not read costs `QUEUE` bytes of memory and no more: what comes on top is dropped and counted, as a
-serial line drops what no host reads.  The other way round, a stream reads only as much as its owner has room for, so
-that a writer without end is held up by its own system.
+A client that does not read costs at most `QUEUE` bytes of memory: more output is dropped and counted, as a serial line
+drops bytes that no host reads.  In the other direction, a stream reads only as many bytes as its owner has room for, so
+that an endless sender is blocked by its own system.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ CHUNK = 4096
 
 
 class SocketStream:
-    """Bytes in and out of a socket, which belongs to the caller.
+    """Input and output of a socket, which belongs to the caller.
 
     Args:
-        end: the socket, which does not block from now on, or a descriptor with the face of one.
-        take: called with what has come in.
-        gone: called once, with the reason, when the other side has hung up.
-        ended: called when nothing more will come; without it, the other side has hung up then.  With it, bytes still
-            go out, until `finish`; and what a host sends that reads no more is taken to the end.
-        room: how many bytes may be read now; at 0 nothing is read until `resume`, or until the queue is sent.
-        queue: bytes that may wait for a reader.
+        end: the socket, which is made non-blocking, or a descriptor with the methods of one.
+        take: called with received bytes.
+        gone: called once, with the reason, when the other side has disconnected.
+        ended: called when no more bytes will come; without it, the other side counts as disconnected then.  With it,
+            output continues until `finish`; and bytes of a host that no longer reads are received to the end.
+        room: the number of bytes that may be read now; at 0 none is read until `resume`, or until the queue is sent.
+        queue: the size of the output queue, bytes.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class SocketStream:
     ) -> None:
         self.loop, self.end, self.take, self.gone, self.room = loop, end, take, gone, room
         self.outgoing, self.queue, self.ended = bytearray(), queue, ended
-        self.ahead = bytearray()  # what was read before there was room for it
+        self.ahead = bytearray()  # bytes read before there was room for them
         self.dropped = 0
         self.reading = self.open = True
         self.dirty = self.blocked = self.at_end = self.finishing = self.deaf = False
@@ -72,7 +72,7 @@ class SocketStream:
             found = self.fetch(room)
         except BlockingIOError:
             return
-        except OSError as error:  # after the last byte that has come, never before it
+        except OSError as error:  # after the last received byte, never before it
             self.why = error.strerror or str(error)
             found = None
         if found is None:
@@ -81,12 +81,12 @@ class SocketStream:
             self.take(found)
 
     def read_now(self) -> None:
-        """Read what is there in this moment, if there is room for it; the loop would do so in its turn."""
+        """Read available bytes now, if there is room, without waiting for the loop."""
         if self.open and self.reading and not self.at_end:
             self._read()
 
     def fetch(self, room: int) -> bytes | None:
-        """Read what is there; None: the other side has hung up."""
+        """Read and return available bytes; None if the other side has disconnected."""
         return self.end.recv(room) or None
 
     def _end(self) -> None:
@@ -98,14 +98,14 @@ class SocketStream:
         self.ended()
 
     def resume(self) -> None:
-        """Read on: there is room again."""
+        """Continue to read: there is room again."""
         if self.open and not self.reading and not self.at_end:
             self.reading = True
             self._watch()
             self._go_on()
 
     def _go_on(self) -> None:
-        """What was read ahead is not reported by the system: see to it in another turn."""
+        """Schedule another turn for bytes read ahead, which the system does not report."""
         if self.ahead and self.reading:
             self.loop.ask(self._read_on)
 
@@ -114,7 +114,7 @@ class SocketStream:
             self._read()
 
     def read_ahead(self, most: int) -> bool:
-        """Read all that is here, at most so many bytes; return whether that is all there will be, or more than that."""
+        """Read all available bytes, at most `most`; return whether the stream has ended, or has more than that."""
         over = False
         try:
             while not over and len(self.ahead) < most:
@@ -130,7 +130,7 @@ class SocketStream:
 
     # ------------------------------------------------------------------------------------------------------- output
     def write(self, data: bytes) -> int:
-        """Send bytes, at the end of this turn; returns how many had to be dropped, because no host reads."""
+        """Queue bytes, to be sent at the end of this turn; return the number dropped because no host reads."""
         space = self.queue - len(self.outgoing)
         dropped = max(len(data) - space, 0) if self.open and not self.deaf else len(data)
         self.outgoing += data[: len(data) - dropped]
@@ -164,7 +164,7 @@ class SocketStream:
 
     # ---------------------------------------------------------------------------------------------------------- end
     def deafen(self, why: str) -> None:
-        """Drop what would be sent from now on; what the other side has sent before is still to be read."""
+        """Drop later output; bytes that the other side has sent before are still read."""
         self.why, self.deaf, self.blocked = why, True, False
         self.outgoing.clear()
         if self.ended is None or self.at_end:
@@ -174,19 +174,19 @@ class SocketStream:
         self.resume()
 
     def finish(self) -> None:
-        """Hang up as soon as everything is sent."""
+        """Close the connection as soon as everything is sent."""
         self.finishing = True
         if not self.outgoing:
             self.hang_up(self.why)
 
     def hang_up(self, why: str) -> None:
-        """Close, and report that the other side has gone."""
+        """Close, and report that the other side has disconnected."""
         if self.open:
             self.close()
             self.gone(why)
 
     def close(self) -> None:
-        """Stop reading and writing; the socket itself is the caller's."""
+        """Stop reading and writing; the caller closes the socket."""
         if self.open:
             self.open = False
             self.loop.watch(self.fd)

@@ -1,15 +1,15 @@
-"""What the system has, and what takes the place of what it lacks.
+"""Features of the operating system, and replacements for missing ones.
 
-Linux, macOS and Windows differ here and nowhere else, but for the lock of a file (`locks.py`).  A module, a call or a
-signal is looked for, and only when it is needed.
+All differences between Linux, macOS and Windows are here, except the lock of a file (`locks.py`).  The code checks for
+a module, a call or a signal, and only when it is needed.
 
                         Linux                   macOS                   Windows
     sleep               select over epoll       kqueue                  select, the timer set to 1 ms
     wake-up             a pair of sockets, into which signals write as well
     ports               sockets and descriptors                         sockets; a COM port by two threads
     pty                 with packet mode        without: 8N1 only       none
-    a link for a file   O_NOFOLLOW              O_NOFOLLOW              looked for before it is opened
-    a name is safe      fsync of the directory  fsync of the directory  when NTFS gets to it
+    a link for a file   O_NOFOLLOW              O_NOFOLLOW              checked before it is opened
+    a name is safe      fsync of the directory  fsync of the directory  when NTFS writes it
     a copy of a process fork                    fork                    none
     promptness          SCHED_FIFO, or nice     nice                    none
 """
@@ -31,14 +31,14 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-BINARY = getattr(os, "O_BINARY", 0)  # without it Windows writes CR LF for LF
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # opening a symbolic link fails
-FOLDER = getattr(os, "O_DIRECTORY", 0)  # opening anything but a directory fails
+BINARY = getattr(os, "O_BINARY", 0)  # otherwise Windows writes CR LF for LF
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # refuse to open a symbolic link
+FOLDER = getattr(os, "O_DIRECTORY", 0)  # refuse to open anything but a directory
 EXTPROC: int | None = 0o200000 if sys.platform == "linux" else None  # of a pty; the module termios has no name for it
 UNIX = getattr(socket, "AF_UNIX", -1)  # sockets in a folder
 FORK: Callable[[], int] | None = getattr(os, "fork", None)
 FINE_MS = 1
-LONG_S = 1.0  # a sleep longer than that may end early, and go on
+LONG_S = 1.0  # a longer sleep may end early, and continue
 WINDOWS_PORT = re.compile(r"(?:\\\\\.\\)?com[0-9]+:?", re.IGNORECASE)  # COM3, \\.\COM12
 
 Ready = tuple[selectors.SelectorKey, int]
@@ -48,23 +48,23 @@ Ready = tuple[selectors.SelectorKey, int]
 class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector)):  # type: ignore[misc]
     """The selector of the system, with sleeps of any length.
 
-    epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor that epoll
-    itself has, however many descriptors it uses.  That is a second call of the system, so only the end of a long sleep
-    is waited for in this way.
+    epoll rounds its sleep up to whole milliseconds.  `select` does not, and can wait for the one descriptor of epoll
+    itself, however many descriptors epoll watches.  That is a second system call, so it is used only for the end of a
+    long sleep.
     """
 
     rounds = hasattr(selectors, "EpollSelector")
 
     def __init__(self) -> None:
         super().__init__()
-        self.urgent: set[int] = set()  # descriptors that wake it, too, when something out of turn has come
+        self.urgent: set[int] = set()  # descriptors with urgent data wake it, too
 
     def register(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
         """Watch a descriptor."""
         return self._urged(super().register(fileobj, events, data))
 
     def modify(self, fileobj: Any, events: int, data: Any = None) -> selectors.SelectorKey:
-        """Watch it for something else."""
+        """Watch a descriptor for other events."""
         return self._urged(super().modify(fileobj, events, data))
 
     def _urged(self, key: selectors.SelectorKey) -> selectors.SelectorKey:
@@ -74,7 +74,7 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
         return key
 
     def select(self, timeout: float | None = None) -> list[Ready]:
-        """Return what is ready, after at most so many seconds."""
+        """Return the ready descriptors, after at most `timeout` seconds."""
         if timeout and self.rounds and timeout > LONG_S:
             timeout -= LONG_S / 2
         elif timeout and self.rounds:
@@ -84,7 +84,7 @@ class FineSelector(getattr(selectors, "EpollSelector", selectors.DefaultSelector
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
-    """Return two connected sockets that send every byte at once: on Windows they are TCP, which would gather them."""
+    """Return two connected sockets that send every byte immediately: on Windows they are TCP, which buffers."""
     ends = socket.socketpair()
     for end in ends:
         if end.family in (socket.AF_INET, socket.AF_INET6):
@@ -93,7 +93,7 @@ def pair() -> tuple[socket.socket, socket.socket]:
 
 
 def bell() -> tuple[socket.socket, socket.socket]:
-    """Return two ends that wake a selector: it watches the first, and what is sent into the second rings."""
+    """Return two ends that wake a selector: it watches the first, and a byte sent into the second wakes it."""
     ends = pair()
     for end in ends:
         end.setblocking(False)
@@ -102,7 +102,7 @@ def bell() -> tuple[socket.socket, socket.socket]:
 
 @contextmanager
 def fine_timer() -> Iterator[None]:
-    """Let sleeps end to the millisecond; Windows ticks every 15.6 ms unless it is asked to."""
+    """Make sleeps accurate to a millisecond; the default tick of Windows is 15.6 ms."""
     timer = multimedia()
     if timer is not None:
         timer.timeBeginPeriod(FINE_MS)
@@ -114,14 +114,14 @@ def fine_timer() -> Iterator[None]:
 
 
 def multimedia() -> Any:
-    """Return the library of Windows that has the timer; None elsewhere."""
+    """Return the Windows library that has the timer; None elsewhere."""
     return import_module("ctypes").windll.winmm if sys.platform == "win32" else None
 
 
 # ------------------------------------------------------------------------------------------------------- serial ports
 @cache
 def bauds() -> dict[int, int]:
-    """Return the rates of a terminal, by their codes in its settings; nothing on Windows."""
+    """Return the rates of a terminal, by their codes in its settings; empty on Windows."""
     try:
         import termios
     except ImportError:
@@ -131,10 +131,10 @@ def bauds() -> dict[int, int]:
 
 # --------------------------------------------------------------------------------------------------------- promptness
 def be_prompt() -> str:
-    """Let this process wake as promptly as the system allows, in all its threads; return in words what it was given.
+    """Make all threads of this process wake as promptly as the system allows; return the priority obtained, in words.
 
-    The garbage collector forgets what is there now, so that it never again looks through all of it: with three million
-    objects such a look takes 450 ms.  A real-time priority needs leave: CAP_SYS_NICE, or `ulimit -r 1`.
+    The present objects are excluded from garbage collection: with three million objects a full collection takes 450 ms.
+    A real-time priority needs a permission: CAP_SYS_NICE, or `ulimit -r 1`.
     """
     gc.collect()
     gc.freeze()
@@ -146,7 +146,7 @@ def be_prompt() -> str:
         return "real-time priority (SCHED_FIFO)"
     with suppress(AttributeError, OSError):
         os.nice(-10)
-        if sys.platform == "linux":  # elsewhere that was for all of them
+        if sys.platform == "linux":  # elsewhere it applied to all of them
             for task in tasks[1:]:
                 os.setpriority(os.PRIO_PROCESS, task, os.getpriority(os.PRIO_PROCESS, 0))
         return "priority -10"
@@ -155,26 +155,26 @@ def be_prompt() -> str:
 
 # ------------------------------------------------------------------------------------------------------------ signals
 def numbers(*names: str) -> list[int]:
-    """Return the signals of these names, as far as they are there."""
+    """Return the signals of these names that the system has."""
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
 
 
 def ends() -> list[int]:
-    """Return the signals that end a process, of those that the system has.
+    """Return the signals that end a process, as far as the system has them.
 
-    One that is ignored, as by `nohup`, and by a script in what it runs in the background, stays so.
+    A signal that is ignored stays ignored, as with `nohup`, or in the background jobs of a script.
     """
     found = numbers("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
     return [number for number in found if signal.getsignal(number) is not signal.SIG_IGN]
 
 
 def forget_children() -> None:
-    """Let processes that this one has started end without a trace."""
+    """Let child processes end without leaving zombies."""
     ignore(numbers("SIGCHLD"))
 
 
 def hear_ends(call: Callable[[int], object]) -> None:
-    """Call a function with the number of each process that this one has started and that has ended."""
+    """Call a function with the number of each child process that has ended."""
     wait, at_once = getattr(os, "waitpid", None), getattr(os, "WNOHANG", 0)
 
     def ended(*_: object) -> None:
@@ -187,7 +187,7 @@ def hear_ends(call: Callable[[int], object]) -> None:
 
 
 def ended(process: int) -> None:
-    """Take notice that a process which this one has started has ended, or is about to."""
+    """Record that a child process has ended, or is about to."""
     wait = getattr(os, "waitpid", None)
     with suppress(ChildProcessError):
         if wait is not None:
@@ -195,7 +195,7 @@ def ended(process: int) -> None:
 
 
 def ignore(which: Iterable[int]) -> None:
-    """Let signals mean nothing, held back meanwhile: one that finds its handler gone would be complained of."""
+    """Ignore signals, blocked meanwhile: Python would report one that finds its handler gone."""
     which = list(which)
     mask: Callable[..., Any] | None = getattr(signal, "pthread_sigmask", None)
     kept = mask(signal.SIG_BLOCK, which) if mask is not None else None
@@ -208,28 +208,28 @@ def ignore(which: Iterable[int]) -> None:
 # -------------------------------------------------------------------------------------------------------------- files
 @contextmanager
 def directory(path: os.PathLike[str], system: Any = os) -> Iterator[Callable[[], object]]:
-    """Yield what makes the names in a directory safe from a power cut: its fsync, where it can be opened.
+    """Yield a function that makes the names in a directory safe from a power cut: its fsync, if it can be opened.
 
     Args:
-        system: what takes the place of the module `os`.
+        system: a replacement of the module `os`.
     """
     try:
         file = system.open(path, os.O_RDONLY, 0o666)
     except PermissionError:
         if hasattr(os, "O_DIRECTORY"):
-            raise  # here it is not the way of the system
+            raise  # not possible on this system
         yield lambda: None
         return
     try:
         yield lambda: system.fsync(file)
     finally:
-        with suppress(OSError):  # fsync has reported everything that matters
+        with suppress(OSError):  # fsync has reported all relevant errors
             system.close(file)
 
 
 # -------------------------------------------------------------------------------------------------------------- ports
 class Descriptor:
-    """A file descriptor with the face of a socket, as a `Stream` needs it; it stays the caller's."""
+    """A file descriptor with the methods of a socket, as a `Stream` needs them; the caller closes it."""
 
     def __init__(self, fd: int) -> None:
         self.fd = fd
@@ -240,9 +240,9 @@ class Descriptor:
         return self.fd
 
     def recv(self, room: int) -> bytes:
-        """Read what is there, at most so many bytes; nothing at the end."""
+        """Read available bytes, at most `room`; empty at the end."""
         return os.read(self.fd, room)
 
     def send(self, data: bytes | bytearray) -> int:
-        """Write as much as goes; return how much that was."""
+        """Write as many bytes as possible; return the number."""
         return os.write(self.fd, data)

@@ -1,7 +1,7 @@
-"""Another bench in the place of the one that is served, with which everything goes on that is connected.
+"""Replacement of the served bench by another one, while all connections stay open.
 
-Hosts stay connected and notice nothing: bytes on their way in are inputs of the journal that the new bench has played;
-what it has said meanwhile is known (`Ear`), and what a host lacks of that goes out (`lines/outlet.py`).
+Hosts stay connected and notice nothing: bytes in transit to the bench are inputs of the journal that the new bench has
+played; its output meanwhile is recorded (`Ear`), and the part that a host lacks is sent (`lines/outlet.py`).
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
     from ...bench import Bench
     from ...core.wires.receiver import Character
 
-KEPT_STRETCHES = 10_000  # of the past of each axis; a server runs for months
-KEEP = "1 h"  # of pins that are recorded
+KEPT_STRETCHES = 10_000  # history of each axis; a server runs for months
+KEEP = "1 h"  # history of recorded pins
 
 
 class Ear:
-    """What another bench says on a line.
+    """The output of another bench on a line.
 
-    It does to its part what the line has done to that of the bench that is served, and what is said is kept.
+    It repeats on its part all actions of the line on the part of the served bench, and records the output.
     """
 
     def __init__(self, line: HostLine, bench: Bench) -> None:
         self.line, self.kernel, self.part = line, bench.kernel, bench.parts[line.part.name]
-        self.said: list[Told] = []  # or is still on its way: its instant is then to come
-        self.inputs = self.acted = 0  # inputs of the part, and acts behind them
+        self.said: list[Told] = []  # or is still in transit: its instant is in the future
+        self.inputs = self.acted = 0  # inputs of the part, and actions after them
         self.result: Any = None  # of the last one
         self.live = False  # the line ends in this part
         if isinstance(line, ConnectorLine):
@@ -41,7 +41,7 @@ class Ear:
             self.said.append(Told(character.end_ps, bytes([character.byte])))
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Take notice of an input, and of what it has returned; do what stood behind it."""
+        """Record an input and its result; perform the actions after it."""
         if self.live or entry["do"] != "input" or entry["part"] != self.part.name:
             return
         self.inputs += 1
@@ -49,25 +49,25 @@ class Ear:
 
     @property
     def next(self) -> Act | None:
-        """What the line has done to its part next, if no other input stands before it."""
+        """Next action of the line on its part, if no other input comes first."""
         acts = self.line.acts
         if self.live or acts is None or self.acted >= acts.number:
             return None
-        self.acted = max(self.acted, acts.number - len(acts.done))  # what is forgotten is not done any more
+        self.acted = max(self.acted, acts.number - len(acts.done))  # discarded actions are not performed any more
         if self.acted == acts.number:
             return None
         found = acts.done[self.acted - acts.number]
         return found if found.inputs <= self.inputs else None
 
     def act(self) -> None:
-        """Do that."""
+        """Perform the next action."""
         found = self.next
         if found is not None:
             self.acted += 1
             found.do(self.part, self.result, self.say)
 
     def say(self, data: bytes, to: object) -> None:
-        """Take an answer."""
+        """Record an answer."""
         if self.live:
             self.line.give(data, to)
         else:
@@ -75,18 +75,18 @@ class Ear:
 
 
 class Ears:
-    """Those on all lines of a bench that plays the past."""
+    """Recorders on all lines of a bench that replays the past."""
 
     def __init__(self, ears: Mapping[str, Ear]) -> None:
         self.ears = ears
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Take notice of an entry that has been done."""
+        """Record a journal entry that has been executed."""
         for ear in self.ears.values():
             ear.done(entry, result)
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return what a line has done next, and when, if that is up to an instant (ps)."""
+        """Return instant and function of the next action of a line, up to an instant (ps); None if there is none."""
         found = [(act.ps, ear) for ear in self.ears.values() if (act := ear.next) is not None and act.ps <= to_ps]
         if not found:
             return None
@@ -95,13 +95,13 @@ class Ears:
 
 
 def limit_kept(bench: Bench) -> None:
-    """Let the axes of a bench keep no more of their past than a server that runs for months needs."""
+    """Limit the history of the axes of a bench to the needs of a server that runs for months."""
     for chip in bench.chips.values():
         for number, motor in enumerate(chip.axes, 1):
             motor.kept.limit(chip.axis(number).name, stretches=KEPT_STRETCHES)
 
 
 def record_same(bench: Bench, other: Bench) -> None:
-    """Record the pins that are recorded on another bench."""
+    """Record the same pins on another bench."""
     if missing := [name for name in other.recorded if name not in bench.recorded]:
         bench.record(*missing, keep=KEEP)

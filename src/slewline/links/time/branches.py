@@ -1,8 +1,8 @@
 """The runs of a server: the first one, and branches, each of which begins at an instant of another one.
 
-While another branch than the first one is shown, the time of the server is paused.  Everything that comes from outside
-goes to the world of that branch (`worlds.py`), and its output goes out: requests of clients and their replies, bytes of
-hosts and the answers.  Requests about branches are answered here; `server_past.py` brings the past back.
+While a branch is shown, the time of the server is paused.  All input from outside goes to the process of that branch
+(`worlds.py`), and its output is sent: requests of clients and their replies, bytes of hosts and the answers.  Requests
+about branches are answered here; `server_past.py` recreates the past.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .roads import Branch, Road, connection, greeting, rebuilt
 if TYPE_CHECKING:
     from ..face import ServerFace
 
-WATCH_S, LOOKS = 0.25, 6  # between two looks at the branch that is shown; in how many of them it has to answer
+WATCH_S, LOOKS = 0.25, 6  # between two polls of the branch that is shown; polls within which it has to answer
 MOST_BRANCHES = 16  # besides the first one
 ASK = b'{"do":"read","pins":[]}\n'  # of a branch, for its time
 STAND = b'{"do":"pause"}\n'
@@ -35,37 +35,37 @@ Answer = Callable[[Data], object]
 
 
 class Branches:
-    """The branches of a server, and which one is shown; where no past is kept there are none."""
+    """The branches of a server, and the one that is shown; without a record of the past there are none."""
 
     def __init__(self, server: ServerFace) -> None:
         self.server = server
         self.known: dict[int, Branch] = {}
         self.current = self.count = 0
         self.folder: TemporaryFolder | None = None
-        self.asked: list[tuple[Callable[[], object], bool]] = []  # what goes on when the time of a branch is known
-        self.roads: list[Road] = []  # on which bytes of hosts go to the branch that is shown
+        self.asked: list[tuple[Callable[[], object], bool]] = []  # functions to call when the time of a branch is known
+        self.roads: list[Road] = []  # relays of hosts' bytes to the branch that is shown
 
     @property
     def elsewhere(self) -> str:
-        """The control port of the branch that is shown; "": it is the first one."""
+        """Control port of the branch that is shown; "" for the first run."""
         return self.known[self.current].control if self.current else ""
 
     @property
     def now_ps(self) -> int:
-        """The time of the branch that is shown, when last reported."""
+        """Last reported time of the branch that is shown, in ps."""
         return self.known[self.current].now_ps if self.current else self.server.bench.now_ps
 
     def begin(self) -> None:
-        """Keep the past from now on: no time has passed."""
+        """Record the past from now on: no time has passed."""
         if self.server.past.begin():
             self.folder = TemporaryFolder()
-            self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # it is itself
+            self.known[0] = Branch(0, None, 0, 0, self.server.past.path, NEVER_PS, NEVER_PS)  # the first run itself
 
     def back(self, at: int, branch: int | None, answer: Answer) -> None:
-        """Go to an instant of a branch (ps), by default of the one that is shown; answer when it is there.
+        """Go to an instant of a branch (ps), by default of the one that is shown; answer on arrival.
 
         Raises:
-            UsageError: no past is kept, or no such branch.
+            UsageError: the past is not recorded, or there is no such branch.
         """
         number = self.current if branch is None else branch
         self._branch(number)
@@ -116,7 +116,7 @@ class Branches:
             answer({"error": f"back: nothing is kept of {readable(at)}: the process that kept it has ended"})
 
     def _put_on_leash(self, branch: Branch) -> None:
-        """Connect to a branch, to ask for its time, and to see when it ends."""
+        """Connect to a branch, to query its time, and to detect its end."""
         leash = branch.leash = connection(branch.control)
         leash.sendall(greeting(self._token()))
         leash.recv(1 << 16)  # its reply
@@ -124,7 +124,7 @@ class Branches:
         self.server.loop.watch(leash.fileno(), lambda: self._heard(branch, leash))
 
     def _heard(self, branch: Branch, leash: socket.socket) -> None:
-        """A branch has sent its time, or has ended."""
+        """Handle a message of a branch: its time, or its end."""
         try:
             data = leash.recv(1 << 16)
         except BlockingIOError:
@@ -132,7 +132,7 @@ class Branches:
         except OSError:
             data = b""
         if not data:
-            branch.process = 0  # the number may be that of another process by now
+            branch.process = 0  # the number may be in use by another process by now
             self._lose(branch, "its process has ended")
         *lines, branch.rest = (branch.rest + data).split(b"\n")
         for line in lines:
@@ -140,10 +140,10 @@ class Branches:
             branch.waiting.pop(0)()
 
     def show(self, number: int, answer: Answer) -> None:
-        """Go to a branch as it was left; answer when it is there.
+        """Return to a branch in the state in which it was left; answer on arrival.
 
         Raises:
-            UsageError: no past is kept, or no such branch.
+            UsageError: the past is not recorded, or there is no such branch.
         """
         self._branch(number)
 
@@ -166,7 +166,7 @@ class Branches:
         """Answer with all branches.
 
         Raises:
-            UsageError: no past is kept.
+            UsageError: the past is not recorded.
         """
         self._branch(self.current)
 
@@ -184,13 +184,13 @@ class Branches:
             raise UsageError(f"no branch {number!r}; there are: {', '.join(map(str, self.known))}")
 
     def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
-        """Ask the branch that is shown what its time is, and to let it stand; then go on, one after the other."""
+        """Query the time of the branch that is shown, and pause it if `stand`; then call `then`, in order."""
         self.asked.append((then, stand))
         if len(self.asked) == 1:
             self._ask_next()
 
     def _ask_next(self) -> None:
-        """Ask for the first of those that wait."""
+        """Send the first waiting query."""
         branch = self.known[self.current]
         then, stand = self.asked[0]
 
@@ -209,20 +209,20 @@ class Branches:
         self._send(branch, STAND if stand else ASK, go_on)
 
     def _send(self, branch: Branch, request: bytes, go_on: Callable[[], object]) -> None:
-        """Send a request of ours to a branch; go on when it has answered, or has ended."""
+        """Send a request of the server to a branch; call `go_on` when it has answered, or has ended."""
         branch.waiting.append(go_on)
-        with suppress(OSError):  # `_heard` sees it
+        with suppress(OSError):  # `_heard` handles it
             cast("socket.socket", branch.leash).sendall(request)
 
     def _watch(self, branch: Branch) -> None:
-        """Leave the branch that is shown as soon as it does not answer any more."""
+        """Leave the branch that is shown as soon as it stops answering."""
         branch.watched = self.current == branch.number and self.known.get(branch.number) is branch
         if not branch.watched:
             return
         if not branch.waiting:
             branch.silent = 0
             self._send(branch, ASK, lambda: None)
-        elif branch.silent >= LOOKS:  # looks, and not seconds: where the machine is busy, both are late
+        elif branch.silent >= LOOKS:  # counted in polls, not seconds: on a busy machine both processes are late
             self._lose(branch, f"it has not answered for {LOOKS * WATCH_S:g} s")
             return
         branch.silent += 1
@@ -230,10 +230,10 @@ class Branches:
 
     # -------------------------------------------------------------------------------------------------------- a switch
     def _switch(self, branch: Branch) -> None:
-        """Show another branch: what comes from outside goes there from now on.
+        """Show another branch: all input from outside goes there from now on.
 
         Raises:
-            OSError: it cannot be reached; the one that was shown still is.
+            OSError: it cannot be reached; the former one is still shown.
         """
         before = self.known[self.current]
         if branch is not before:
@@ -251,7 +251,7 @@ class Branches:
                 self._drop(old)
 
     def _lose(self, branch: Branch, why: str) -> None:
-        """A branch has ended by itself: the first one is shown again."""
+        """Show the first run again: a branch has ended by itself."""
         if self.known.get(branch.number) is not branch:
             return
         self.server.log.event("server", f"branch {branch.number}: {why}")
@@ -261,7 +261,7 @@ class Branches:
             self._drop(branch)
 
     def _drop(self, branch: Branch) -> None:
-        """Forget a branch; who waits for its time goes on with what was known of it."""
+        """Remove a branch; requests that wait for its time continue with its last known time."""
         del self.known[branch.number]
         for go_on in branch.waiting:
             self.server.loop.ask(go_on)
@@ -273,21 +273,21 @@ class Branches:
                 path.unlink()
         if branch.process:
             with suppress(OSError):
-                os.kill(branch.process, *system.numbers("SIGKILL"))  # the only signal that a stopped process takes
+                os.kill(branch.process, *system.numbers("SIGKILL"))  # the only signal that a stopped process handles
 
     def touch(self) -> None:
-        """Record that the branch that is shown is no longer what it was at first, and worth to be kept."""
+        """Record that the branch that is shown has changed since its start, and is worth keeping."""
         self.known[self.current].touched = True
 
     def _token(self) -> str | None:
         return next((control.token for control in self.server.controls()), None)
 
     def close(self) -> None:
-        """End all worlds."""
+        """End the processes of all branches."""
         for road in self.roads:
             road.close()
         self.roads.clear()
-        self.current = 0  # clients to whom a branch owes a reply are let go by what is left
+        self.current = 0  # clients that wait for a reply of a branch are served by the rest
         for branch in [one for one in self.known.values() if one.number]:
             self._drop(branch)
         if self.folder is not None:

@@ -1,4 +1,4 @@
-"""Breakpoints: conditions at which time stands, again and again."""
+"""Breakpoints: conditions that pause time, every time they are met."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ class Breakpoints:
     """The breakpoints of a server.
 
     Args:
-        stopped: called with which one was met, when time stands.
+        stopped: called with the breakpoint that was met, when time is paused.
     """
 
     def __init__(self, bench: Bench, pace: Pace, stopped: Callable[[str], object]) -> None:
         self.bench, self.pace, self.stopped = bench, pace, stopped
-        self.rows: list[Mapping[str, Any]] = []  # as they were asked for
+        self.rows: list[Mapping[str, Any]] = []  # as requested
         self.conditions: list[Condition] = []
         self.waits: list[Wait] = []
-        self.stops = 0  # how often time was made to stand
+        self.stops = 0  # number of stops
 
     def replace(self, rows: list[Mapping[str, Any]]) -> list[str]:
-        """Set these instead of those before; return each in words.
+        """Replace all breakpoints; return each in words.
 
         Raises:
-            UsageError, UnknownName: no such chip, pin or register; those before stay.
+            UsageError, UnknownName: there is no such chip, pin or register; the former breakpoints are unchanged.
         """
         conditions = [self.condition(row) for row in rows]
         self.rows, self.conditions = list(rows), conditions
@@ -41,12 +41,12 @@ class Breakpoints:
         return [str(condition) for condition in conditions]
 
     def move(self, bench: Bench) -> None:
-        """Wait for the same on another bench, from this instant on."""
+        """Set the same breakpoints on another bench, from this instant on."""
         self.bench = bench
         self.replace(self.rows)
 
     def condition(self, row: Mapping[str, Any]) -> Condition:
-        """Return what a breakpoint waits for."""
+        """Return the condition of a breakpoint."""
         if "pin" in row:
             return PinCondition(self.bench.pin(row["pin"]), row.get("edge", "any"))
         if "finding" in row:
@@ -74,7 +74,7 @@ class Breakpoints:
             self.pace.wait(wait)
 
     def stand(self) -> None:
-        """Let time stand; waits that push it are over."""
+        """Pause time; end the waits that push it."""
         self.pace.pause_time()
         self.stops += 1
 

@@ -1,4 +1,4 @@
-"""Checkpoints of a server: copies of its process that wait, so that every instant of its past is quick to reach."""
+"""Checkpoints of a server: idle copies of its process, from which every past instant is reached quickly."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ..face import ServerFace
 
 DUE_S = 0.02  # of work, after which the next checkpoint is due
-CALM_S = 0.002  # before the next event, in which there is time to fork
-LATE_S = 0.4  # of work, after which it is made even so
+CALM_S = 0.002  # idle time before the next event that is enough to fork
+LATE_S = 0.4  # of work, after which it is made without idle time
 MOST = 48  # checkpoints
 Data = dict[str, Any]
 Arrived = Callable[[Data], object]
@@ -26,11 +26,11 @@ Arrived = Callable[[Data], object]
 
 @dataclass
 class Checkpoint:
-    """A copy of the server that waits."""
+    """An idle copy of the server."""
 
     time_ps: int
-    length: int  # of the journal, in bytes
-    work_s: float  # that the server had done
+    length: int  # length of the journal, bytes
+    work_s: float  # work of the server so far
     process: int
     orders: socket.socket
     waiting: dict[int, Arrived] = field(default_factory=dict)  # for its worlds, by the number of the branch
@@ -43,24 +43,24 @@ class Checkpoints:
     def __init__(self, server: ServerFace) -> None:
         self.server = server
         self.marks: list[Checkpoint] = []
-        self.work_s = 0.0  # of the server since the beginning
+        self.work_s = 0.0  # work of the server since the beginning
         self.begun = False
 
     def begin(self) -> bool:
-        """Keep the past from now on, as no time has passed; return whether that is possible."""
+        """Record the past from now on, before any time has passed; return whether that is possible."""
         self.begun = not (self.server.bench.journal is None or system.FORK is None or threading.active_count() > 1)
         self.move(0)
         return self.begun
 
     def move(self, since_ps: int) -> None:
-        """Keep the past of another bench from now on, which before an instant (ps) was the same."""
+        """Record the past of another bench from now on; before an instant (ps) it is the same."""
         while self.marks and self.marks[-1].time_ps >= since_ps:
             self._end(self.marks.pop())
         if self.begun:
             self._keep()
 
     def look(self, worked_s: float) -> None:
-        """Make a checkpoint if it is due: called in every turn of the server, with the work since the last one."""
+        """Make a checkpoint if one is due: called in every turn of the server, with the work since the last call."""
         self.work_s += worked_s
         if not self.begun:
             return
@@ -86,7 +86,7 @@ class Checkpoints:
             self._thin_out()
 
     def _thin_out(self) -> None:
-        """Give up the checkpoint that costs least: whose neighbours have the least work between them."""
+        """Remove the checkpoint whose neighbours have the least work between them."""
         marks = self.marks
         idle = [n for n in range(1, len(marks) - 1) if not marks[n].waiting]
         if idle:
@@ -99,7 +99,7 @@ class Checkpoints:
         system.ended(checkpoint.process)
 
     def world(self, at_ps: int, order: Data, shared_ps: int, shared: int, arrived: Arrived) -> bool:
-        """Order a world at an instant (ps), from the last checkpoint before it: `ServedInstant.world`."""
+        """Start a world at an instant (ps), from the last checkpoint before it: `ServedInstant.world`."""
         for mark in self.marks[::-1]:
             if mark.time_ps > min(at_ps, shared_ps) or mark.length > shared:
                 continue
@@ -107,7 +107,7 @@ class Checkpoints:
                 mark.orders.setblocking(True)
                 mark.orders.sendall(json.dumps(order | {"begin": mark.length}).encode() + b"\n")
                 mark.orders.setblocking(False)
-            except OSError:  # its process has ended: the one before it will do
+            except OSError:  # its process has ended: use the one before it
                 self._miss(mark)
                 continue
             mark.waiting[order["branch"]] = arrived
@@ -115,7 +115,7 @@ class Checkpoints:
         return False
 
     def _answered(self, mark: Checkpoint) -> None:
-        """A world has reported where it is, or a checkpoint has gone."""
+        """Handle a message of a checkpoint: the address of a world, or the end of the checkpoint."""
         try:
             data = mark.orders.recv(1 << 16)
         except BlockingIOError:
@@ -125,14 +125,14 @@ class Checkpoints:
         if not data:
             self._miss(mark)
         *lines, mark.rest = (mark.rest + data).split(b"\n")
-        for line in lines:  # two that go to different instants come as they like
+        for line in lines:  # worlds for different instants may arrive in any order
             found = json.loads(line)
             arrived = mark.waiting.pop(found["branch"], None)
             if arrived is not None:
                 arrived(found)
 
     def _miss(self, mark: Checkpoint) -> None:
-        """A checkpoint has gone by itself."""
+        """Remove a checkpoint that has ended by itself."""
         if mark in self.marks:
             self.marks.remove(mark)
             self._end(mark)

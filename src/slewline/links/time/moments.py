@@ -1,4 +1,4 @@
-"""Conditions that time verbs and breakpoints wait for: steps, edges, commands, changes of registers, findings."""
+"""Conditions for time verbs and breakpoints: steps, edges, commands, changes of registers, findings."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from ...core.motion.one_axis import OneAxis
     from ...core.time.kernel import Kernel
 
-ASKED_PS = 1_000_000_000  # how often parts are asked that find only on demand
+ASKED_PS = 1_000_000_000  # polling interval of parts that report findings only on demand
 LEVELS = {"rises": (1,), "falls": (0,), "any": (0, 1, None)}  # after the edge
 
 
 class InstantCondition(Condition):
-    """An instant is there (ps)."""
+    """An instant is reached (ps)."""
 
     def __init__(self, kernel: Kernel, at: int) -> None:
         self.kernel, self.at, self.text = kernel, at, readable(at)
 
     def met(self) -> bool:
-        """Return whether it is."""
+        """Return whether the instant is reached."""
         return self.kernel.now >= self.at
 
     def when(self) -> int | None:
@@ -36,7 +36,7 @@ class InstantCondition(Condition):
 
 
 class StepCondition(Condition):
-    """A motor makes its next step."""
+    """A motor takes its next step."""
 
     def __init__(self, of: OneAxis) -> None:
         self.motor, self.text = of.motor, f"a step of {of.name}"
@@ -46,11 +46,11 @@ class StepCondition(Condition):
         self.made = self.motor.made
 
     def met(self) -> bool:
-        """Return whether it has made a step."""
+        """Return whether the motor has taken a step."""
         return self.motor.made != self.made
 
     def when(self) -> int | None:
-        """Return the instant of the next step under the present promises (ps); None: there is none."""
+        """Return the instant of the next step under the present promises (ps); None if there is none."""
         positions = self.motor.positions
         at = positions.index(self.motor.position)
         beside = {positions[at - 1], positions[(at + 1) % len(positions)]}
@@ -67,11 +67,11 @@ class PinCondition(Condition):
         self.text = f"{pin.name} {'changes' if edge == 'any' else edge}"
 
     def begin(self) -> None:
-        """Look for changes from now on."""
+        """Watch for changes from now on."""
         self.changes, self.hit = self.pin.net.changes, False
 
     def met(self) -> bool:
-        """Return whether it has changed to such a level; it may be asked several times in an instant."""
+        """Return whether the pin has changed to such a level; may be called several times in an instant."""
         if self.pin.net.changes != self.changes:
             self.changes = self.pin.net.changes
             self.hit = self.pin.level in self.levels
@@ -79,45 +79,45 @@ class PinCondition(Condition):
 
 
 class CommandCondition(Condition):
-    """A chip begins to work on a command."""
+    """A chip begins to execute a command."""
 
     def __init__(self, chip: Chip) -> None:
         self.chip, self.hit, self.text = chip, False, f"a command of {chip.name}"
 
     def begin(self) -> None:
-        """Listen from now on."""
+        """Watch for commands from now on."""
         self.hit = False
         if self.begun not in self.chip.on_command.listeners:
             self.chip.on_command.add(self.begun)
 
     def begun(self, text: str) -> None:
-        """Take notice of a command; "" is the end of one."""
+        """Record the start of a command; "" is the end of one."""
         if text:
             self.hit = True
             self.chip.on_command.remove(self.begun)
 
     def met(self) -> bool:
-        """Return whether it has begun one."""
+        """Return whether the chip has begun a command."""
         return self.hit
 
 
 class FindingCondition(Condition):
-    """A finding is made, of one chip or part or of any."""
+    """A finding is reported, of one chip or part or of any."""
 
     def __init__(self, bench: Bench, source: str) -> None:
         if source:
-            bench[source]  # which must be there
+            bench[source]  # it must exist
         self.bench, self.source, self.hit = bench, source, False
         self.text = f"a finding of {source}" if source else "a finding"
 
     def begin(self) -> None:
-        """Listen from now on."""
+        """Watch for findings from now on."""
         self.hit = False
         if self.found not in self.bench.on_finding.listeners:
             self.bench.on_finding.add(self.found)
 
     def found(self, finding: Finding) -> None:
-        """Take notice of a finding."""
+        """Record a finding."""
         if self.source in ("", finding.source):
             self.hit = True
             self.text = f"{finding.source}: {finding.code}"
@@ -125,18 +125,18 @@ class FindingCondition(Condition):
 
     @property
     def lazy(self) -> list[Part]:
-        """Parts that find only when they are asked."""
+        """Parts that report findings only when they are polled."""
         parts = (part for name, part in self.bench.parts.items() if self.source in ("", name))
         return [part for part in parts if type(part).catch_up is not Part.catch_up]
 
     def met(self) -> bool:
-        """Return whether one has been made."""
+        """Return whether a finding was reported."""
         for part in self.lazy:
             part.be_caught_up()
         return self.hit
 
     def when(self) -> int | None:
-        """Return when to ask such parts again (ps); None: there is none."""
+        """Return the next instant to poll such parts (ps); None if there are none."""
         return self.bench.now_ps + ASKED_PS if self.lazy else None
 
 
@@ -149,33 +149,33 @@ class RegisterCondition(Condition):
         self.text = f"{of.name}: {name} {'changes' if value is None else f'becomes {value}'}"
 
     def begin(self) -> None:
-        """Look from now on."""
+        """Watch the register from now on."""
         self.before = self.of.registers[self.name]
 
     def met(self) -> bool:
-        """Return whether it has changed, to the value if there is one."""
+        """Return whether the register has changed, to the value if one is given."""
         before, self.before = self.before, self.of.registers[self.name]
         return self.before != before and self.value in (None, self.before)
 
 
 class ArrivalCondition(Condition):
-    """An axis comes to a position; one that is there already must leave it first."""
+    """An axis arrives at a position; if it is there already, it must leave first."""
 
     def __init__(self, of: OneAxis, position: int) -> None:
         self.reaches, self.text = of.reaches(position), f"{of.name} at position {position}"
         self.left = False
 
     def begin(self) -> None:
-        """Look from now on."""
+        """Watch the axis from now on."""
         self.left = not self.reaches.met()
 
     def met(self) -> bool:
-        """Return whether it has come there."""
+        """Return whether the axis has arrived."""
         there = self.reaches.met()
         if not there:
             self.left = True
         return there and self.left
 
     def when(self) -> int | None:
-        """Return the instant at which it comes there under the present promises (ps); None: no promise says so."""
+        """Return the instant of the arrival under the present promises (ps); None if they do not include it."""
         return self.reaches.when()

@@ -1,4 +1,4 @@
-"""A branch, and the ways to its world: connections to its ports, on which bytes of hosts go there and back."""
+"""A branch, and the connections to its ports, which relay bytes of hosts in both directions."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ..lines.served_line import HostLine
     from ..sockets.loop import Loop
 
-ANSWER_S = 1.5  # in which a branch has to answer
-AGAIN_S = 0.01  # after which a host may send on that had to wait
+ANSWER_S = 1.5  # time for a branch to answer
+AGAIN_S = 0.01  # delay after which a waiting host may send again
 
 
 @dataclass
@@ -30,24 +30,24 @@ class Branch:
     from_ps: int
     now_ps: int  # when it was last left
     journal: Path
-    shared: int  # bytes at the beginning of its journal that the first one has as well
-    shared_ps: int  # the instant up to which it is the first run
+    shared: int  # bytes at the start of its journal that are common with the first run
+    shared_ps: int  # the instant up to which it equals the first run
     control: str = ""
     lines: dict[str, str] = field(default_factory=dict)
     process: int = 0
     leash: socket.socket | None = None  # the world ends when it is closed
-    rest: bytes = b""  # of what has come on the leash
-    waiting: list[Callable[[], object]] = field(default_factory=list)  # for its time, in order
-    silent: int = 0  # looks at it, one after the other, at which it owed an answer
+    rest: bytes = b""  # rest of the bytes received on the leash
+    waiting: list[Callable[[], object]] = field(default_factory=list)  # queries of its time, in order
+    silent: int = 0  # consecutive polls without an answer
     watched: bool = False
     touched: bool = False
 
 
 class Road:
-    """The way of a host's bytes to the line of a world, and back, from `open` on.
+    """A relay of a host's bytes to a line of a branch, and back, from `open` on.
 
     Raises:
-        OSError: nobody is there.
+        OSError: the branch does not answer.
     """
 
     def __init__(self, loop: Loop, line: HostLine, where: str, branch: Branch) -> None:
@@ -57,23 +57,23 @@ class Road:
         self.stream = SocketStream(loop, self.socket, self._take, lambda _why: None)
 
     def open(self) -> None:
-        """Take what comes from the host."""
+        """Start to relay bytes of the host."""
         self.line.detour = self
 
     def room(self) -> int:
-        """Return how many bytes may come now; with none, the line is asked to go on a little later."""
+        """Return the number of bytes that may come now; at 0, the line is resumed a little later."""
         room = self.stream.queue - len(self.stream.outgoing)
         if room <= 0:
             self.loop.after(AGAIN_S, lambda: self.line.resume() if self.line.resume is not None else None)
         return room
 
     def send(self, data: bytes) -> None:
-        """Send what has come from the host."""
+        """Send bytes of the host."""
         self.branch.touched = True
         self.stream.write(data)
 
     def _take(self, data: bytes) -> None:
-        if not self.greeted:  # the host has had its greeting
+        if not self.greeted:  # the host has already received its greeting
             _, end, data = data.partition(b"\n")
             self.greeted = bool(end)
         if data and self.line.host is not None:
@@ -81,7 +81,7 @@ class Road:
             self.line.host(data)
 
     def close(self) -> None:
-        """Hang up; the host gets what the branch has said so far."""
+        """Close the connection; the host receives the output of the branch so far."""
         if self.line.detour is self:
             self.line.detour = None
             with suppress(OSError):
@@ -92,10 +92,10 @@ class Road:
 
 
 def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Sequence[Road]) -> list[Road]:
-    """Let bytes of hosts go to a branch, and no longer to the one before; return the new ways.
+    """Relay bytes of hosts to a branch, and no longer to the former one; return the new relays.
 
     Raises:
-        OSError: the branch cannot be reached; the ways before are still there.
+        OSError: the branch cannot be reached; the former relays still work.
     """
     roads: list[Road] = []
     try:
@@ -112,12 +112,12 @@ def rebuilt(loop: Loop, lines: Sequence[HostLine], branch: Branch, before: Seque
         road.open()
     for line in lines:
         if line.resume is not None:
-            line.resume()  # there is other room than before
+            line.resume()  # the room has changed
     return roads
 
 
 def connection(path: str) -> socket.socket:
-    """Return a connection to a port of a branch: a socket in a folder of this user alone."""
+    """Return a connection to a port of a branch: a socket in a private folder of this user."""
     found = socket.socket(system.UNIX)
     try:
         found.settimeout(ANSWER_S)

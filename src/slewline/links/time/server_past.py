@@ -1,11 +1,11 @@
-"""The past of a server: one name, and the two ways in which it comes back.
+"""The past of a server: one class for both methods of recreating it.
 
     past.at(t).rerun(inputs, now)       a shadow, in this process: another bench at the present, for `past.go_on`
-    past.at(t).world(order, arrived)    a checkpoint, in a process of its own: a server at t, beside this one, paused
+    past.at(t).world(order, arrived)    a checkpoint, in a separate process: a second server at t, paused
 
-The drive of a motor needs the first one: the run that goes on must be in this process, with inputs that came late.
+The drive of a motor needs the first one: the run that continues must be in this process, with inputs that came late.
 A debugger needs the second one: the present is kept, and any instant is reached quickly, however long the run was; it
-needs `fork`.  This file alone knows both; a bench without a server has the first one (`bench/past.py`).
+needs `fork`.  Only this file uses both; a bench without a server has the first one (`bench/past.py`).
 """
 
 from __future__ import annotations
@@ -35,46 +35,46 @@ class ServedInstant(Instant):
     def world(
         self, order: dict[str, Any], shared_ps: int, shared: int, arrived: Callable[[dict[str, Any]], object]
     ) -> bool:
-        """Order a server that is at this instant, and paused, in a process of its own.
+        """Start a paused server at this instant, in a separate process.
 
         Args:
-            order: what it needs (`worlds.World`); the checkpoint is chosen here.
-            shared_ps, shared: up to which instant (ps) and byte the journal of the order is that of the first run.
-            arrived: called with where it is, or with an error.
+            order: the data that it needs (`worlds.World`); the checkpoint is chosen here.
+            shared_ps, shared: the instant (ps) and byte up to which the journal of the order is that of the first run.
+            arrived: called with its address, or with an error.
 
         Returns:
-            False: nothing is kept of this instant.
+            False if this instant is not recorded.
         """
         return self.past.checkpoints.world(self.ps, order, shared_ps, shared, arrived)
 
 
 class ServedPast(Past):
-    """The past of a server, whose hosts and clients go on with another bench, and notice nothing."""
+    """The past of a server; its hosts and clients continue with another bench without a break."""
 
     def __init__(self, server: ServerFace) -> None:
         super().__init__(server.bench)
         self.server, self.checkpoints = server, Checkpoints(server)
-        self.ears: dict[Kernel, dict[str, Ear]] = {}  # of benches that play the past
+        self.ears: dict[Kernel, dict[str, Ear]] = {}  # recorders of benches that play the past
         limit_kept(server.bench)
 
     def at(self, ps: int) -> ServedInstant:
         return ServedInstant(self, ps)
 
-    # ------------------------------------------------------------------------------------------------ what is prepared
+    # --------------------------------------------------------------------------------------------------- preparations
     def begin(self) -> bool:
-        """Keep checkpoints from now on: no time has passed; return whether this system can."""
+        """Make checkpoints from now on, before any time has passed; return whether this system can."""
         return self.checkpoints.begin()
 
     def look(self, worked_s: float) -> None:
-        """Make a checkpoint if one is due: called in every turn, with what the turn before has worked."""
+        """Make a checkpoint if one is due: called in every turn, with the work of the last turn."""
         self.checkpoints.look(worked_s)
 
     def close(self) -> None:
-        """End what is kept."""
+        """End all checkpoints."""
         self.checkpoints.close()
 
     def remember(self) -> None:
-        """Remember from now on what has to be known of the past: before the first shadow begins."""
+        """Start to record the data needed for the past: before the first shadow begins."""
         server = self.server
         for line in server.lines.values():
             line.outlet.remember(server.bench.now_ps)
@@ -89,7 +89,7 @@ class ServedPast(Past):
         return Ears(ears)
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows play on up to an instant, and forget what hosts have received before it."""
+        """Let the shadows play on up to an instant, and discard data that hosts have received before it."""
         done = super().follow(to_ps, enough)
         if done:
             for line in self.server.lines.values():
@@ -108,11 +108,12 @@ class ServedPast(Past):
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
         """Serve another bench from now on, at the same instant, with chips and parts of the same names.
 
-        Hosts and clients stay connected; pace, log, views, breakpoints and waits of clients go on with it.
+        Hosts and clients stay connected; pace, log, views, breakpoints and waits of clients continue on it.
 
         Raises:
-            UsageError: it is at another instant, or lacks something; or another branch is shown.  Nothing has changed.
-            OSError: a memory has refused its content; nothing has changed.
+            UsageError: it is at another instant, or lacks a chip or part; or another branch is shown.  Nothing has
+                changed.
+            OSError: a memory could not be written; nothing has changed.
         """
         server, old = self.server, self.server.bench
         self._check(bench)
@@ -143,7 +144,7 @@ class ServedPast(Past):
                 server.finding(found)
 
     def _check(self, bench: Bench) -> None:
-        """Check that a bench can take the place.
+        """Check that a bench can replace the served one.
 
         Raises:
             UsageError: it is at another instant, or lacks a chip or part; or another branch is shown.
@@ -162,7 +163,7 @@ class ServedPast(Past):
             raise UsageError(f"exchange: branch {shown} is shown, where this bench stands; show branch 0 first")
 
     def _move(self, line: HostLine, bench: Bench, ear: Ear) -> None:
-        """Let a line end on another bench; what its host lacks of what that has sent goes out."""
+        """Connect a line to another bench; send the output that its host lacks."""
         now = bench.now_ps
         if line.acts is not None:
             bench.on_input.add(line.acts.heard)

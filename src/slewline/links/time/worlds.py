@@ -1,15 +1,15 @@
-"""Worlds: copies of a server at an instant of its past, each a process of its own.
+"""Worlds: copies of a server at an instant of its past, each in a separate process.
 
     server       journal  ............T1...........T2............now
                                        |            |
-    checkpoint                       fork         fork             they wait, and cost nothing but their pages
+    checkpoint                       fork         fork             they wait, and cost only their pages
                                        |
     world                            fork --> plays the journal up to the instant --> serves, paused
 
-A running coroutine cannot be copied, a process can.  A checkpoint lets go of all that it has inherited from outside, so
-that no host hangs on it, and waits for an order; for each it forks once more and stays as it is.  The copy plays what
-the journal has from there up to the instant that is wanted, opens a control port and a port for each line,
-as sockets in a folder of this user alone, and says where they are.  From there on it is a server like the first one.
+A running coroutine cannot be copied, a process can.  A checkpoint closes all inherited connections, so that no host
+depends on it, and waits for an order; for each it forks once more and is itself unchanged.  The copy plays the journal
+from there up to the requested instant, opens a control port and a port for each line, as sockets in a private folder of
+this user, and reports their addresses.  From then on it is a server like the first one.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from ..sockets.loop import Loop
 if TYPE_CHECKING:
     from ..face import ServerFace
 
-GRACE_S = 10.0  # in which the server has to connect
+GRACE_S = 10.0  # time for the server to connect
 MOST = 1 << 20  # bytes of an order or of its answer
 Data = dict[str, Any]
 
 
 def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
-    """Fork a checkpoint of a server; return its process and the socket on which it takes orders."""
+    """Fork a checkpoint of a server; return its process and the socket for orders."""
     ours, theirs = socket.socketpair()
     process = cast("Callable[[], int]", system.FORK)()
     if process:
@@ -49,7 +49,7 @@ def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
     try:
         let_go(theirs.fileno())
         wait_for_orders(server, theirs)
-    except BaseException as error:  # nobody is there to hear of it
+    except BaseException as error:  # the server has ended
         with suppress(OSError):
             sys.stderr.write(f"slewline: a checkpoint: {error}\n")
     finally:
@@ -57,7 +57,7 @@ def fork_checkpoint(server: ServerFace) -> tuple[int, socket.socket]:
 
 
 def let_go(kept: int) -> None:
-    """Let go of every descriptor but one: what is open in this process then leads nowhere."""
+    """Close every descriptor but one, so that this process has no other connections."""
     system.ignore(
         system.numbers("SIGINT", "SIGHUP", "SIGQUIT", "SIGUSR1")
     )  # a terminal sends them to all processes on it
@@ -80,13 +80,13 @@ def open_descriptors() -> list[int]:
 
 
 def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
-    """Fork a world for each order, until nobody is there to give any."""
-    worlds: dict[int, int] = {}  # the number of the branch, by process
+    """Fork a world for each order, until the server has ended."""
+    worlds: dict[int, int] = {}  # branch number, by process
 
     def buried(process: int) -> None:
-        """Tell of a world that has ended; one that had arrived is known not to be waited for."""
+        """Report a world that has ended, unless it had arrived before."""
         if process in worlds:
-            with suppress(OSError):  # nobody to tell
+            with suppress(OSError):  # the server has ended
                 tell(orders, {"error": "its process has ended", "branch": worlds.pop(process)})
 
     system.hear_ends(buried)
@@ -101,21 +101,21 @@ def wait_for_orders(server: ServerFace, orders: socket.socket) -> None:
 
 
 def tell(orders: socket.socket, found: Data) -> None:
-    """Answer an order, a line."""
+    """Answer an order, with one line."""
     orders.sendall(json.dumps(found).encode() + b"\n")
 
 
 def lines_of(orders: socket.socket) -> Iterator[bytes]:
-    """Yield the lines that come in on a socket."""
+    """Yield the lines received on a socket."""
     rest = b""
-    with suppress(ConnectionError):  # whoever gave orders was killed
+    with suppress(ConnectionError):  # the server was killed
         while data := orders.recv(MOST):
             *lines, rest = (rest + data).split(b"\n")
             yield from lines
 
 
 def hung_up(orders: int) -> None:
-    """Wait until the other end of a socket is closed, and read nothing: a checkpoint takes its orders from it."""
+    """Wait until the other end of a socket is closed, without reading: a checkpoint reads its orders from it."""
     poll = select.poll()
     poll.register(orders, 0)
     poll.poll()
@@ -125,19 +125,20 @@ class World:
     """A server in a copy of its process.
 
     Args:
-        order: `journal`, and `begin`, the byte at which it goes on; `to`, the instant (ps); `copy`, the file of its own
+        order: `journal`, and `begin`, the byte at which it continues; `to`, the instant (ps); `copy`, the file of its
+            own
             journal; `branch`, its number; `token` of its control port; `breakpoints`.
     """
 
     def __init__(self, server: ServerFace, order: Data, answers: socket.socket) -> None:
         self.server, self.order, self.answers = server, order, answers
         self.bench = server.bench
-        self.inherited = server.past, server.branches, server.ports, server.loop  # what they have open is not ours
-        self.known = False  # to the server that has asked for it
-        self.leash: object = None  # its connection, the first one
+        self.inherited = server.past, server.branches, server.ports, server.loop  # connections of the server
+        self.known = False  # to the server that ordered it
+        self.leash: object = None  # its first connection
 
     def run(self) -> None:
-        """Go to the instant, open the ports, answer where they are, and serve."""
+        """Go to the instant, open the ports, report their addresses, and serve."""
         follow(partial(hung_up, os.dup(self.answers.fileno())), self.orphaned)
         try:
             with self.silence():
@@ -153,18 +154,18 @@ class World:
             self.server.serve(self.deserted)
 
     def orphaned(self) -> None:
-        """End if the server has ended that has asked for this world, unless it has come; then its leash is the end."""
+        """End if the server that started this world has ended; once it has connected, its connection decides."""
         if not any(control.clients for control in self.server.controls()):
             os._exit(0)
 
     def grow_up(self) -> None:
-        """Be deserted, if nobody has come yet."""
+        """Mark this world as deserted if no server has connected yet."""
         self.known = True
 
     def deserted(self) -> bool:
-        """Return whether the server that has asked for this world has let it go.
+        """Return whether the server that started this world has disconnected.
 
-        Others may seem to be there for longer: that a client has gone shows when it is answered what it waits for.
+        Other clients may seem connected for longer: a disconnection is noticed only when a pending reply is sent.
         """
         clients = [client for control in self.server.controls() for client in control.clients]
         if self.leash is None and clients:
@@ -173,7 +174,7 @@ class World:
 
     @contextmanager
     def silence(self) -> Iterator[None]:
-        """Say nothing of what the past says again."""
+        """Suppress all output while the past is replayed."""
         server, tell = self.server, self.server.tell
         server.tell = lambda _text: None
         server.log.file = None
@@ -198,7 +199,7 @@ class World:
         server.breakpoints.replace(order["breakpoints"])
 
     def open_ports(self) -> Data:
-        """Open the ports; return where they are."""
+        """Open the ports; return their addresses."""
         server = self.server
         place = Path(self.order["copy"])  # in a folder that other users cannot enter
         control = place.with_suffix(".c")

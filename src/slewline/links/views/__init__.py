@@ -1,5 +1,4 @@
-"""What is seen of a server: its state, what is said, what signals did, findings on a terminal.
+"""Views of a server: its state, dialogues, signals, findings on a terminal.
 
-Here is the data that a page or a terminal shows, without the name of a part; of a part it is what its `shows()` fills
-in.
+The data of a web page or a terminal is made here, without the name of any part; a part contributes its `shows()`.
 """

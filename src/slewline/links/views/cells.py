@@ -1,11 +1,11 @@
-"""What a signal did in a long window, from cells of the past that are worked out once.
+"""Signals in a long window, from cells of the past that are computed once.
 
     window    |<------------------------------ an hour ------------------------------>|
     cells     |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   |   2^k ps each
 
-The past does not change, so what a cell shows is kept: of a quantity a few points, of a pin a sign.  A cell is no wider
-than a column of the picture, and its edges lie on a grid that is the same for every window: one that rolls along needs
-only the newest of them.
+The past does not change, so cells are cached: a few points of a quantity, a character of a pin.  A cell is at most as
+wide as a column of the picture, and its edges are on a grid common to all windows: a rolling window only needs the
+newest cells.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ...core.wires.pin import Terminal
     from ...record.recording.recorder import Recorder
 
-NARROWEST = 33  # 2^33 ps are 8.6 ms: what is narrower is asked directly
+NARROWEST = 33  # 2^33 ps are 8.6 ms: narrower cells are computed directly
 KEPT = 40_000  # cells
 SIGNS = {0: "0", 1: "1"}
 UNKNOWN, BOTH = "-", "x"
@@ -30,13 +30,13 @@ Points = tuple[list[int], list[float | None]]
 
 
 def width_of(start: int, stop: int, columns: int) -> int:
-    """Return the exponent of the width of the cells for a window; 0: it is too short for them."""
+    """Return the exponent of the cell width for a window; 0 if it is too short for cells."""
     exponent = ((stop - start) // columns).bit_length() - 1
     return exponent if exponent >= NARROWEST else 0
 
 
 class Cells(Generic[C]):
-    """Cells of all signals of a kind; the ones that were asked for longest ago are dropped."""
+    """Cells of all signals of a kind; the least recently used ones are dropped."""
 
     def __init__(self) -> None:
         self.kept: OrderedDict[tuple[str, int, int], C] = OrderedDict()
@@ -44,10 +44,10 @@ class Cells(Generic[C]):
     def between(
         self, name: str, start: int, stop: int, exponent: int, work: Callable[[int, int], C]
     ) -> Iterator[tuple[int, C]]:
-        """Yield when each cell of a window begins (ps), and what it shows.
+        """Yield the start of each cell of a window (ps), and its content.
 
         Args:
-            work: works a cell out, from its start to its end, both included.
+            work: computes a cell between two instants, both included.
         """
         step = 1 << exponent
         for number in range(start >> exponent, (stop >> exponent) + 1):
@@ -56,7 +56,7 @@ class Cells(Generic[C]):
             found = self.kept.get(key)
             if found is None:
                 found = work(max(begin, 0), min(end, stop))
-                if end < stop:  # what has not passed may change
+                if end < stop:  # the future may change
                     self.kept[key] = found
                     if len(self.kept) > KEPT:
                         self.kept.popitem(last=False)
@@ -66,13 +66,13 @@ class Cells(Generic[C]):
 
 
 def points(quantity: Quantity, start: int, stop: int) -> Points:
-    """Return what a picture shows of a quantity in a column (ps); None is a break."""
+    """Return the points of a quantity in a column (ps); None is a break."""
     times, values = quantity.outline(start, stop, 1)
     return times.tolist(), [None if isnan(value) else value for value in values.tolist()]
 
 
 def sign(recorder: Recorder, probe: Net | Terminal, start: int, stop: int, since: int) -> str:
-    """Return the level of a pin in a column (ps), or that it has both."""
+    """Return the character for a pin in a column (ps): its level, or that it has both."""
     first = max(start, since)
     if first > stop:
         return UNKNOWN

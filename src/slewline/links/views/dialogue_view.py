@@ -1,11 +1,11 @@
-r"""What hosts and chips have said, with findings and events: entries with numbers, oldest first.
+r"""Data sent by hosts and chips, with findings and events: entries with numbers, oldest first.
 
     12  0.012292 s  x_line  sent     F\r
     13  0.017729 s  x_line  got      E1\r
     14  0.017729 s  x       finding  parity: ...
 
-A host of the bench says whole commands; on a line that a host outside has, characters come one by one, and share an
-entry up to a carriage return.  A chip whose registers a host reads and writes says which command it works on.
+A host of the bench sends whole commands; on a line of an outside host, characters come one by one, and share an entry
+up to a carriage return.  A chip with registers reports the command that it executes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ...core.wires.receiver import Character
 
 KEPT = 10_000  # entries
-LONGEST = 64  # characters of an entry that characters share
+LONGEST = 64  # characters that share an entry
 RETURN = 0x0D
 SENT, GOT, FINDING, COMMAND, EVENT = "sent", "got", "finding", "command", "event"
 
@@ -36,22 +36,22 @@ class Dialogue:
     """The entries of a bench, from now on.
 
     Args:
-        names: who speaks, by the name of the part on which a line ends.
+        names: the name of the sender, by the name of the part on which a line ends.
     """
 
     def __init__(self, bench: Bench, names: Mapping[str, str]) -> None:
         self.bench, self.kernel, self.names = bench, bench.kernel, names
         self.entries: deque[Entry] = deque(maxlen=KEPT)
         self.number = 0  # of the next entry
-        self.touched = 0  # counts up with every change
-        self.grown: OrderedDict[int, Entry] = OrderedDict()  # those that have grown, the last one at the end
-        self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by who says it
+        self.touched = 0  # incremented by every change
+        self.grown: OrderedDict[int, Entry] = OrderedDict()  # entries that have grown, the last one at the end
+        self.growing: dict[str, tuple[Entry, bytearray]] = {}  # by sender
         for found in bench.findings:
             self.finding(found)
         self._listen(bench)
 
     def move(self, bench: Bench) -> None:
-        """Listen to another bench from now on, and no longer to this one."""
+        """Observe another bench from now on, and no longer this one."""
         self.bench.on_finding.remove(self.finding)
         self.bench.on_input.remove(self._input)
         self.bench, self.kernel = bench, bench.kernel
@@ -81,12 +81,12 @@ class Dialogue:
         return entry
 
     def since(self, number: int) -> tuple[list[Entry], int]:
-        """Return the entries from a number on that are kept, and how many of them are not."""
+        """Return the stored entries from a number on, and the number of entries already dropped."""
         first = self.number - len(self.entries)
         return [plain(entry) for entry in islice(self.entries, max(number - first, 0), None)], max(first - number, 0)
 
     def changed(self, touched: int, number: int) -> Iterator[Entry]:
-        """Yield what has changed since a count, newest first: entries from a number on, and those that have grown."""
+        """Yield changes since a count, newest first: entries from a number on, and entries that have grown."""
         for entry in islice(reversed(self.entries), self.number - number):
             yield plain(entry)
         before = takewhile(lambda entry: entry["touched"] > touched, reversed(self.grown.values()))
@@ -96,12 +96,12 @@ class Dialogue:
 
     # ----------------------------------------------------------------------------------------------------- listeners
     def finding(self, found: Finding) -> None:
-        """Add a finding; what is being said ends with it, so that it stands beside the byte that caused it."""
+        """Add a finding; it ends the current entry, so that it is next to the byte that caused it."""
         self.growing.clear()
         self.add(found.source, FINDING, found.text, found.time_ps, code=found.code)
 
     def _event(self, host: Host, text: str) -> None:
-        """A host of the bench has sent a command, and may have got an answer."""
+        """Record a command of a host of the bench, and its answer."""
         who = host.chip.name
         sent, arrow, got = text.partition(" -> ")
         self.add(who, SENT, sent)
@@ -113,7 +113,7 @@ class Dialogue:
             self.add(who, COMMAND, text)
 
     def _input(self, do: str, what: dict[str, Any]) -> None:
-        """Take notice of what a host outside has written."""
+        """Record bytes written by an outside host."""
         if do == "input" and what["verb"] == "write":
             for byte in written(what["args"]):
                 self._grow(what["part"], SENT, byte)
@@ -121,7 +121,7 @@ class Dialogue:
             self.add(what["chip"], EVENT, f"power {'on' if what['on'] else 'off'}")
 
     def _character(self, who: str, character: Character) -> None:
-        """A chip has said a character."""
+        """Record a character sent by a chip."""
         self._grow(who, GOT, character.byte)
 
     def _grow(self, who: str, kind: str, byte: int) -> None:
@@ -144,7 +144,7 @@ class Dialogue:
 
 
 def heard(_text: str) -> None:
-    """Hear a command: a chip notes the one it works on while anybody listens."""
+    """Do nothing with a command: a chip reports its commands only while there is an observer."""
 
 
 def written(args: list[Any]) -> Iterable[int]:
@@ -156,5 +156,5 @@ def written(args: list[Any]) -> Iterable[int]:
 
 
 def plain(entry: Entry) -> Entry:
-    """Return an entry as a client gets it."""
+    """Return an entry in the form sent to a client."""
     return {key: value for key, value in entry.items() if key != "touched"}

@@ -1,4 +1,4 @@
-"""What a panel shows of a server, as data, and what of it has changed."""
+"""The view of a server for a panel, as data, and its changes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Data = dict[str, Any]
 
 
 class Views:
-    """The views of a server; of a stored program they have the sum, which tells another one from it."""
+    """The views of a server; a stored program is represented by its checksum."""
 
     def __init__(self, server: ServerFace) -> None:
         self.server, self.bench = server, server.bench
@@ -28,14 +28,14 @@ class Views:
         self.bench = bench
 
     def view(self) -> Data:
-        """Return everything that a panel shows, now."""
+        """Return the complete view for a panel, now."""
         found: Data = {"chips": {}, "parts": {}}
         for path, value in self.pieces():
             put(found, path, value)
         return found
 
     def pieces(self) -> Iterator[tuple[tuple[str, ...], Any]]:
-        """Yield the same a piece at a time, each with its keys: a chip, a part, a number."""
+        """Yield the view piece by piece, each with its keys: a chip, a part, a number."""
         yield ("pace",), self.pace()
         for name, chip in self.bench.chips.items():
             yield ("chips", name), self.chip(chip)
@@ -45,13 +45,13 @@ class Views:
         yield ("entries",), self.server.dialogue.number
 
     def pace(self) -> Data:
-        """Return how time passes."""
+        """Return the state of time."""
         pace = self.server.pace
         rate = float(pace.rate) if isinstance(pace, Paced) else 1.0
         return {"lockstep": pace.lockstep, "paused": pace.paused, "rate": rate, "branch": self.server.branch}
 
     def chip(self, chip: Chip) -> Data:
-        """Return what is seen of a chip."""
+        """Return the view of a chip."""
         several = chip.sheet.axes > 1
         axes = [
             {
@@ -71,7 +71,7 @@ class Views:
             "working": chip.on_command.text,  # type: ignore[attr-defined]
             "waiting": chip.waiting.partition(": ")[2],
             "idle": chip.idle,
-            "powered": getattr(chip, "powered", True),  # of a chip of one's own nobody knows
+            "powered": getattr(chip, "powered", True),  # unknown for a user's own chip
             "program": crc32(chip.program),
         }
 
@@ -84,7 +84,7 @@ def put(view: Data, path: tuple[str, ...], value: Any) -> None:
 
 
 def at(view: Mapping[str, Any], path: tuple[str, ...]) -> Any:
-    """Return a piece of a view; None: it is not there."""
+    """Return a piece of a view; None if it does not exist."""
     found: Any = view
     for key in path:
         found = found.get(key) if isinstance(found, Mapping) else None
@@ -92,19 +92,19 @@ def at(view: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 
 def levels(owner: Chip | Part) -> dict[str, int | None]:
-    """Return the levels of the pins that carry a signal, by name; None: it floats."""
+    """Return the levels of the signal pins, by name; None: the pin floats."""
     return {name: pin.level for name, pin in owner.pins.items() if pin.row.way in ("in", "out", "both")}
 
 
 def part_view(part: Part) -> Data:
-    """Return what is seen of a part."""
+    """Return the view of a part."""
     return {"levels": levels(part), "shows": part.shows()}
 
 
 def difference(before: Mapping[str, Any], after: Mapping[str, Any]) -> Data:
-    """Return what has changed from one view to another, in its shape; what is no longer there is None.
+    """Return the changes from one view to another, in its shape; a removed item is None.
 
-    Lists of objects keep their places.
+    Lists of objects keep their order.
     """
     found: Data = {key: None for key in before if key not in after and before[key] is not None}
     for key, value in after.items():

@@ -1,7 +1,7 @@
-"""Findings on a terminal: each cause once a minute, then how many more of it there were.
+"""Findings on a terminal: each cause once a minute, then the number of repetitions.
 
-Two findings have the same cause if they differ only in numbers and in what the host has sent, which is in quotes.
-Of one source and code so many causes are told apart; the others are counted together.
+Two findings have the same cause if they differ only in numbers and in the host's data, which is in quotes.  The number
+of causes per source and code is limited; the others are counted together.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from ..sockets.loop import Loop
 
 PERIOD_S = 60.0
 CAUSES = 8
-SHOWN = 80  # characters of a text that comes again
-CALM_CHECKS = 2  # without a loss: it is over
+SHOWN = 80  # characters of a repeated text
+CALM_CHECKS = 2  # checks without a loss after which the lag is over
 OTHERS = "others"
 ELLIPSIS = "..."
 _VARIES = re.compile(r"""b?'(?:[^'\\]|\\.)*'|b?"(?:[^"\\]|\\.)*"|[+-]?(?:0x[0-9a-fA-F]+|[0-9]+)""")
@@ -25,7 +25,7 @@ Key = tuple[str, str, str]  # source, code, cause
 
 
 def cause_of(finding: Finding) -> str:
-    """Return the text of a finding without numbers and without what the host has sent."""
+    """Return the text of a finding without numbers and without the host's data."""
     return _VARIES.sub(ELLIPSIS, finding.text)
 
 
@@ -36,12 +36,12 @@ def clause(text: str) -> str:
 
 
 class FindingReports:
-    """Reports findings; the first of a cause at once, the others as a number when the minute is over."""
+    """Reporter of findings: the first of a cause immediately, the others as a number after a minute."""
 
     def __init__(self, loop: Loop, tell: Callable[[str], object]) -> None:
         self.loop, self.tell = loop, tell
         self.more: dict[Key, int] = {}  # since the last report of this cause
-        self.first: dict[Key, str] = {}  # its text
+        self.first: dict[Key, str] = {}  # its last text
 
     def found(self, finding: Finding) -> None:
         """Report a finding."""
@@ -51,7 +51,7 @@ class FindingReports:
         if key in self.more:
             self.more[key] += 1
             if key[2] != OTHERS and clause(finding.text) != self.first[key]:
-                self.first[key] = clause(key[2])  # what they have in common
+                self.first[key] = clause(key[2])  # their common text
         elif key[2] == OTHERS:
             self._begin(key, "")
             self.more[key] = 1
@@ -76,30 +76,30 @@ class FindingReports:
         return count
 
     def close(self) -> None:
-        """Report what is left."""
+        """Report the remaining counts."""
         for key in list(self.more):
             self._count(key)
 
 
 class Lateness:
-    """Reports once that virtual time cannot follow the wall clock, and once when it can again.
+    """Reporter of lag: once when virtual time cannot follow the wall clock, and once when it can again.
 
     Args:
-        rate: virtual seconds per second that are asked for.
+        rate: the requested virtual seconds per second.
     """
 
     def __init__(self, lag: Lag, rate: float, tell: Callable[[str], object]) -> None:
         self.lag, self.rate, self.tell = lag, rate, tell
-        self.seen_ns = self.before_ns = 0  # lost at the last check, and before this time of losses
+        self.seen_ns = self.before_ns = 0  # lost at the last check, and before the present lag
         self.calm = CALM_CHECKS  # checks without a loss
 
     @property
     def behind(self) -> bool:
-        """Is time being lost?"""
+        """Whether virtual time lags."""
         return self.calm < CALM_CHECKS
 
     def check(self) -> None:
-        """Report what has changed since the last check, every few seconds."""
+        """Report changes since the last check, every few seconds."""
         lost = self.lag.lost_ns
         if lost == self.seen_ns:
             if self.behind:
@@ -122,7 +122,7 @@ class Lateness:
         self.tell(f"virtual time follows the wall clock again; {self._lost()} of it")
 
     def close(self) -> None:
-        """Report what was lost, if that goes on to the end."""
+        """Report the time lost, if the lag lasts to the end."""
         self.check()
         if self.behind:
             self.tell(f"virtual time was behind the wall clock to the end; {self._lost()}")

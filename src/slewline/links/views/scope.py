@@ -1,7 +1,7 @@
-"""What signals did in a window, thinned to the columns of a picture: an hour is as light as a second.
+"""Signals in a window, reduced to the columns of a picture: an hour costs no more than a second.
 
-A pin with few edges is sent edge by edge; one with many as a character a column, of which each costs one question to
-the log, however many edges the column has.  What a long window shows is kept in cells (`cells.py`):
+A pin with few edges is sent edge by edge; one with many as one character per column, each found by a single search in
+the log, however many edges the column has.  A long window is cached in cells (`cells.py`):
 
     edges     _|‾|_|‾|_|‾|_|‾‾‾‾‾‾‾‾‾‾|___________
     columns   x    x    x    1    1    0    0
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 
     Probe = Net | Terminal
 
-FEW = 2  # edges a column, up to which each is sent
+FEW = 2  # edges per column, up to which each edge is sent
 Data = dict[str, Any]
 
 
 def plain(level: int) -> int | None:
-    """Return a level as a client gets it: None where nothing drives."""
+    """Return a level in the form sent to a client: None if the pin floats."""
     return None if level < 0 else level
 
 
 class Scope:
-    """Answers what signals of a bench did."""
+    """History of the signals of a bench."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench, self.recorder = bench, Recorder()
@@ -50,12 +50,12 @@ class Scope:
         self.signs: Cells[str] = Cells()
 
     def move(self, bench: Bench) -> None:
-        """Answer what signals of another bench did."""
+        """Show the signals of another bench from now on."""
         self.bench, self.recorder = bench, Recorder()
         self.points, self.signs = Cells(), Cells()
 
     def signals(self) -> dict[str, Any]:
-        """Return what can be shown: pins by owner, and quantities."""
+        """Return the available signals: pins by owner, and quantities."""
         bench = self.bench
         owners: list[Chip | Part] = [*bench.chips.values(), *bench.parts.values()]
         pins = {
@@ -69,9 +69,9 @@ class Scope:
         return self.bench.quantities()
 
     def window(self, names: list[str], start: int, stop: int, columns: int) -> Iterator[Data | None]:
-        """Yield what each signal did (ps) at last; before that None, wherever there is time for something else.
+        """Yield the history of each signal (ps) at the end; before that None, whenever other work may be done.
 
-        A signal that cannot be shown there has an `error` instead.
+        A signal without a history there has an `error` instead.
         """
         found: Data = {}
         known = self.quantities()
@@ -137,8 +137,8 @@ class Scope:
         """Return a recorded pin by its full name.
 
         Raises:
-            UnknownName: no such pin.
-            NotRecorded: it is not recorded.
+            UnknownName: there is no such pin.
+            NotRecorded: the pin is not recorded.
         """
         if name not in self.bench.recorded:
             self.bench.pin(name)
@@ -146,7 +146,7 @@ class Scope:
         return self.bench.recorded[name]
 
     def _kept(self, name: str) -> int:
-        """The instant from which on an axis is kept (ps); 0 of a part."""
+        """Return the start of the stored history of an axis (ps); 0 for a part."""
         owner, _, rest = name.partition(".")
         if owner not in self.bench.chips:
             return 0
@@ -154,7 +154,7 @@ class Scope:
         return self.bench.chips[owner].axis(number).motor.since
 
     def find(self, on: Mapping[str, Any], start: int, stop: int, last: bool) -> int | None:
-        """Return the first, or the last, instant (ps) at which something happens in a window; None: it does not.
+        """Return the first, or the last, instant (ps) of an event in a window; None if there is none.
 
         Raises:
             UsageError: not a pin and its edge or level, nor a quantity, a value and its slope, nor a finding.
@@ -177,7 +177,7 @@ class Scope:
         if not last:
             return next((time for time, level in recorder.each_edge(probe, first, stop) if level in wanted), None)
         width = max((stop - first) // 64, 1)
-        while stop >= first:  # windows that grow, from the end on: most triggers are near
+        while stop >= first:  # windows that grow backwards from the end: most triggers are near
             begin = max(stop - width, first)
             times, levels = recorder.edges(probe, begin, stop)
             fitting = [time for time, level in zip(times.tolist(), levels.tolist(), strict=True) if level in wanted]
@@ -187,7 +187,7 @@ class Scope:
         return None
 
     def _level(self, name: str, level: Any, start: int, stop: int, last: bool) -> int | None:
-        """The first instant at which a pin has a level, or the last."""
+        """Return the first, or the last, instant at which a pin has a level."""
         probe = self.probe(name)
         start = max(start, self.recorder.since(probe))
         if start > stop:
@@ -198,7 +198,7 @@ class Scope:
         begun = self._edge(name, "rises" if level else "falls", start, stop, last)
         if not last:
             return begun
-        if begun is None:  # it has the level at the start, or never
+        if begun is None:  # the pin has the level at the start, or never
             begun = start if self.recorder.level(probe, start) == level else None
         ended = None if begun is None else self._edge(name, "any", begun + 1, stop, False)
         return None if ended is None else ended - 1

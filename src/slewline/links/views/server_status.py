@@ -1,4 +1,4 @@
-"""The state of a server as data, and in a line."""
+"""The state of a server as data, and as one line."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHOWN_FINDINGS = 20
 
 
 def status(server: ServerFace) -> dict[str, Any]:
-    """Return everything that a client of the control port may want to know."""
+    """Return the complete state for a client of the control port."""
     return {
         "pace": pace(server),
         "chips": {name: chip_status(server, chip) for name, chip in server.bench.chips.items()},
@@ -29,7 +29,7 @@ def status(server: ServerFace) -> dict[str, Any]:
 
 
 def pace(server: ServerFace) -> dict[str, Any]:
-    """Return how time passes, and how late the wall clock was met, in microseconds."""
+    """Return the state of time, and the lag behind the wall clock, in microseconds."""
     lag = server.pace.lag
     found: dict[str, Any] = {"lockstep": server.pace.lockstep}
     if isinstance(server.pace, Paced):
@@ -54,17 +54,17 @@ def chip_status(server: ServerFace, chip: Chip) -> dict[str, Any]:
 
 
 def last(findings: list[Finding]) -> list[dict[str, Any]]:
-    """Return the last ones of some findings."""
+    """Return the last few of a list of findings."""
     return [{"time_ps": found.time_ps, "code": found.code, "text": found.text} for found in findings[-SHOWN_FINDINGS:]]
 
 
 def axis_status(axis: OneAxis) -> dict[str, Any]:
-    """Return the state of an axis; a chip as a whole shows its first one."""
+    """Return the state of an axis; for a chip as a whole, that of its first one."""
     return {"position": axis.position, "registers": dict(axis.registers)}
 
 
 def line_status(line: HostLine) -> dict[str, Any]:
-    """Return the state of a line: the host that is connected, and what has passed."""
+    """Return the state of a line: the connected host, and the number of bytes transferred."""
     found: dict[str, Any] = {
         "chips": [chip.name for chip in line.chips],
         "host": line.host_name or None,
@@ -80,7 +80,7 @@ def line_status(line: HostLine) -> dict[str, Any]:
 
 
 def as_line(server: ServerFace) -> str:
-    """Return the state as a line for a terminal."""
+    """Return the state as one line for a terminal."""
     bench, lag = server.bench, server.pace.lag
     parts = [f"{bench.now_ps / PS_PER_S:.3f} s"]
     for name, chip in bench.chips.items():

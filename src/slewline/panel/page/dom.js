@@ -21,7 +21,7 @@ export function allowWrites(allowed) {
  * Return a new element.
  * @template {keyof HTMLElementTagNameMap} T
  * @param {T} tag
- * @param {Record<string, unknown>} [attributes] a function becomes a listener for the event of that name; false and null omit the attribute
+ * @param {Record<string, unknown>} [attributes] a function becomes a listener for its event; false and null omit it
  * @param {...Child} children
  * @returns {HTMLElementTagNameMap[T]}
  */

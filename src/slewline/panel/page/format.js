@@ -45,7 +45,7 @@ export function asTime(ps) {
  */
 export function writtenTime(text) {
   const bare = text.trim().replace(",", ".");
-  if (/^[\d.]+$/.test(bare)) throw new Error(`time ${text.trim()}: no unit; write ${bare} ms or ${bare} s`);
+  if (/^[\d.]+$/.test(bare)) throw new Error(`time ${text.trim()} has no unit; write ${bare} ms or ${bare} s`);
   return bare.replace(/^([\d.]+)\s*(\D+)$/, "$1 $2").replace("µs", "us");
 }
 

@@ -1,1 +1,1 @@
-"""The ways in and out: parallel and serial side, local bus, display, user bits."""
+"""Interfaces: parallel and serial side, local bus, display, user bits."""

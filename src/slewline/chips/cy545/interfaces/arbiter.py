@@ -1,7 +1,7 @@
-"""Where commands come from: the parallel and the serial side at once.
+"""The arbiter of the two sources of commands, parallel and serial side.
 
-Whichever side begins a command has the chip until its end; the other one waits, with IO_REQUEST low or in the buffer of
-the serial side.  Characters of two sides are never mixed in one command (ch. 16, which says so of memory and host).
+The side that begins a command owns the chip until its end; the other one waits, with IO_REQUEST low or in the buffer of
+the serial side.  Characters of two sides are never mixed in one command (ch. 16 states this for memory and host).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from .serial_side import SerialSide
 
 
 class InputArbiter:
-    """Bytes of commands, in the order in which the chip reads them.  `held` is the side that has the chip."""
+    """Bytes of commands, in the order in which the chip reads them.  `held` is the side that owns the chip."""
 
     def __init__(self, chip: ChipContext, port: ParallelPort, serial: SerialSide) -> None:
         self.chip, self.kernel, self.port, self.serial = chip, chip.kernel, port, serial
@@ -23,18 +23,18 @@ class InputArbiter:
         self.program = False  # a program runs, and waits for the rest of a command
 
     def reset(self) -> None:
-        """RESET: no side has the chip, and the serial one looks for its rate."""
+        """RESET: release the chip from both sides; the serial side measures its rate again."""
         self.held, self.at_work = None, False
         self.port.reset()
         self.serial.restart()
         self._show()
 
     def restart(self) -> None:
-        """I: the serial side looks for its rate again; a handshake in progress goes on."""
+        """I: let the serial side measure its rate again; a handshake in progress continues."""
         self.serial.restart()
 
     def killed(self, powered: bool) -> None:
-        """End whatever is under way, and put the outputs to rest."""
+        """End all input in progress, and set the outputs to rest."""
         self.held, self.at_work = None, False
         self.port.reset()
         self.serial.killed()
@@ -43,11 +43,11 @@ class InputArbiter:
 
     # ------------------------------------------------------------------------------------------------------------- CTS
     def _show(self) -> None:
-        """CTS high: the chip is at work, or reads the other side."""
+        """Drive CTS high while the chip is busy or reads the other side."""
         self.serial.listening(not self.at_work and self.held is not self.port)
 
     def executing(self, on: bool) -> None:
-        """A command is being executed, or no longer."""
+        """Record whether a command is being executed."""
         self.at_work = on
         self._show()
 
@@ -58,33 +58,33 @@ class InputArbiter:
     # ----------------------------------------------------------------------------------------------------------- bytes
     @property
     def pending(self) -> bool:
-        """Has the host begun a command, on either side?"""
+        """True if the host has begun a command on either side."""
         return self.port.asked or bool(self.serial.buffer)
 
     @property
     def answering(self) -> bool:
-        """Is a command of the serial side in progress, or does a character wait that the chip will read by itself?"""
+        """True during a command of the serial side, or while a character waits that the chip will read unprompted."""
         if self.held is self.serial and self.at_work:
             return True
         return bool(self.serial.buffer) and not self.port.host_is_next
 
     @property
     def unfinished(self) -> bool:
-        """Does the chip wait for the rest of a command on RXD?"""
+        """True while the chip waits for the rest of a command on RXD."""
         return self.held is self.serial and not self.at_work and not self.serial.buffer
 
     async def letter(self, *others: tuple[Net, int | None], running: bool = False) -> int:
-        """Return the first byte of a command, from whichever side begins one.
+        """Return the first byte of a command, from the side that begins one.
 
         An FF over the bus while a program runs is the empty handshake: the program waits for the letter after it.  Any
-        other FF is ignored, and leaves the chip to the side that comes next.
+        other FF is ignored, and leaves the chip to the next side.
 
         Args:
             others: inputs that end the wait, each with its level.
             running: a program runs, so that the parallel side begins with the empty handshake.
 
         Returns:
-            -1, where no command has begun: one of the others has changed, a request was withdrawn, or it was an FF.
+            -1 if no command has begun: one of the others has changed, a request was withdrawn, or it was an FF.
         """
         self.program = running
         if self.held is None and not self.pending and not (running or await self._begins(others)):
@@ -99,7 +99,7 @@ class InputArbiter:
         return byte
 
     async def _begins(self, others: tuple[tuple[Net, int | None], ...]) -> bool:
-        """Wait, idle, until a side begins a command, or one of the others ends the wait; return whether a side has."""
+        """Wait, idle, until a side begins a command or one of the others ends the wait; return whether a side did."""
         self.chip.waits(f"waiting for {LETTER}")
         self.chip.idle = True
         await self.port.requested((self.serial.arrived, None), *others)
@@ -107,7 +107,7 @@ class InputArbiter:
         return self.pending
 
     async def _first(self, running: bool) -> int:
-        """The next byte of the side that has the chip, or else of the one that asks for it; -1: it has withdrawn."""
+        """Return the next byte of the side that owns the chip, or of one that requests it; -1 if it has withdrawn."""
         if self.held is not None:
             return await self.byte()
         if not self.port.asked:
@@ -119,7 +119,7 @@ class InputArbiter:
         return byte
 
     async def byte(self) -> int:
-        """Return the next byte of the side that has the chip."""
+        """Return the next byte of the side that owns the chip."""
         chip, port, serial = self.chip, self.port, self.serial
         if self.held is port:
             if not port.come:

@@ -1,6 +1,6 @@
-"""Where replies and strings go: TXD, plain or to a serial LCD, the parallel port, or the HP display; the mode says it.
+"""The destination of replies and strings, selected by the mode: TXD, plain or to an LCD, parallel port or HP display.
 
-The controller of the LCD has codes that no readable page gives: on TXD go the same characters as to a plain device
+The controller of the LCD has codes that no readable page states: TXD sends it the same characters as a plain device
 (quirk CY545-UND-LCD).
 """
 
@@ -38,7 +38,7 @@ class Display:
             return "hp" if has(sheet.MB_HP) else "parallel"
         return "lcd" if has(sheet.MB_LCD) else "serial"
 
-    # ----------------------------------------------------------------------------------------------------- what is said
+    # ---------------------------------------------------------------------------------------------------------- answers
     async def reply(self, letter: str, value: int) -> None:
         """Answer a query: letter, equals sign, and digits or bytes by the width of the register."""
         await self.put(self.said(letter, value))
@@ -52,14 +52,14 @@ class Display:
         return head + value.to_bytes(sheet.ANSWER_BYTES[digits], "big")
 
     async def position(self) -> None:
-        """Show the position after a step of jog or home, if the mode says so (ch.16, Automatic Position Display)."""
+        """Show the position after a step of jog or home, if the mode selects it (ch.16, Automatic Position Display)."""
         if self.registers.has(sheet.MB_SHOW):
             await self.reply("P", self.chip.axes[0].position)
-            self.chip.sync_forward()  # the host, or TXD, has taken its time
+            self.chip.sync_forward()  # the host, or TXD, has taken some time
             await self.chip.ticks(0)
 
     async def listing(self, lines: int) -> None:
-        """Say the pointer, then lines of the memory from there on; the pointer stays."""
+        """Send the pointer, then lines of the memory from there on; the pointer is unchanged."""
         await self.put(self.said("Y", self.registers.pointer))
         line, address = bytearray(), self.registers.pointer
         while lines and address < sheet.MEMORY_BYTES:
@@ -71,7 +71,7 @@ class Display:
                 lines -= 1
 
     async def put(self, data: bytes) -> None:
-        """Give bytes to the selected device, as it takes them."""
+        """Send bytes to the selected device, at its speed."""
         if not data:
             return
         device = self.device

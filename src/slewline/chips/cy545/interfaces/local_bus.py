@@ -7,9 +7,9 @@ r"""The local bus: cycles on the data bus that reach memory, display and switche
     RD                                               \____________________/
     WR                                               \_____________/
 
-Only the memory has a high address byte, which it takes as XMEM_SEL falls; low addresses are taken as ALE falls.  A
-cycle takes `fetch` clocks, of which a phase is a tenth (inferred).  What a cycle does is promised as it begins; the
-byte of a read is sampled just before RD rises.  While nothing else looks at the bus, a read of the memory is a value.
+Only the memory has a high address byte, latched as XMEM_SEL falls; low addresses are latched as ALE falls.  A cycle
+takes `fetch` clocks, of which a phase is a tenth (inferred).  The outputs of a cycle are promised as it begins; the
+byte of a read is sampled just before RD rises.  While no other part watches the bus, a read of the memory is one value.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ if TYPE_CHECKING:
 PHASES = 10  # of a cycle
 SELECT, LOW, LATCH, DATA, STROBE, WRITTEN, READ, DESELECT = 1, 2, 3, 4, 5, 7, 8, 9
 CONTROLS = ("xmem_sel", "sw_sel", "ale", "rd", "wr")
-ADDRESSES = 0x3F  # of the display, whose address lines are six
+ADDRESSES = 0x3F  # of the display, which has six address lines
 
 
 class LocalBus:
     """The only writer of XMEM_SEL, SW_SEL, ALE, RD and WR, and of the data bus during cycles.
 
-    Every cycle begins at the tick at which the chip is, and has ended when its call returns.
+    Every cycle begins at the present tick of the chip, and has ended when its call returns.
     """
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.bits = chip, bits
-        self.fetch = max(ticks["fetch"], PHASES)  # edges keep their order, however short a cycle is
-        self.before = max(ticks["store"] - 2 * self.fetch, 1)  # of a byte that is stored, before it is written
+        self.fetch = max(ticks["fetch"], PHASES)  # keeps the order of edges, however short a cycle is
+        self.before = max(ticks["store"] - 2 * self.fetch, 1)  # time before a stored byte is written
         self.poll = max(ticks["verify_poll"], self.fetch)
         self.timeout = ticks["verify_timeout"]
         self.drivers = {name: chip.drivers[name] for name in CONTROLS}
@@ -51,7 +51,7 @@ class LocalBus:
 
     # --------------------------------------------------------------------------------------------------------- memory
     async def read(self, address: int) -> int:
-        """Return the byte that the memory has at an address, 0 to 65535; FF, where there is none."""
+        """Return the byte of the memory at an address, 0 to 65535; FF if there is none."""
         start = await self._begin()
         if self.value.begin(start, address):
             await self.chip.at_tick(start + self.fetch)
@@ -61,9 +61,9 @@ class LocalBus:
         return await self._read(start, address & 0xFF, address >> 8)
 
     async def write(self, address: int, byte: int) -> bool:
-        """Write a byte and read it back until it is right; returns whether it became so within `verify_timeout`.
+        """Write a byte and read it back until both agree; return whether they did within `verify_timeout`.
 
-        Finding verify-timeout: it did not; the chip goes on all the same (quirk CY545-UND-TIMEOUT).
+        Finding verify-timeout: they did not; the chip continues all the same (quirk CY545-UND-TIMEOUT).
         """
         await self.chip.ticks(self.before)
         start = await self._begin()
@@ -92,7 +92,7 @@ class LocalBus:
         bits that count the digits.
 
         Args:
-            letter: of the command.
+            letter: the letter of the command.
             count: 3, 5 or 8, by the width of the number.
         """
         start = await self._begin()
@@ -118,17 +118,17 @@ class LocalBus:
 
     # ---------------------------------------------------------------------------------------------- parts of a cycle
     def _at(self, phase: int) -> int:
-        """The clocks from the start of a cycle to a phase."""
+        """Return the clocks from the start of a cycle to a phase."""
         return self.fetch * phase // PHASES
 
     def ps(self, start: int, phase: int) -> int:
-        """The instant of a phase, ps."""
+        """Return the instant of a phase, ps."""
         return self.chip.clock.ps(start + self._at(phase))
 
     async def _begin(self) -> int:
-        """Return the tick of a cycle that begins now, once a host has its byte off the bus.
+        """Return the tick of a cycle that begins now, after a host has removed its byte from the bus.
 
-        A host that has been answered keeps its byte until it raises IO_REQUEST; one that has not leaves the bus open.
+        A host that has had its handshake keeps its byte until it raises IO_REQUEST; before that it leaves the bus open.
         """
         chip = self.chip
         if self.busy.is_active and self.request.is_active:
@@ -142,38 +142,38 @@ class LocalBus:
         self.bits.bus_used()
 
     def _select(self, pin: str, start: int, cycles: int = 1) -> None:
-        """Promise a select line for so many cycles."""
+        """Promise a select line for a number of cycles."""
         self.drivers[pin].wave(*self.select_wave(pin, start, cycles))
 
     def _strobe(self, pin: str, start: int, rises: int) -> None:
         self.drivers[pin].wave(*self.strobe_wave(pin, start, rises))
 
     def _address(self, start: int, low: int, high: int | None, data: Level) -> None:
-        """Promise both bytes of an address, ALE, and what stands on the bus after them."""
+        """Promise both bytes of an address, ALE, and the level of the bus after them."""
         self.drivers["ale"].wave(*self.ale_wave(start))
         self.chip.bus_driver.play(Wave(*self.bus_wave(start, low, high, data)))
 
     # ---------------------------------------------------------------------------- the waves of a cycle, from its start
     def select_wave(self, pin: str, start: int, cycles: int = 1) -> Edges:
-        """Return what a select line shows for so many cycles."""
+        """Return the edges of a select line for a number of cycles."""
         rises = self.chip.clock.ps(start + self.fetch * (cycles - 1) + self._at(DESELECT))
         return self.drivers[pin].pulses(self.ps(start, SELECT), rises)
 
     def ale_wave(self, start: int) -> Edges:
-        """Return what ALE shows."""
+        """Return the edges of ALE."""
         return self.drivers["ale"].pulses(self.ps(start, LOW), self.ps(start, LATCH))
 
     def strobe_wave(self, pin: str, start: int, rises: int) -> Edges:
-        """Return what RD or WR shows."""
+        """Return the edges of RD or WR."""
         return self.drivers[pin].pulses(self.ps(start, STROBE), self.ps(start, rises))
 
     def bus_wave(self, start: int, low: int, high: int | None, data: Level) -> Edges:
-        """Return what the chip has on the data bus: both bytes of an address, and what is to be written."""
+        """Return the chip's levels on the data bus: both bytes of an address, and the byte to write."""
         times = tuple(self.ps(start, phase) for phase in (0, LOW, DATA, READ))
         return None, times, (None if high is None else (0xFF, high), (0xFF, low), data, None)
 
     async def _read(self, start: int, low: int, high: int | None = None) -> int:
-        """A read cycle, but for its select line."""
+        """Return the byte of a read cycle, without its select line."""
         self._address(start, low, high, None)
         self._strobe("rd", start, READ)
         await self.chip.at_tick(start + self._at(READ))
@@ -189,26 +189,26 @@ class BusEnd(End, Protocol):
     low: int
     driver: Driver  # on the data bus
     select: Net
-    by_address: bool  # all that it does follows from the address in the latches
+    by_address: bool  # its output depends only on the address in the latches
 
     def read(self) -> int | None:
-        """Return the byte at the address; None: nothing is there."""
+        """Return the byte at the address; None if there is none."""
 
 
 class MemoryRead(Leader[Exchange]):
-    """Reads of the memory as values: what all lines of the bus show of the last one, or of the one in progress."""
+    """Reads of the memory as one value each: the levels of all bus lines in the last read, or the one in progress."""
 
     def __init__(self, bus: LocalBus) -> None:
         super().__init__(bus.drivers["ale"].net)
         self.bus, self.chip = bus, bus.chip
         self.start = 0
-        self.latched = 0, 0  # in the latches of the memory before the read in progress
-        self.first = True  # it is the first one since the parts have watched the bus themselves
-        self.sampled = 0xFF  # what the chip saw on the bus in the last read that was withdrawn
+        self.latched = 0, 0  # latches of the memory before the read in progress
+        self.first = True  # the first read after the parts have watched the bus themselves
+        self.sampled = 0xFF  # the byte sampled in the last read that was withdrawn
 
     def begin(self, start: int, address: int) -> bool:
-        """Read as a value from a tick on, if nothing else looks at the bus; else return false."""
-        if self.chip.bus_driver.pending:  # with a bit of the bus, which the cycle takes back
+        """Begin a read as one value at a tick, if no other part watches the bus; otherwise return False."""
+        if self.chip.bus_driver.pending:  # a pending bit of the bus, which the cycle cancels
             self.leave()
         exchange = self.possible()
         if exchange is None:
@@ -227,14 +227,14 @@ class MemoryRead(Leader[Exchange]):
 
     @property
     def byte(self) -> int:
-        """The byte that has been read."""
+        """Byte that has been read."""
         if self.exchange is None or not self.exchange.by_value:
             return self.sampled
         return 0xFF if (byte := self.memory.read()) is None else byte
 
-    # ---------------------------------------------------------------------------------------- what goes by value at all
+    # -------------------------------------------------------------------------------------------- conditions for values
     def made(self, ends: tuple[BusEnd, ...]) -> Exchange | None:
-        """Return the reads that the parts on the bus make possible; None: no memory is there, or one that does more."""
+        """Return the reads possible with the parts on the bus; None without a memory that does nothing else."""
         wire = self.bus.drivers["xmem_sel"].net
         selected = [end for end in ends if end.select.root is wire]
         if len(selected) != 1 or not selected[0].by_address or selected[0].driver.net is not self.chip.bus.root:
@@ -250,16 +250,16 @@ class MemoryRead(Leader[Exchange]):
         return Exchange(led, {self.memory.driver: self._answer}, ends, self._withdrawn)
 
     def _answer(self, state: tuple[int, int, int | None]) -> Wave:
-        """Return what the memory shows on the bus in a read: its first tick, the address and the byte there."""
+        """Return the memory's levels on the bus in a read, given its first tick, the address and the byte there."""
         start, _, byte = state
         _, times, _ = self.bus.strobe_wave("rd", start, READ)
         return Wave(None, times, (None if byte is None else (0xFF, byte), None))
 
     def _withdrawn(self, seen: int) -> None:
-        """The parts go on by themselves, with what they have latched so far; the chip looks at the bus in time."""
+        """Let the parts continue alone with their latched addresses; the chip samples the bus in time."""
         read, latch = (self.bus.ps(self.start, phase) for phase in (READ, LATCH))
         memory, (high, low) = self.memory, self.latched
-        if self.chip.kernel.now >= read:  # the chip looks before anything changes in that instant
+        if self.chip.kernel.now >= read:  # the chip samples before any change in that instant
             self.sampled = 0xFF if (byte := memory.read()) is None else byte
         else:
             self.chip.kernel.call_at(read, self._sample)

@@ -1,4 +1,4 @@
-r"""The parallel side: bytes in and out over the data bus, a handshake each (ch. 16, The Parallel Handshake).
+r"""The parallel side: bytes in and out over the data bus, each with a handshake (ch. 16, The Parallel Handshake).
 
 A byte of the host, and one for the host (times at 12 MHz):
 
@@ -8,9 +8,9 @@ A byte of the host, and one for the host (times at 12 MHz):
                    |25 µs|     |25 µs|       BUSY        ‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾
                                                             |25 µs| |25 µs|
 
-BUSY falls as an answer to the host and for nothing else: a host that has lowered IO_REQUEST takes it for that.  The
-bus is that of memory, display and switches as well: the host drives it from its request to the fall of BUSY, and leaves
-it open in the first handshake of a command that may meet a running program, which reads as FF.
+BUSY falls only as an answer to the host: a host that has lowered IO_REQUEST reads any fall as the answer.  The bus also
+connects memory, display and switches: the host drives it from its request to the fall of BUSY, and leaves it open in
+the first handshake of a command that may come during a running program; an open bus reads as FF.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ if TYPE_CHECKING:
 CR = 0x0D
 LETTER, REST = "a command letter", "the rest of a command on the bus"
 RISE = "waiting for io_request=1 (then BUSY rises)"
-EMPTY = 0xFF  # what a bus that nothing drives reads as, by its pull-ups
+EMPTY = 0xFF  # value of an undriven bus, by its pull-ups
 
 
 class FlowReader(Protocol):
-    """What makes commands of the bytes that come."""
+    """Reader that assembles commands from the received bytes."""
 
     @property
     def at_letter(self) -> bool:
-        """Does a command begin with the next byte?"""
+        """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from a place on, only become part of a command; -1: none is taken as a value."""
+        """Return how many bytes, from an index on, only become part of a command; -1 if none may come as one value."""
 
 
 class ParallelPort:
@@ -55,8 +55,8 @@ class ParallelPort:
         self.late = channel.ends == "after"  # FPL goes high after the rise of IO_REQUEST for the last byte
         self.bus, self.bus_driver, self.busy = chip.bus, chip.bus_driver, chip.drivers["busy"]
         self.request = chip.pins["io_request"].net
-        self.request.latched = True  # `changes` and `changed_at` are what the chip goes by
-        # What comes as a value (handshake.py): by which exchange, its bytes; those that have come and are not taken.
+        self.request.latched = True  # the chip uses `changes` and `changed_at`
+        # Bytes sent as one value (handshake.py): their exchange, the bytes, and the bytes received but not yet used.
         delay = ticks["busy_delay"]
         self.byte_times = ByteTimes(delay, delay, delay, delay + ticks["busy_end"])
         self.ready, self.instrobe = self.busy, None
@@ -69,40 +69,40 @@ class ParallelPort:
         self.reset()
 
     def reset(self) -> None:
-        """No byte is in progress; BUSY and FPL are high."""
+        """Discard the byte in progress; drive BUSY and FPL high."""
         if self.exchange is not None:
             self.exchange.withdraw()
         self.coming: HandshakenBytes | None = None
         self.come: deque[int] = deque()
-        self.halfway: tuple[int, int, int] | None = None  # a byte that has been requested: tick, byte, changes
-        self.rose: int | None = None  # when IO_REQUEST rose for a byte at whose end the chip is already (ps)
+        self.halfway: tuple[int, int, int] | None = None  # a requested byte: tick, byte, changes
+        self.rose: int | None = None  # when IO_REQUEST rose for a byte that the chip has already processed (ps)
         self.stage, self.awaiting, self.first, self.token = HandshakeStage.AWAITED, False, False, 0
         self.open = False  # BUSY is low for a byte of the host
         self.host_is_next = False  # the chip waits for IO_REQUEST, in the middle of a command or of a message
-        self.served = -1  # changes of IO_REQUEST when that byte was asked for
+        self.served = -1  # changes of IO_REQUEST when that byte was requested
         self.rest(True)
         self.bits.fpl(1)
 
     def rest(self, powered: bool) -> None:
-        """Let BUSY be high, or go without supply; and let go of the bus."""
+        """Drive BUSY high, or release it without supply; and release the bus."""
         self.busy.drive(self.busy.inactive_level if powered else None)
         self.bus_driver.drive(None)
 
     @property
     def asked(self) -> bool:
-        """Does the host ask for a handshake that has not begun?"""
+        """True while the host requests a handshake that has not begun."""
         if self.come or self.halfway:
             return True
-        if self.exchange is not None:  # what comes, comes as a value
+        if self.exchange is not None:  # all bytes come as one value
             return False
         return self.request.is_active and not (self.open and self.request.changes == self.served)
 
     # --------------------------------------------------------------------------------------------------------- bytes in
     async def byte(self, running: bool = False) -> int:
-        """Answer the request that stands, and return the byte; -1: it was withdrawn before BUSY fell.
+        """Answer the active request, and return the byte; -1 if it was withdrawn before BUSY fell.
 
         Args:
-            running: a program runs, so this is to be the empty handshake.
+            running: a program runs, so this must be the empty handshake.
         """
         chip, request = self.chip, self.request
         if self.come:
@@ -139,7 +139,7 @@ class ParallelPort:
         if not self.open:
             return
         if self.exchange is not None and self.kernel.seen < self.kernel.now == request.changed_at:
-            await next_round(self.kernel)  # by then the host has answered, or somebody else holds IO_REQUEST low
+            await next_round(self.kernel)  # by then the host has answered, or another output keeps IO_REQUEST low
         if request.changes == self.served:
             chip.waits(RISE)
             await self.until_request(False)
@@ -161,18 +161,18 @@ class ParallelPort:
     # --------------------------------------------------------------------------------- bytes as a value (handshake.py)
     @property
     def task(self) -> Task:
-        """The firmware's."""
-        return self.chip.task  # type: ignore[return-value]  # it is asked for while that waits
+        """Task of the firmware."""
+        return self.chip.task  # type: ignore[return-value]  # only queried while the firmware waits
 
     @property
     def at_letter(self) -> bool:
-        """Does a command begin with the next byte?"""
+        """True if a command begins with the next byte."""
         return self.reader.at_letter
 
     async def requested(self, *others: tuple[Net, int | None]) -> None:
         """Wait, between two bytes, until the host has lowered IO_REQUEST, or one of the others changes.
 
-        Bytes may come as a value meanwhile.
+        Bytes may come as one value meanwhile.
         """
         request = self.request
         self.awaited, self.first = (request.when_active, *others), bool(others)
@@ -182,26 +182,29 @@ class ParallelPort:
             await (suspended() if self.exchange is not None else first_of(self.kernel, None, *self.awaited))
         finally:
             self.awaiting = self.host_is_next = False
-        if (coming := self.coming) is not None:  # it has not been withdrawn
+        if (coming := self.coming) is not None:  # not withdrawn
             self.reached(len(coming.data) - 1, HandshakeStage.TAKEN)
             self.counted(False)
             self.exchange.taken()  # type: ignore[union-attr]
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from a place on, it takes as a value, all but the last one only to keep them."""
-        if not self.awaiting or self.token != self.task.token:  # it has been woken, and is about to go on
+        """Return how many bytes, from an index on, it accepts as one value, without acting before the last one."""
+        if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.first is not self.at_letter or self.bits.shared == "CTS":
             return 0
         return min(self.reader.kept(data, at) + 1, len(data) - at)
 
     def begins(self, coming: HandshakenBytes) -> None:
-        """Bytes begin to come."""
+        """Begin to receive bytes sent as one value."""
         self.coming, self.was_idle = coming, self.chip.idle
         self.chip.idle = self.host_is_next = False
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
+        """Set the state to a stage of a byte, with all bytes before it received.
+
+        Returns when the firmware continues (ps); None if it waits for IO_REQUEST.
+        """
         chip, coming, self.stage = self.chip, self.coming, stage
         self.coming, self.awaiting = None, stage is HandshakeStage.AWAITED and number == 0
         if coming is None:
@@ -224,22 +227,22 @@ class ParallelPort:
         return self.kernel.now
 
     def counted(self, low: bool) -> None:
-        """IO_REQUEST is low, or high again, for the last byte that was taken."""
+        """Count the changes of IO_REQUEST up to the last byte; `low` while its request still is low."""
         self.served = self.request.changes - (not low)
 
     def _take(self) -> int:
-        """Take the next of the bytes that have come as a value."""
+        """Return the next of the bytes that have come as one value."""
         byte = self.come.popleft()
         if not self.come:
             self.open = self.stage in (HandshakeStage.READ, HandshakeStage.TAKEN)
         return byte
 
     def kept(self) -> bytes:
-        """Take those of the bytes that have come as a value that only become part of a command."""
+        """Return the bytes that have come as one value and only become part of a command."""
         return bytes([self.come.popleft() for _ in range(len(self.come) - 1)])
 
     def catch_up(self) -> str:
-        """Take notice of what has come by now, and return it as text: somebody asks."""
+        """Process the bytes received up to now, before a query, and return them as text."""
         coming, seen, before = self.coming, self.kernel.seen, bytes(self.come).removeprefix(b"\xff").decode("latin-1")
         if coming is None or coming.start > seen:
             return before
@@ -249,7 +252,7 @@ class ParallelPort:
         return coming.data[:taken].removeprefix(b"\xff").decode("latin-1")
 
     def _says(self, coming: HandshakenBytes, number: int, taken: bool) -> None:
-        """Note what the chip does with a byte."""
+        """Set the text about the progress of a byte."""
         if taken:
             self.chip.waits(RISE, coming.instant(number, self.byte_times.busy))
         elif number:
@@ -258,10 +261,10 @@ class ParallelPort:
 
     # -------------------------------------------------------------------------------------------------------- bytes out
     async def send(self, message: bytes, each: bool) -> None:
-        """Give bytes to the host, for as long as it takes; a handshake in progress ends first.
+        """Send bytes to the host, however long it takes; a handshake in progress ends first.
 
         Args:
-            each: FPL goes high after every byte (binary), else after each return and after the last byte.
+            each: FPL goes high after every byte (binary); otherwise after each return and after the last byte.
         """
         for number, byte in enumerate(message, 1):
             self.bits.fpl(0)
@@ -270,10 +273,10 @@ class ParallelPort:
                 pass
 
     async def _give(self, byte: int, last: bool) -> bool:
-        """Give a byte; False: the request was withdrawn before BUSY fell, so the host has not got it."""
+        """Send a byte; return False if the request was withdrawn before BUSY fell, so that the host lacks it."""
         chip, request = self.chip, self.request
         chip.waits("waiting for io_request=0 (FPL is low: the host has to read)")
-        await next_round(self.kernel)  # a host that asks already, with a letter, lets go of the bus as FPL falls
+        await next_round(self.kernel)  # a host with a request already, with a letter, releases the bus as FPL falls
         await self.until_request(True)
         fell, delay, lead = request.changes, self.ticks["output_delay"], self.ticks["flow_lead"]
         chip.sync_forward()
@@ -289,9 +292,7 @@ class ParallelPort:
             self.bits.fpl(0)
             return False
         self.busy.activate()
-        self.bus.resolve(
-            self.kernel.seen
-        )  # a host that drives the bus as well is found, whether anything samples it or not
+        self.bus.resolve(self.kernel.seen)  # finds a host that drives the bus too, even if nothing samples it
         chip.waits("waiting for io_request=1 (the host has to read the byte on the bus)")
         await self.until_request(False)
         self.bus_driver.drive(None)
@@ -303,7 +304,7 @@ class ParallelPort:
             self.bits.fpl(1)
         await chip.at_tick(end)
         self.busy.deactivate()
-        if last:  # FPL is seen high, however soon there is more
+        if last:  # FPL is seen high, however soon more follows
             await chip.ticks(lead)
         return True
 

@@ -3,7 +3,7 @@ r"""The serial side: characters on RXD and TXD at the rate of two carriage retur
     RXD   ‾‾\____/‾‾‾‾\____/‾‾‾‾‾‾‾‾‾\___________________/‾‾‾‾   a carriage return, at the level of the pin: TTL
             |0   |1   |2   |3        |5                  |9       its edges, in bits
 
-The rate is what the nine bits from the first edge to the last take, as measured.  CTS high makes the host wait.
+The rate is measured over the nine bits from the first edge to the last.  CTS high makes the host wait.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from ....core.wires.net import Net
     from .user_bits import UserBits
 
-ROOM = 3  # characters that the chip keeps while it is at work
+ROOM = 3  # characters that the chip buffers while it is busy
 EDGES = (0, 1, 2, 3, 5, 9)  # of a carriage return, in bits
 LINE_FEED = (0, 2, 3, 4, 5, 9)
-SKEW = 0.25  # of a bit, by which an edge may be off
+SKEW = 0.25  # tolerance of an edge, in bits
 
 
 class SerialSide:
-    """RXD, TXD and CTS; what has come and waits is in `buffer`, and `arrived` changes with each character."""
+    """RXD, TXD and CTS; `buffer` has the characters that wait, and `arrived` changes with each character."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], bits: UserBits) -> None:
         self.chip, self.kernel, self.bits = chip, chip.kernel, bits
@@ -55,17 +55,17 @@ class SerialSide:
 
     @property
     def arrived(self) -> Net:
-        """Changes whenever a character has come."""
+        """Net that changes whenever a character has come."""
         return self._event.net
 
     @property
     def rate(self) -> float | None:
-        """The rate at which it listens and sends, in baud; None: not adapted."""
+        """The rate of reception and transmission, in baud; None before adaption."""
         return None if self.clock is None else self.clock.hz / OVERSAMPLING
 
     # ---------------------------------------------------------------------------------------------------------- reset
     def restart(self) -> None:
-        """Begin again, as after reset: the rate is that of the next two carriage returns, unless it is fixed."""
+        """Restart as after reset: the next two carriage returns set the rate, unless it is fixed."""
         self.killed()
         self.rest(TTL)
         if self.fixed_baud is not None:
@@ -75,7 +75,7 @@ class SerialSide:
         self.rxd.watch(self._edge)
 
     def killed(self) -> None:
-        """Hear nothing any more, and forget what has come."""
+        """Stop receiving, and discard the received characters."""
         if self.watching:
             self.rxd.unwatch(self._edge)
         if self.listener is not None:
@@ -88,20 +88,20 @@ class SerialSide:
         self.edges.clear()
 
     def rest(self, level: int | None) -> None:
-        """Put a level on TXD, None without supply."""
+        """Drive a level on TXD, None without supply."""
         self.txd.drive(level)
 
     def listening(self, on: bool) -> None:
-        """Put CTS low, so that the host may send, or high."""
+        """Drive CTS low, so that the host may send, or high."""
         self.bits.clear_to_send(int(not on))
 
     def take(self) -> int:
-        """Take the oldest character that waits."""
+        """Return the oldest character that waits."""
         return self.buffer.popleft()
 
     # ------------------------------------------------------------------------------------------------------- adaption
     def _edge(self, net: Net) -> None:
-        """An edge on RXD, while no rate is known."""
+        """Process an edge on RXD while no rate is known."""
         level, edges = net.level, self.edges
         if self.clock is not None or level is None or (not edges and level == TTL):
             return
@@ -123,12 +123,12 @@ class SerialSide:
             self._adapt((first + bit) / 2)
 
     def _looks_like(self, edges: tuple[int, ...], bit: float) -> bool:
-        """Return whether the edges so far are those of a character, given in bits."""
+        """Return whether the edges so far are those of a character, whose edges are in bits."""
         begin = self.edges[0]
         return all(abs(time - begin - at * bit) <= SKEW * bit for time, at in zip(self.edges, edges, strict=True))
 
     def _adapt(self, bit_ps: float) -> None:
-        """Take the rate of two carriage returns, if it is one of those that the chip knows."""
+        """Adopt the rate of two carriage returns, if the chip supports it."""
         rate = PS_PER_S / bit_ps
         fits = self.shortest * (1 - BAUD_TOLERANCE) <= bit_ps <= self.longest * (1 + BAUD_TOLERANCE)
         if not fits or all(abs(rate - standard) > BAUD_TOLERANCE * standard for standard in self.standard):
@@ -143,7 +143,7 @@ class SerialSide:
         self._listen_at(Clock(round(OVERSAMPLING * rate)))
 
     def _untold(self) -> bool:
-        """Return whether nothing of this has been reported since the reset; it is from now on."""
+        """Return whether this is the first such report since the reset."""
         told, self.told = self.told, True
         return not told
 
@@ -153,7 +153,7 @@ class SerialSide:
         self.listener = self.kernel.spawn(self._listen, clock, name=f"{self.chip.name} listens")
 
     async def _listen(self, clock: Clock) -> None:
-        if self.watching:  # not while an edge is reported: the next listener would be left out
+        if self.watching:  # not while an edge is reported: the next listener would be skipped
             self.watching = False
             self.rxd.unwatch(self._edge)
         self.receiver = Receiver(self.rxd, clock, self.word, TTL)
@@ -175,7 +175,7 @@ class SerialSide:
 
     @property
     def receiving(self) -> bool:
-        """Is a character coming in?"""
+        """True while a character is coming in."""
         return self.receiver is not None and self.receiver.receiving
 
     # ------------------------------------------------------------------------------------------------------------ out

@@ -1,7 +1,7 @@
-"""User bits and bits of the data bus: latches with weak high drive; one whose latch is high is an input, too (ch.6).
+"""User bits and bits of the data bus: latches with weak high drive; a high latch makes its pin an input too (ch.6).
 
-USRB6 is FPL while output goes to the parallel port, else CTS where the mode register asks for it, else a user bit;
-USRB7 is HP_SEL while the display is written.
+USRB6 is FPL while output goes to the parallel port, otherwise CTS if the mode register selects it, otherwise a user
+bit; USRB7 is HP_SEL while the display is written.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class UserBits:
         self.clear()
 
     def clear(self) -> None:
-        """RESET and I: all high, FPL and HP_SEL at rest."""
+        """Set all bits high, and FPL and HP_SEL to rest, for RESET and I."""
         self.latch = self.bus_latch = 0xFF
         self.flow = self.cts = self.selected = 1
         self.show()
@@ -57,14 +57,14 @@ class UserBits:
 
     @property
     def shared(self) -> str:
-        """What USRB6 is now, besides a user bit; empty: nothing."""
+        """Present other function of USRB6; empty while it is a user bit."""
         has = self.registers.has
         if has(sheet.MB_PARALLEL) and not has(sheet.MB_HP):
             return "FPL"
         return "CTS" if has(sheet.MB_CTS) else ""
 
     def show(self) -> None:
-        """Put the latches on the pins: low, or let go, so that others may pull a pin low."""
+        """Drive the pins from the latches: low, or released, so that others may pull a pin low."""
         levels = self.latch & FREE | self.sixth << 6 | (self.latch >> 7 & self.selected) << 7
         for n, driver in enumerate(self.drivers):
             level = None if levels >> n & 1 else 0
@@ -73,12 +73,12 @@ class UserBits:
 
     # ---------------------------------------------------------------------------------------------------- the data bus
     def show_bus(self) -> None:
-        """Put the bus latch on the data bus: its zeros are driven, the rest is open."""
+        """Drive the data bus from its latch: its zeros are driven, the other bits are open."""
         zeros = ~self.bus_latch & 0xFF
         self.chip.bus_driver.drive((zeros, 0) if zeros else None)
 
     def bus_used(self) -> None:
-        """Open the latch of the bus again: a byte has been on it (quirk CY545-UND-BIT-BUS), and is gone."""
+        """Open the latch of the bus again after a byte has been on it (quirk CY545-UND-BIT-BUS)."""
         self.bus_latch = 0xFF
 
     # ----------------------------------------------------------------------------------------------------- as read
@@ -89,11 +89,11 @@ class UserBits:
 
     @property
     def word(self) -> int:
-        """What ? B answers: the bits of the data bus above the user bits."""
+        """Answer to ? B: the bits of the data bus above the user bits."""
         return self.chip.bus.byte << 8 | self.user
 
     def act(self, argument: int) -> None:
-        """B: do what an argument says to the latches, all at one instant."""
+        """B: apply an argument to the latches, all at one instant."""
         operand = argument & FREE
         match sheet.OPCODES.get(argument & 0xC0):
             case "write":
@@ -107,7 +107,7 @@ class UserBits:
         self.show()
 
     def act_one(self, argument: int) -> None:
-        """B below 40: one bit, of the user bits or of the data bus."""
+        """B below 40: apply an argument to one bit, of the user bits or of the data bus."""
         bit, high = 1 << (argument & 7), not argument & sheet.CLEAR_BIT
         if argument & sheet.DATA_BUS:
             self.bus_latch = self.bus_latch | bit if high else self.bus_latch & ~bit
@@ -116,13 +116,13 @@ class UserBits:
             self.latch = self.latch | bit if high else self.latch & ~bit
 
     def nets(self, argument: int) -> tuple[Net, ...]:
-        """Return the nets that `matches` looks at with an argument."""
+        """Return the nets that `matches` samples for an argument."""
         if argument & 0xC0:
             return tuple(self.pins[:6])
         return (self.chip.bus,) if argument & sheet.DATA_BUS else (self.pins[argument & 7],)
 
     def single(self, argument: int, match: bool) -> tuple[str, int] | None:
-        """Return the pin and the level that make the pins match an argument, or not; None: there are several pins."""
+        """Return the pin and the level that make the pins match an argument, or not; None if there are several pins."""
         if argument & 0xC0 or argument & sheet.DATA_BUS:
             return None
         return f"usrb{argument & 7}", int(bool(argument & sheet.CLEAR_BIT) is not match)

@@ -1,1 +1,1 @@
-"""What turns the motor: motions, jog, HOME, and the outputs that it sees."""
+"""Stepping: motions, jog, HOME, and the outputs to the motor."""

@@ -2,11 +2,11 @@ r"""HOME: seek the edge of a sensor, always from the same side.
 
     pattern   _________/‾‾‾‾‾‾‾‾‾‾‾     no match at first: clockwise until it matches, and that is position 0
                   ---->|
-              _________/‾‾‾‾‾‾‾‾‾‾‾     a match at first: counter-clockwise until there is none, then the same
+              _________/‾‾‾‾‾‾‾‾‾‾‾     a match at first: counter-clockwise until there is none, then as above
                      |<-----------
                      ->|
 
-The pattern is sampled as each step ends, at the first rate over 20.
+The pattern is sampled as each step ends, at a twentieth of the first rate.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Home(Stepping):
     """The seek of H.
 
     Args:
-        shown: shows the position, where the mode register asks for it.
-        bits: what the sensor is wired to.
+        shown: shows the position, if the mode register selects it.
+        bits: the pins of the sensor.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Home(Stepping):
     async def seek(self, argument: int) -> None:
         """Seek the edge at which the pins begin to match an argument; return when STOPPED is high again.
 
-        The position is 0 there; where a limit ends the seek it is what it was, with the steps made.
+        The position is 0 there; after a seek that a limit has ended, it is the former position plus the steps made.
         """
         try:
             await self._seek(argument)
@@ -58,7 +58,7 @@ class Home(Stepping):
             self._way(0)
 
     def _way(self, direction: int) -> None:
-        """Tell in which direction is sought, up until the pins match, down until they do not; 0: in none any more."""
+        """Report the direction of the seek: up until the pins match, down until they do not; 0 at its end."""
         self.axis.homing = direction
         self.axis.sought = self.bits.single(self.argument, direction > 0) if direction else None
 
@@ -92,20 +92,20 @@ class Home(Stepping):
 
     @property
     def matches(self) -> bool:
-        """Do the pins match?"""
+        """True if the pins match."""
         return self.bits.matches(self.argument)
 
     @property
     def each(self) -> bool:
-        """Is the position shown after each step?"""
+        """True if the position is shown after each step."""
         return self.registers.has(sheet.MB_SHOW)
 
     def watched(self) -> list[tuple[Net, int | None]]:  # type: ignore[override]
-        """The inputs whose change matters now: those of the pattern, too."""
+        """Return the inputs whose change matters now, including those of the pattern."""
         return [*super().watched(), *((net, None) for net in self.bits.nets(self.argument))]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Show the position; look at the pattern, then at the limit, before the next step begins."""
+        """Show the position; sample the pattern, then the limit, before the next step begins."""
         await self.shown()
         if self.matches is not self.inside:
             return STOP

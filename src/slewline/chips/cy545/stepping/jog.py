@@ -3,10 +3,10 @@ r"""JOG: single steps by hand, between commands.  The line has three states: ope
     JOG?                                                      JOG?
       |  20 µs                                        20 µs    |
     CCW ----- as JOG ------------------------------- | restored | as JOG
-           |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾‾   PULSE, at the first rate over 20
+           |__|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾‾   PULSE, at a twentieth of the first rate
            |<-------------------- period ---------------------->|
 
-The chip finds the open state by driving the line both ways; that is not shown on the net.
+The chip detects the open state by driving the line both ways; that is not shown on the net.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .pulse_outputs import StepOutputs
 
 
 class Jog:
-    """Makes the steps of JOG, one by one.
+    """Generator of the steps of JOG, one by one.
 
     Args:
-        shown: shows the position, where the mode register asks for it.
+        shown: shows the position, if the mode register selects it.
     """
 
     def __init__(
@@ -48,14 +48,14 @@ class Jog:
 
     @property
     def watched(self) -> tuple[tuple[Net, None], ...]:
-        """What an idle chip must watch, because it may change `way`."""
+        """Inputs that an idle chip must watch, because they may change `way`."""
         return tuple((net, None) for net in (self.net, self.outputs.direction_net, *self.limits.values()))
 
     @property
     def way(self) -> int | None:
-        """The direction that JOG asks for, +1 clockwise; None: the line is open, or the limit is low.
+        """Direction selected by JOG, +1 clockwise; None if the line is open, or the limit is low.
 
-        The limit is that of the direction in which the step would be made, which CCW may be forced to.
+        The limit is that of the direction in which the step would be made, which an external level may force on CCW.
         """
         level = self.net.level
         if level is None:
@@ -64,7 +64,7 @@ class Jog:
         return way if self.limits[self.outputs.expected(way)].is_inactive else None
 
     async def step(self, way: int) -> None:
-        """Make a step in a direction; return when the line is due to be looked at again, a period later."""
+        """Output a step in a direction; return when the line is due to be sampled again, a period later."""
         chip, outputs = self.chip, self.outputs
         single = Single(chip.crystal_hz, self.registers.values["firstrate"], self.law)
         begin, period = chip.tick + self.lead, single.period

@@ -1,13 +1,14 @@
 r"""The CY545's motions: ramps, continuous motion, INHIBIT_ABORT and the limits.
 
     G or P                                                  a step ends
-      |  CCW      INHIBIT_ABORT? limit? SLEW?                |
+      |  CCW      INHIBIT_ABORT, limit, SLEW                 |
       |__|_____________.........|_____|______________________|______________________|_____
-                                 20 µs PULSE                  limit? INHIBIT_ABORT?   after the last: 5 ms to STOPPED
+                                 20 µs PULSE                  limit, INHIBIT_ABORT    after the last: 5 ms to STOPPED
                                  STOPPED low
 
-INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster one it lets the
-motion come down to the first rate, where it is tested step by step.  Both looks are those of before the instant.
+INHIBIT_ABORT low at the end of a step made at the first rate ends the motion; at the end of a faster one it makes the
+motion decelerate to the first rate, where it is sampled at every step.  Both samples read the levels from before the
+instant.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from .pulse_outputs import StepOutputs
 
 
 class Stepping(motion.Motion):
-    """What motions and HOME have alike: the limits, and a direction that others may force."""
+    """Common behaviour of motions and HOME: the limits, and a direction that others may force."""
 
     registers: Registers
     outputs: StepOutputs
@@ -68,14 +69,14 @@ class Stepping(motion.Motion):
         return True
 
     async def set_out(self) -> None:
-        """STOPPED falls, a little before the first step."""
+        """Lower STOPPED, a little before the first step."""
         self.done = 0
         self.shows(True)
         await self.chip.ticks(self.lead)
         self.sign = self.outputs.sign
 
     async def come_to_rest(self, why: Why | None = None) -> None:
-        """The last step is over: STOPPED rises later, and the motion is over."""
+        """End the motion after its last step; STOPPED rises later."""
         self.settle()
         self.outputs.pulse.deactivate()
         self.outputs.slew.deactivate()
@@ -85,12 +86,12 @@ class Stepping(motion.Motion):
         self.over(why)
 
     def over(self, why: Why | None = None) -> None:
-        """End the motion; without a reason it is done, or was ordered to stop."""
+        """End the motion; without a reason it is complete, or was stopped by command."""
         self.axis.log.end("limit" if self.limited else why)
         self.moving = False
 
     def stretched(self, leg: str) -> int:
-        """A step of a leg begins."""
+        """Record that a step of a leg begins."""
         self.leg = leg
         return 0
 
@@ -106,12 +107,12 @@ class Motion(Stepping):
 
     # -------------------------------------------------------------------------------------------- before the first step
     async def move(self, number: int, sign: int, text: str) -> None:
-        """Take `number` steps, or as many as become of it; return when the motion is over, STOPPED high again.
+        """Output `number` steps, or fewer if the motion ends early; return when STOPPED is high again.
 
         Args:
             number: steps to the target, 0 to 16777215.
             sign: +1 clockwise, -1 counter-clockwise.
-            text: what the host said, for `waiting`.
+            text: the command of the host, for `waiting`.
         """
         chip, outputs = self.chip, self.outputs
         self.moving, self.number, self.text = True, number, text
@@ -132,7 +133,7 @@ class Motion(Stepping):
         self.registers.continuous = False
 
     async def released(self) -> None:
-        """INHIBIT_ABORT low holds the motion, however long."""
+        """Wait while INHIBIT_ABORT is low, however long."""
         chip = self.chip
         while self.inhibit_abort.is_active:
             chip.waits(f"{self.text} held by inhibit_abort=0")
@@ -141,7 +142,7 @@ class Motion(Stepping):
             await chip.ticks(max(self.ticks["inhibit_release"] - self.lead, 1))
 
     def sets_out(self) -> bool:
-        """Look at the limit, and at SLEW; return whether there is a step to take."""
+        """Sample the limit and SLEW; return whether there is a step to output."""
         if self.refused():
             return False
         self.endless = self.registers.continuous or self.slew.is_active
@@ -150,7 +151,7 @@ class Motion(Stepping):
         return self.endless or self.number > 0
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Take over the parameters for this motion."""
+        """Load the parameters for this motion."""
         values = self.registers.values
         first, rate, slope = (values[name] for name in ("firstrate", "rate", "slope"))
         self.at_start = RegistersAtStart(self.chip.crystal_hz, first, rate, slope, number, self.law)
@@ -158,7 +159,7 @@ class Motion(Stepping):
         return self.at_start.parameters
 
     def planned(self) -> Plan:
-        """The plan of this motion."""
+        """Return the plan of this motion."""
         at_start = self.at_start
         if self.endless:
             return profile.endless(at_start.first, at_start.rate, at_start.slope, self.law)
@@ -167,16 +168,16 @@ class Motion(Stepping):
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
         return partial(self.at_start.ideal, self.kernel.now, self.axis.position, self.sign, self.endless)
 
-    # ------------------------------------------------------------------------------------------------------- the looks
+    # --------------------------------------------------------------------------------------------------------- samples
     def watched(self) -> list[tuple[Net, int]]:
-        """The inputs whose change matters now; on the way down to the first rate INHIBIT_ABORT does not."""
+        """Return the inputs whose change matters now, without INHIBIT_ABORT during the ramp down to the first rate."""
         pairs = super().watched()
         return pairs if self.aborted and self.leg == "down" else [*pairs, self.inhibit_abort.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Look at the limit and at INHIBIT_ABORT before a step begins; an empty plan: stop."""
+        """Sample the limit and INHIBIT_ABORT before a step; return the rest of the plan, empty for a stop."""
         if step >= plan.steps:
-            return plan  # on the target
+            return plan  # at the target
         if self.refused():
             return STOP
         if self.inhibit_abort.is_inactive:

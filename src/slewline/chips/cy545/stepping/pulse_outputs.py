@@ -1,4 +1,4 @@
-r"""The outputs that a motor sees: PULSE, CCW, STOPPED, SLEW.
+r"""The outputs to a motor: PULSE, CCW, STOPPED, SLEW.
 
       begin          begin'
     ‾‾‾|__|‾‾‾‾‾‾‾‾‾‾‾|__|‾‾‾    PULSE: low for a fixed time, whatever the rate
@@ -29,20 +29,20 @@ class Weak:
         self.driver = driver
 
     def drive(self, level: int | None) -> None:
-        """Pull the pin low, or let it go."""
+        """Pull the pin low, or release it."""
         self.driver.drive(0 if level == 0 else None)
 
     def activate(self, active: bool = True) -> None:
-        """Let the pin be active, or not."""
+        """Set the pin active, or inactive."""
         self.drive(self.driver.level_when(active))
 
     def deactivate(self) -> None:
-        """Let the pin not be active."""
+        """Set the pin inactive."""
         self.activate(False)
 
 
 class StepOutputs(phase_outputs.StepOutputs):
-    """PULSE, CCW, STOPPED and SLEW; and what began the motor's motions."""
+    """PULSE, CCW, STOPPED and SLEW; and a record of the motor's motions."""
 
     registers: Registers
 
@@ -50,13 +50,13 @@ class StepOutputs(phase_outputs.StepOutputs):
         self.low, self.hold = ticks["pulse_low"], ticks["hold"]
         self.stopped, self.ccw = chip.drivers["stopped"], Weak(chip.drivers["ccw"])
         self.axis, self.direction_net = chip.axes[0], chip.pins["ccw"].net
-        self.ways = 0  # how often STOPPED has been driven
-        self.motions = 0  # how many there have been
+        self.ways = 0  # how many times STOPPED has been driven
+        self.motions = 0  # number of motions so far
         super().__init__(chip, registers, NO_PHASES, 0)
         self.slew = Weak(chip.drivers["slew"])  # type: ignore[assignment]
 
     def clear(self) -> None:
-        """RESET and I: everything is at rest."""
+        """Set everything to rest, for RESET and I."""
         super().clear()
         self.pulse.deactivate()
         self.moving(False)
@@ -73,11 +73,11 @@ class StepOutputs(phase_outputs.StepOutputs):
 
     @property
     def sign(self) -> int:
-        """The direction in which a step would be counted: the level of CCW says it, whatever has pulled it low."""
+        """The direction in which a step would be counted: the level of CCW, even if another output pulls it low."""
         return 1 if self.direction_net.level == 0 else -1
 
     def expected(self, sign: int) -> int:
-        """Return the direction in which steps will be counted, as things stand, when CCW shows one."""
+        """Return the direction in which steps will be counted while the chip itself drives CCW for `sign`."""
         own, seen = self.chip.drivers["ccw"], self.chip.kernel.seen
         pulled = any(driver.at(seen) == 0 for driver in self.direction_net.drivers if driver is not own)
         return 1 if pulled else sign
@@ -94,12 +94,12 @@ class StepOutputs(phase_outputs.StepOutputs):
         return self.motions
 
     def moving(self, on: bool) -> None:
-        """Drive STOPPED, now; what was to become of it later is off."""
+        """Drive STOPPED now, and cancel its pending change."""
         self.ways += 1
         self.stopped.activate(not on)
 
     def stops(self, tick: int, motion: int) -> None:
-        """A step ends at a tick: if no other one follows by then, STOPPED rises later, and a motion is over."""
+        """End a step at a tick: unless another one follows by then, STOPPED rises later, and the motion is over."""
         self.ways += 1
         way = self.ways
 

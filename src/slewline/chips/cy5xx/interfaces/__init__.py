@@ -1,1 +1,1 @@
-"""The command port, what is read back over it, and the lines by their names."""
+"""The command port, its read-out, and the lines by their names."""

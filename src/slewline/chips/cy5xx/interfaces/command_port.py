@@ -1,4 +1,4 @@
-r"""The command port: bytes in by the two-line handshake, verify bytes out.  Nothing else drives READY.
+r"""The command port: bytes in by the two-line handshake, verify bytes out.  No other object drives READY.
 
 A byte comes in (fig. 7.3; times of the CY525 at 11 MHz):
 
@@ -27,21 +27,21 @@ COMMANDS = "a command", "a live command"
 
 
 class BusReader(Protocol):
-    """What makes commands of the bytes that come."""
+    """Reader that assembles commands from the received bytes."""
 
     @property
     def at_letter(self) -> bool:
-        """Does a command begin with the next byte?"""
+        """True if a command begins with the next byte."""
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes, from a place on, only become part of a command."""
+        """Return how many bytes, from an index on, only become part of a command."""
 
     def keep(self, data: bytes) -> None:
-        """Take such bytes."""
+        """Add such bytes to the command."""
 
 
 class BusPort:
-    """READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, the data bus, and MOTION COMPLETE, which goes with them."""
+    """READY, I/O REQUEST, I/O SELECT, INSTROBE, OUTSTROBE, the data bus, and MOTION COMPLETE, which follows them."""
 
     def __init__(self, chip: ChipContext, ticks: Mapping[str, int], readout: ReadOut) -> None:
         self.chip, self.kernel, self.clock, self.readout = chip, chip.kernel, chip.clock, readout
@@ -53,11 +53,11 @@ class BusPort:
         self.strobe, self.width, self.busy = (ticks[name] for name in ("instrobe_delay", "strobe_width", "busy_delay"))
         self.strobed = self.instrobe.active_level, self.instrobe.inactive_level  # at a strobe
         self.sample = self.strobe + self.width  # the bus is read at the rising edge of INSTROBE
-        self.request.latched = self.select.latched = True  # `value` is what a look sees
-        self.ascii = True  # pin 36, as it was with the command letter
+        self.request.latched = self.select.latched = True  # `value` is the level at a sample
+        self.ascii = True  # level of pin 36 at the command letter
         self.requested = self.busy_from = self.busy_ps = 0  # of the byte in progress: its request, READY low
-        self.unanswered = -1  # changes of I/O REQUEST, when it fell in a running program
-        # What comes as a value (handshake.py): by which exchange, its bytes, how many of them are with the reader.
+        self.unanswered = -1  # count of changes of I/O REQUEST when it fell in a running program
+        # Bytes sent as one value (handshake.py): their exchange, the bytes, how many of them the reader has.
         self.byte_times = ByteTimes(self.strobe, self.sample, self.sample + self.busy, ticks["letter"])
         self.watches: tuple[tuple[Net, Callable[[Net], object]], ...] = ()
         self.awaited, self.held = (self.request.when_active,), (self.select, self.mode)
@@ -70,7 +70,7 @@ class BusPort:
         self.begin()
 
     def begin(self) -> None:
-        """Reset: no byte has come."""
+        """Discard received bytes, for a reset."""
         if self.exchange is not None:
             self.exchange.withdraw()
         self.coming = None
@@ -79,16 +79,16 @@ class BusPort:
 
     # ----------------------------------------------------------------------------------------------------------- READY
     def rest(self, powered: bool) -> None:
-        """Drive READY high in reset; let go of it and of the bus without supply."""
+        """Drive READY high in reset; release it and the bus without supply."""
         self.ready.drive(self.ready.active_level if powered else None)
         self.bus_driver.drive(None)
 
     def close(self) -> None:
-        """READY falls: the chip is busy with a motion."""
+        """Drive READY low: the chip is busy with a motion."""
         self.ready.deactivate()
 
     def open(self) -> None:
-        """READY rises: the next byte may come."""
+        """Drive READY high: the next byte may come."""
         self.ready.activate()
 
     async def finish(self, tick: int) -> None:
@@ -111,13 +111,11 @@ class BusPort:
 
     # ------------------------------------------------------------------------------------------------------------ bytes
     async def next_byte(self, idle: bool, live: bool) -> int:
-        """Take the next byte from the bus; verify bytes are handed out meanwhile.
+        """Return the next byte from the bus, and output verify bytes meanwhile; -1 if one of the `others` is first.
 
         Args:
-            idle: the chip has nothing to do until it comes.
-            live: it is awaited by a running program, between two instructions.
-
-        Returns -1 where one of the `others` has ended the wait.
+            idle: the chip has nothing to do until the byte comes.
+            live: a running program waits for the byte, between two instructions.
         """
         chip, request, kernel, ps = self.chip, self.request, self.kernel, self.clock.ps
         while True:
@@ -137,7 +135,7 @@ class BusPort:
                 chip.idle = False
             elif request.changes == self.ended_wait and not live:
                 chip.waits("waiting for io_request=1 (its low ended a wait)")
-                await level(*request.when_inactive)  # it has had its effect; it brings no byte
+                await level(*request.when_inactive)  # it has had its effect and has no byte
                 continue
             else:
                 self.early(live)
@@ -167,14 +165,14 @@ class BusPort:
                 await self.finish(self.requested + self.byte_times.kept)
 
     def early(self, live: bool) -> None:
-        """I/O REQUEST is low already as the chip begins to wait for it; report it if that is a mistake."""
-        if self.request.changes == self.unanswered:  # READY may have been high: it is low for motions only
+        """Handle an I/O REQUEST that is low before the chip waits for it; report a mistake."""
+        if self.request.changes == self.unanswered:  # READY may have been high: a program lowers it only for motions
             self.chip.finding("request-while-running", "I/O REQUEST is still low as the program ends: it is served now")
         elif self.accepted >= 0 and not live:
             self.chip.finding("early-request", "I/O REQUEST was lowered while READY was low: it is served now")
 
     def accept(self, letter: bool) -> int:
-        """Take the byte on the bus, and the mode pin with a command letter; READY is to fall at `busy_ps`."""
+        """Read the byte on the bus, and the mode pin with a command letter; READY is to fall at `busy_ps`."""
         chip = self.chip
         self.accepted = self.request.changes
         if letter:
@@ -190,30 +188,30 @@ class BusPort:
     # --------------------------------------------------------------------------------- bytes as a value (handshake.py)
     @property
     def task(self) -> Task:
-        """The firmware's."""
-        return self.chip.task  # type: ignore[return-value]  # it is asked for while that waits
+        """Task of the firmware."""
+        return self.chip.task  # type: ignore[return-value]  # only queried while the firmware waits
 
     @property
     def at_letter(self) -> bool:
-        """Does a command begin with the next byte?"""
+        """True if a command begins with the next byte."""
         return self.reader.at_letter
 
     async def _requested(self, asked: tuple[Net, int]) -> HandshakeStage:
-        """Wait for I/O REQUEST, or for bytes that come as a value; return how far the last one of them is."""
+        """Wait for I/O REQUEST, or for bytes sent as one value; return the stage of the last byte's handshake."""
         self.awaiting, self.stage, self.token = True, HandshakeStage.AWAITED, self.task.token
         try:
             await (level(*asked) if self.exchange is None else suspended())
         finally:
             self.awaiting = False
-        if (coming := self.coming) is not None:  # it has not been withdrawn
+        if (coming := self.coming) is not None:  # not withdrawn
             self.reached(len(coming.data) - 1, HandshakeStage.TAKEN)
             self.counted(False)
             self.exchange.taken()  # type: ignore[union-attr]
         return self.stage
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from a place on, it would take now, all but the last one only to keep them."""
-        if not self.awaiting or self.token != self.task.token:  # it has been woken, and is about to go on
+        """Return how many bytes, from an index on, the port can accept now without acting before the last one."""
+        if not self.awaiting or self.token != self.task.token:  # woken, and about to continue
             return 0
         if self.select.value == 1 or self.byte_times.kept <= self.byte_times.busy:
             return 0
@@ -223,13 +221,16 @@ class BusPort:
         return min(self.reader.kept(data, at, ascii) + 1, len(data) - at)
 
     def begins(self, coming: HandshakenBytes) -> None:
-        """Bytes begin to come."""
+        """Begin to receive bytes sent as one value."""
         self.coming, self.read, self.idle, self.chip.idle = coming, 0, self.chip.idle, False
         if self.reader.at_letter:
             self.ascii = self.mode.level == 1
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
+        """Set the state to a stage of a byte, with all bytes before it received.
+
+        Returns when the firmware continues (ps); None if it waits for I/O REQUEST.
+        """
         chip, coming, self.stage, self.awaiting = self.chip, self.coming, stage, stage is HandshakeStage.AWAITED
         self.coming = None
         if coming is None:
@@ -249,11 +250,11 @@ class BusPort:
         return self.busy_ps
 
     def counted(self, low: bool) -> None:
-        """I/O REQUEST is low, or high again, for the last byte that was taken."""
+        """Count the changes of I/O REQUEST up to the last byte; `low` while its request still is low."""
         self.accepted = self.request.changes - (not low)
 
     def catch_up(self) -> None:
-        """Take notice of what has come by now: somebody asks."""
+        """Process the bytes received up to now, before a query."""
         coming, seen = self.coming, self.kernel.seen
         if coming is not None and coming.start <= seen:
             number, last = coming.current(seen), len(coming.data) - 1
@@ -261,13 +262,13 @@ class BusPort:
             self._says(coming, number, coming.instant(number, self.sample) <= seen)
 
     def _keep(self, coming: HandshakenBytes, number: int) -> None:
-        """Let the reader have the bytes before this one."""
+        """Pass the bytes before this one to the reader."""
         if number > self.read:
             self.reader.keep(coming.data[self.read : number])
             self.read = number
 
     def _says(self, coming: HandshakenBytes, number: int, accepted: bool) -> None:
-        """Note what the chip does with a byte."""
+        """Set the text about the progress of a byte."""
         if accepted:
             self.chip.waits("handling a byte", coming.instant(number, self.sample))
         elif number:
@@ -287,9 +288,7 @@ class BusPort:
         self.motion_complete.deactivate()
         chip.waits("waiting for io_request=1 (after a verify byte)")
         await chip.at_tick(self.busy_from + width)
-        self.bus.resolve(
-            self.kernel.seen
-        )  # a host that drives the bus as well is found, whether anything samples it or not
+        self.bus.resolve(self.kernel.seen)  # finds a host that drives the bus too, even if nothing samples it
         if request.changes > self.accepted and request.changed_at < self.busy_ps:
             chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte was on the bus all the same")
         if request.changes == self.accepted:
@@ -304,11 +303,11 @@ class BusPort:
 
     # ---------------------------------------------------------------------------------------- requests without a byte
     def ignore(self) -> None:
-        """A running program does not see this request; it may still stand when the program ends."""
+        """Ignore this request, made while a program runs; it may still be active when the program ends."""
         self.unanswered = self.request.changes
 
     def spend(self, handshake: bool) -> None:
-        """This request has ended a wait: it brings no byte.  READY waits for its end where a `handshake` is open."""
+        """Use up a request that has ended a wait and has no byte.  With an open `handshake` READY waits for its end."""
         self.ended_wait = self.request.changes
         if handshake:
             self.accepted = self.ended_wait

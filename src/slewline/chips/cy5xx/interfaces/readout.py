@@ -1,4 +1,4 @@
-"""The verify groups: what the chip reports about itself, byte by byte (s.6)."""
+"""The verify groups: the chip's report about itself, byte by byte (s.6)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from ....core.context import ChipContext
 
 
 class ReadOut:
-    """Which byte a read-out gives next.
+    """Source of the bytes of a read-out.
 
     Args:
-        sizes: how many bytes the manual promises of each group.
-        content: returns all bytes of a group as they stand now; its second argument says whether V came as text.
+        sizes: how many bytes the manual promises for each group.
+        content: returns all present bytes of a group; its second argument is True if V was sent in ASCII.
     """
 
     def __init__(self, chip: ChipContext, sizes: Mapping[int, int], content: Callable[[int, bool], bytes]) -> None:
@@ -20,18 +20,18 @@ class ReadOut:
         self.clear()
 
     def clear(self) -> None:
-        """No V has been given."""
-        self.group: tuple[int, bool] | None = None  # and whether V was given in ASCII
+        """Forget the last V."""
+        self.group: tuple[int, bool] | None = None  # and True if V was sent in ASCII
         self.output: bytes | None = None  # the group as captured at its first fetch
         self.fetched = 0
 
     def point(self, group: int, ascii: bool) -> None:
-        """V: point at a group; its bytes are those at the first fetch."""
+        """V: select a group; its bytes are captured at the first fetch."""
         self.group = (group, ascii)
         self.output, self.fetched = None, 0
 
     def next(self) -> int:
-        """Return the next byte of the group that V points at; FF where there is none."""
+        """Return the next byte of the group that V selected; FF if there is none."""
         finding = self.chip.finding
         if self.group is None:
             finding("verify-without-v", "a read-out without any V before: FF")

@@ -1,1 +1,1 @@
-"""What turns the motor: how a plan is played, ramps by slope or by unit of time, outputs, twin."""
+"""Stepping: the player of plans, ramps by slope or by unit of time, outputs, twin."""

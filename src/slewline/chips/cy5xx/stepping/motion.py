@@ -1,17 +1,17 @@
-r"""How a plan is played: promise it whole, look at the inputs where the manual says so, withdraw when one departs.
+r"""The player of a plan: it promises the whole plan, samples the inputs where the manual requires it, and withdraws.
 
-When the chip looks, on a step from its begin b to the start of the next:
+Sampling points of a step, from its start b to the start of the next:
 
     b                                   r    b'
     |___________________________________|‾‾‾‾|      PULSE
     |                                   |
     inputs                              STEP INHIBIT: while it is high here, PULSE stays low
 
-A plan is promised to the next look that matters.  When a watched input departs from the level it had, the promise is
-withdrawn to the first look strictly after the change; there the firmware reads the levels from before that instant
-and decides: play on, replan from the step that is about to begin, or stop.
+A plan is promised up to the next sample that matters.  When a watched input changes, the promise is withdrawn to the
+first sample strictly after the change; there the firmware reads the levels from before that instant and decides:
+continue, replan from the step that is about to begin, or stop.
 
-A part says what its plans are, which inputs it watches, and what it makes of them at a look.
+A part defines its plans, the inputs that it watches, and its reaction to them at a sample.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ from ..registers import Registers
 from .phase_outputs import StepOutputs
 
 STOP = Plan(())
-Within = Callable[[], Awaitable[bool]]  # what is done at a look within a step; returns whether its length has changed
+Within = Callable[[], Awaitable[bool]]  # the action at a sample within a step; returns whether its length has changed
 
 
 class Motion:
     """The stepping part of the firmware.  `moving` is true from the command to MOTION COMPLETE.
 
     Args:
-        port: has MOTION COMPLETE; a part without it says itself what `shows` that the motor moves.
-        law: what a part plans its motions by.
+        port: has MOTION COMPLETE; a part without it overrides `shows`.
+        law: the law by which a part plans its motions.
     """
 
     port: BusPort
-    holder = "step_inhibit"  # the pin that holds the next step
-    held_high = False  # STEP INHIBIT holds a step with PULSE high
+    holder = "step_inhibit"  # the pin that delays the next step
+    held_high = False  # STEP INHIBIT delays a step with PULSE high
 
     def __init__(
         self,
@@ -63,58 +63,58 @@ class Motion:
             self.port, self.request, self.select = port, port.request, port.select
         self.high = ticks.get("pulse_high", 0)
         self.moving = False
-        self.fresh = False  # a look wants the train to be laid again
+        self.fresh = False  # a sample requires a new train
         self.playing: Playing | None = None
 
-    # ------------------------------------------------------------------------------------- what a part brings
+    # -------------------------------------------------------------------------------------- defined by a part
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return a function for the parameters of a motion that begins now, on request."""
         raise NotImplementedError
 
     def planned(self) -> Plan:
-        """The plan of this motion, whose first step begins now."""
+        """Return the plan of this motion, whose first step begins now."""
         raise NotImplementedError
 
     def expected(self, plan: Plan) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
+        """Return a function that computes the ideal of this motion, whose first step begins now."""
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """The lines of the motion are set; wait for what must be so before its first step, STEP INHIBIT apart."""
+        """Wait, with the lines of the motion set, for the conditions of its first step except STEP INHIBIT."""
 
     def watched(self) -> list[tuple[Net, int]]:
-        """The inputs whose change matters now, each with the level that would be a change."""
+        """Return the inputs whose change matters now, each with the level to which it would change."""
         return [self.inhibit.when_active]
 
     async def look(self, plan: Plan, step: int) -> Plan:
-        """Look at the inputs before a step begins, and wait if one of them holds it.
+        """Sample the inputs before a step begins, and wait while one of them delays it.
 
-        Returns the plan to go on with, from its first step if it is another one (an empty one: stop).
+        Returns the plan for the rest of the motion, from its first step if it is a new one; an empty plan for a stop.
         """
         return plan
 
     def stretched(self, leg: str) -> int:
-        """A step of a leg begins: how many clocks longer it becomes than it was planned."""
+        """Return how many clocks longer than planned the step that begins now becomes."""
         return 0
 
     @property
     def each(self) -> bool:
-        """Must every step be looked at by itself?"""
+        """True if every step must be processed by itself."""
         return False
 
     @property
     def progress(self) -> str:
-        """What a running motion waits for."""
+        """Condition that a running motion waits for, in words."""
         return f"{self.text} in motion, {self.number} steps"
 
     # ------------------------------------------------------------------------------------------------- a whole motion
     async def move(self, number: int, sign: int, text: str) -> None:
-        """Take `number` steps, or as many as become of it.
+        """Output `number` steps, or fewer if the motion ends early.
 
         Args:
             number: steps to the target, 0 to 65535.
             sign: +1 clockwise, -1 counter-clockwise.
-            text: what the host said, for `waiting`.
+            text: the command of the host, for `waiting`.
         """
         chip = self.chip
         self.begin(number, sign, text)
@@ -132,30 +132,30 @@ class Motion:
         await self.end()
 
     def begin(self, number: int, sign: int, text: str) -> None:
-        """Take over the parameters for this motion."""
+        """Load the parameters for this motion."""
         self.moving = True
         self.number, self.sign, self.text = number, sign, text
-        self.done = 0  # steps of this motion that are over
+        self.done = 0  # completed steps of this motion
         self.axis.log.begin(text, self.parameters(number), sign)
         self.shows(True)
 
     def shows(self, moving: bool) -> None:
-        """Show that a motion is under way, or complete."""
+        """Show that a motion is in progress, or complete."""
         self.port.motion_complete.activate(not moving)
 
     def mark_deviation(self, kind: str, text: str) -> None:
-        """Something makes the motion another one than it was to be."""
+        """Record an event by which the motion departs from its plan."""
         self.axis.log.depart()
         self.axis.log.mark(kind, text)
 
     async def uninhibited(self) -> None:
-        """Before the first step: STEP INHIBIT high holds it, with PULSE high."""
+        """Wait, before the first step and with PULSE high, while STEP INHIBIT is high."""
         if self.inhibit.is_active:
             self.chip.waits(f"{self.text} held by {self.holder}=1")
             await self.chip.polled(*self.inhibit.when_inactive, self.ticks["inhibit_poll"])
 
     async def end(self) -> None:
-        """The last step is over: outputs rest, MOTION COMPLETE falls, READY may follow."""
+        """End the motion after its last step: outputs rest, MOTION COMPLETE falls, READY may follow."""
         self.settle()
         self.outputs.pulse.deactivate()
         self.outputs.slew.deactivate()
@@ -166,7 +166,7 @@ class Motion:
         await self.chip.ticks(self.ticks["ready_after_motion"])
 
     def killed(self) -> None:
-        """Reset in mid-motion: steps of this instant count, later ones do not."""
+        """Reset in mid-motion: count the steps of this instant and drop later ones."""
         if self.playing is not None and self.moving:
             bound = self.kernel.now + 1
             if self.playing.until is None or bound < self.playing.until:
@@ -177,7 +177,7 @@ class Motion:
 
     # ------------------------------------------------------------------------------------------------- playing a plan
     async def play(self, plan: Plan) -> None:
-        """Play a plan, and what becomes of it, until the motion is over."""
+        """Play a plan, and the plans that replace it, until the motion is over."""
         step, fresh = 0, True  # `step` of the plan is about to begin at this tick
         while True:
             if self.done:
@@ -214,7 +214,7 @@ class Motion:
         self.outputs.promise(self.playing, self.sign)
 
     def settle(self) -> None:
-        """The train so far is over: keep where it left the phases."""
+        """End the train so far, and keep the pattern that it has reached."""
         if self.playing is not None:
             steps = self.playing.count(self.kernel.seen)
             if steps:
@@ -223,9 +223,9 @@ class Motion:
 
     # ----------------------------------------------------------------------------------------------- until a decision
     async def until_sample(self, stop: int) -> tuple[int, bool]:
-        """Let the promise run until a decision: at the start of step `stop` of the plan, or at an earlier look.
+        """Let the promise run until a decision: at the start of step `stop` of the plan, or at an earlier sample.
 
-        Returns the step of the plan that is about to begin, and whether it needs a new train, because a look within a
+        Returns the step of the plan that is about to begin, and whether it needs a new train, because a sample within a
         step has changed its length.
         """
         train, playing, clock = self.train, cast("Playing", self.playing), self.clock
@@ -245,7 +245,7 @@ class Motion:
                 look, way = self.first_sample_after(departed)
                 if last is None or look < last:
                     last, within = look, way
-            self.chip.tick = last = cast("int", last)  # or the wait would not have ended
+            self.chip.tick = last = cast("int", last)  # otherwise the wait would not have ended
             if within is None:
                 return self.base + train.step_at(last - 1), False
             step = self.base + train.step_at(last)
@@ -253,9 +253,9 @@ class Motion:
                 return step, True
 
     def first_sample_after(self, net: Net) -> tuple[int, Within | None]:
-        """Return the tick of the first look at a net strictly after this instant.
+        """Return the tick of the first sample of a net strictly after this instant, and its action.
 
-        None beside it: that is the start of a step.  Else the look lies within a step, and this is done there.
+        The action is None at the start of a step; otherwise the sample is within a step, and the action is done there.
         """
         train, now = self.train, self.kernel.now
         step = train.count(now)  # steps begun; the running one is step - 1
@@ -267,7 +267,7 @@ class Motion:
         return (train.end(step + 1) - self.high, self.hold) if step < train.steps else (end, None)
 
     async def hold(self) -> bool:
-        """At the end of a step: while STEP INHIBIT is high, PULSE stays as it is held; then the step ends.
+        """Keep PULSE at its level at the end of a step while STEP INHIBIT is high; then the step ends.
 
         Returns whether the step has become longer.
         """
@@ -282,7 +282,7 @@ class Motion:
         return True
 
     async def rises(self) -> None:
-        """PULSE rises now: the step ends, and the next one begins when it has been high for long enough."""
+        """End the step: PULSE rises now, and the next step begins when it has been high for long enough."""
         self.outputs.pulse.deactivate()
         await self.chip.ticks(self.high)
         self.chip.waits(self.progress)

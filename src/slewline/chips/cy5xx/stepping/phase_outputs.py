@@ -1,4 +1,4 @@
-"""The outputs that a motor sees: PULSE, the phases, DIRECTION, and SLEW beside them."""
+"""The outputs to a motor: PULSE, the phases, DIRECTION; and SLEW."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class StepOutputs:
     """PULSE, phase 1 to 4, DIRECTION and SLEW.
 
     Args:
-        patterns: levels of the phases, a row a step; clockwise goes down the rows.
+        patterns: levels of the phases, one row per step, in clockwise order.
         high: clocks that PULSE is high between two steps.
     """
 
@@ -29,11 +29,11 @@ class StepOutputs:
         self.clear()
 
     def clear(self) -> None:
-        """RESET and I: whole steps."""
+        """Return to full steps, for RESET and I."""
         self.walk(self.whole)
 
     def walk(self, patterns: Patterns) -> None:
-        """Go through these patterns from the next step on."""
+        """Use these patterns from the next step on."""
         self.patterns = patterns
         self.columns = tuple(zip(*patterns, strict=True))
 
@@ -59,14 +59,14 @@ class StepOutputs:
         self.show(self.patterns[registers.phase])
 
     def promise(self, playing: Playing, sign: int) -> None:
-        """Promise PULSE and the phases of a train that goes on from the present pattern."""
+        """Promise PULSE and the phases of a train that continues from the present pattern."""
         seen = self.chip.kernel.seen
         self.pulse.play(PulseView(playing, self.high))
         for column, driver in zip(self.columns, self.phases, strict=True):
             driver.play(PatternView(playing, column, self.registers.phase, sign, driver.at(seen)))
 
     def renew(self) -> None:
-        """The bound of the train has moved: all that watch PULSE or a phase must hear of it."""
+        """Notify all observers of PULSE and the phases that the bound of the train has changed."""
         self.pulse.renew()
         for driver in self.phases:
             driver.renew()

@@ -1,9 +1,9 @@
-"""Rates and slopes where the rate parameter grows by S with each step.  Pure functions, whole clocks.
+"""Rates and slopes of parts whose rate parameter grows by S with each step.  Pure functions, whole clocks.
 
     rate parameter
       R ........______
               _|      |_          step i of a ramp has the parameter start + (i - 1) * S; the period of a step falls
-            _|          |_        with the parameter, so the speed grows steeper and steeper
+            _|          |_        with the parameter, so the acceleration increases
     start _|              |_
           |up | slew |down|
 
@@ -29,7 +29,7 @@ class Law(NamedTuple):
 
     @property
     def top(self) -> int:
-        """The highest rate parameter; those above it count as this one."""
+        """The highest rate parameter; a higher one counts as this one."""
         return len(self.periods) - 1
 
     def period(self, rate: int, factor: int = 1) -> int:
@@ -37,13 +37,13 @@ class Law(NamedTuple):
         return self.periods[min(rate, self.top)] * factor
 
     def up(self, rate: int, slope: int, factor: int = 1) -> Runs:
-        """Return the way up to a rate, the steps whose parameter is below it; a slope of 0 has none."""
+        """Return the ramp up to a rate, the steps whose parameter is below it; a slope of 0 has none."""
         ramp = range(self.start, min(rate, self.top), slope) if slope else ()
         return tuple((self.periods[each] * factor, 1) for each in ramp)
 
 
 class RegistersAtStart(NamedTuple):
-    """The parameters of a motion, as they were when it began; a slope of 0 is none, `factor` the one that counts."""
+    """The parameters at the start of a motion; a slope of 0 means none, `factor` is the one in effect."""
 
     crystal_hz: int
     rate: int
@@ -53,20 +53,20 @@ class RegistersAtStart(NamedTuple):
     law: Law
 
     def parameters(self) -> MotionParameters:
-        """What a picture names: the rate of R, and S, F, N."""
+        """Return the parameters for a picture: the rate of R, and S, F, N."""
         return MotionParameters(self.rates(), {"S": self.slope, "F": self.factor, "N": self.number})
 
     def rates(self) -> Mapping[str, float]:
-        """The rate that the motion is to reach, by name."""
+        """Return the rate that the motion is to reach, by name."""
         return {f"R = {self.rate}": self.crystal_hz / self.law.period(self.rate, self.factor)}
 
     def ideal(self, runs: Runs, start: int, position: int, sign: int) -> Ideal:
-        """Return the ideal of a plan: its rates one after the other, since the law itself goes from step to step.
+        """Return the ideal of a plan: its sequence of rates, because the law itself changes from step to step.
 
         Args:
-            runs: of the plan.
-            start: of the first step, ps.
-            position: before it.
+            runs: the runs of the plan.
+            start: the time of the first step, ps.
+            position: the position before it.
             sign: 1 clockwise, -1 counter-clockwise.
         """
         lasting = ((interval / self.crystal_hz, n) for interval, n in runs)

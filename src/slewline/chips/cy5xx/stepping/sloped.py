@@ -1,4 +1,4 @@
-"""What the parts with slopes (slope.py) do alike around them: half steps, a factor, a program that runs by itself."""
+"""Common behaviour of the parts with slopes (slope.py): half steps, a factor, a program that runs alone."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .slope import Law, RegistersAtStart
 
 
 def half_steps(inferred: Mapping[str, Any]) -> Patterns:
-    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; full steps take every other one."""
+    """Return the phase patterns of half steps, levels of phase 1 to 4 in a row; full steps use every second row."""
     return tuple(tuple(pattern >> bit & 1 for bit in (3, 2, 1, 0)) for pattern in inferred["phases"])
 
 
@@ -29,7 +29,7 @@ def full_steps(inferred: Mapping[str, Any]) -> Patterns:
 
 
 def law(inferred: Mapping[str, Any], periods: tuple[int, ...]) -> Law:
-    """Return the clocks of a step by rate parameter, the user's if he gave some, and where slopes begin."""
+    """Return the clocks of a step by rate parameter, from the options if given there, and the start of slopes."""
     return Law(inferred["periods"] or periods, inferred["ramp_start"])
 
 
@@ -41,12 +41,12 @@ class Registers(registers.Registers):
 
     @property
     def slope(self) -> int:
-        """The slope that counts; 0: none."""
+        """Slope in effect; 0 for none."""
         return self.values["slope"]
 
     @property
     def factor(self) -> int:
-        """The factor that counts; 0 is an 8-bit counter run through."""
+        """Factor in effect; 0 counts as 256."""
         return self.values["factor"] or 256
 
     def at_start(self, crystal_hz: int, number: int, law: Law) -> RegistersAtStart:
@@ -55,14 +55,14 @@ class Registers(registers.Registers):
 
 
 class Instructions(instructions.ParameterHandlers):
-    """The handlers of letters without a number here: A, D, T; of F and of H.  A part has those of the family, too."""
+    """The handlers of A, D and T, which have no number here, and of F and H.  A part also has those of the family."""
 
     registers: Registers
     outputs: StepOutputs
     program: Program
     dowhile: Net
     request_ends_wait = False
-    in_slope = ""  # what a factor does while there are slopes
+    in_slope = ""  # effect of a factor with slopes
 
     def do_athome(self) -> None:
         """A: set the position to 0."""
@@ -78,13 +78,13 @@ class Instructions(instructions.ParameterHandlers):
             self.do_doitnow()
 
     def do_factor(self, factor: int) -> None:
-        """F: load the divisor of the rate, 1 to 255; with slopes that is a finding."""
+        """F: load the divisor of the rate, 1 to 255; with slopes this is a finding."""
         if self.registers.slope:
             self.chip.finding("factor-in-slope", f"F {factor} after S: {self.in_slope}")
         self.registers.load("factor", factor)
 
     def do_halfstep(self) -> None:
-        """H: make half steps until I or RESET."""
+        """H: output half steps until I or RESET."""
         if not self.registers.half:
             self.registers.half = True
             self.registers.phase *= 2
@@ -92,13 +92,13 @@ class Instructions(instructions.ParameterHandlers):
 
 
 class Motion(motion.Motion):
-    """Motions whose ideal are the rates of the law, one after the other."""
+    """Motions whose ideal is the sequence of the rates of the law."""
 
     registers: Registers
     law: Law
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Take over the parameters for this motion."""
+        """Return a function for the parameters of this motion, which it loads."""
         self.at_start = self.registers.at_start(self.chip.crystal_hz, number, self.law)
         return self.at_start.parameters
 

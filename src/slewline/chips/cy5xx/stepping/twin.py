@@ -1,20 +1,20 @@
-r"""Motion one step at a time: the oracle of the fast path, slow and obvious.
+r"""Motion one step at a time: the reference for the fast path, slow and obvious.
 
-The fast path plans whole moves and promises step trains.  A twin plans nothing but a list of single steps, drives
-every edge when it comes, looks at the pins when the chip looks, and so gives a second opinion that shares no code with
-the first.  Findings of a motion are reported by the part's own twin, or not at all.
+The fast path plans whole moves and promises step trains.  A twin plans only a list of single steps, drives every edge
+when it comes, and samples the pins when the chip does, as a second opinion without common code.  Findings of a motion
+are reported by the part's own twin, or not at all.
 
-    move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> looks] ... -> over
+    move:  I/O REQUEST high? -> direction -> STEP INHIBIT low? -> [step -> samples] ... -> over
 
-    one step (a look reads the levels from before the instant):
+    one step (a sample reads the levels from before the instant):
 
         begin                                       end = start of the next
           |                                           |
           |_________________________________      ____|
         ‾‾|                                 |‾‾‾‾|    PULSE
           |                                 |    |
-          phases, position, SLEW            |    looks: target? what the part looks at
-                                            STEP INHIBIT?
+          phases, position, SLEW            |    samples: the target, and the inputs of the part
+                                            STEP INHIBIT
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SAME = "same"  # the one step with SLEW high that answers a request for the pres
 
 
 class TwinStep(NamedTuple):
-    """One step that is to be made: its kind, its rate parameter, and the clocks that it takes."""
+    """A planned step: its kind, its rate parameter, and its length in clocks."""
 
     kind: str
     rate: int
@@ -51,10 +51,10 @@ class TwinStep(NamedTuple):
 
 
 class Stepwise:
-    """Plays every motion step by step.  A part says which steps, and what it looks at between two of them.
+    """Player of every motion, step by step.  A part defines the steps, and the samples between two of them.
 
     Args:
-        law: what a part plans its motions by.
+        law: the law by which a part plans its motions.
     """
 
     def __init__(
@@ -71,57 +71,57 @@ class Stepwise:
         self.inhibit, self.abort = line_in(chip, "step_inhibit", 0), line_in(chip, "abort")
         self.request, self.select = port.request, port.select
         self.moving = False
-        self.plan: deque[TwinStep] = deque()  # the steps to come, one by one
+        self.plan: deque[TwinStep] = deque()  # the remaining steps, one by one
         self.sign = 1
-        self.number = self.made = 0  # steps of the move, and made so far
+        self.number = self.made = 0  # steps of the move, and steps output so far
 
-    # ------------------------------------------------------------------------------------------ what a part brings
-    held_high = False  # PULSE while STEP INHIBIT holds a step
+    # ------------------------------------------------------------------------------------------- defined by a part
+    held_high = False  # PULSE while STEP INHIBIT delays a step
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
         """Return a function for the parameters of a motion that begins now, on request."""
         raise NotImplementedError
 
     def prepare(self) -> None:
-        """The steps of an undisturbed motion, into `plan`."""
+        """List the steps of an undisturbed motion in `plan`."""
         raise NotImplementedError
 
     def expected(self) -> Callable[[], Ideal]:
-        """What makes the ideal of this motion, whose first step begins now."""
+        """Return a function that computes the ideal of this motion, whose first step begins now."""
         raise NotImplementedError
 
     async def ordered(self) -> None:
-        """Wait for what must be so before the first step, STEP INHIBIT apart."""
+        """Wait for the conditions of the first step, except STEP INHIBIT."""
 
     def coming(self) -> TwinStep | None:
-        """The step that comes next as things stand; None: the target is reached."""
+        """Return the next step; None when the target is reached."""
         return self.plan[0] if self.plan else None
 
     def stretched(self, step: TwinStep) -> int:
-        """A step begins: how many clocks longer it becomes."""
+        """Return how many clocks longer the step that begins now becomes."""
         return 0
 
     async def time_out(self, end: int) -> None:
-        """A step has begun: wait until PULSE may rise, at a tick if nothing ends the step before."""
+        """Wait within a step until PULSE may rise, at a tick unless an event ends the step before."""
         await self.chip.at_tick(end)
 
     async def should_continue(self, just: TwinStep) -> bool:
-        """Look at everything at the end of a step, in the chip's order; false: the motion is over."""
+        """Sample all inputs at the end of a step, in the chip's order; return False when the motion is over."""
         return self.coming() is not None
 
     # ------------------------------------------------------------------------------------------------ a whole motion
     def killed(self) -> None:
-        """Reset in mid-motion: whatever has begun by now counts, nothing follows."""
+        """Reset in mid-motion: count the steps begun so far; no more follow."""
         self.axis.log.end("cut")
         self.moving = False
 
     def mark_deviation(self, kind: str, text: str) -> None:
-        """The motion becomes another one than it was to be."""
+        """Record an event by which the motion departs from its plan."""
         self.axis.log.depart()
         self.axis.log.mark(kind, text)
 
     async def move(self, number: int, sign: int, text: str) -> None:
-        """A motion from its command to the moment when READY may return."""
+        """Run a motion from its command to the moment when READY may return."""
         chip = self.chip
         self.moving = True
         chip.waits(f"{text} in motion")
@@ -145,10 +145,10 @@ class Stepwise:
         await chip.ticks(self.ticks["ready_after_motion"])
 
     def over(self) -> None:
-        """The motion is over."""
+        """End the motion."""
 
     async def play(self) -> None:
-        """Step after step, until the looks between two of them say that it is over."""
+        """Output step after step, until a sample between two of them ends the motion."""
         while (step := self.coming()) is not None:
             if self.plan:
                 self.plan.popleft()
@@ -160,7 +160,7 @@ class Stepwise:
 
     # ------------------------------------------------------------------------------------------------------- one step
     async def step(self, step: TwinStep) -> None:
-        """From the fall of PULSE to the end of its high time."""
+        """Output one step, from the fall of PULSE to the end of its high time."""
         chip, outputs, high = self.chip, self.outputs, self.ticks["pulse_high"]
         begin = chip.tick
         outputs.slew.drive(0 if step.kind == SLEW else 1)
@@ -184,7 +184,7 @@ class Stepwise:
 
 
 class SlopeStepwise(Stepwise):
-    """The same where the rate parameter grows by S with each step (slope.py)."""
+    """The twin of parts whose rate parameter grows by S with each step (slope.py)."""
 
     registers: SlopeRegisters
     law: Law
@@ -194,12 +194,12 @@ class SlopeStepwise(Stepwise):
         return self.motion_made.parameters
 
     def step_of(self, kind: str, rate: int, factor: int | None = None) -> TwinStep:
-        """Return a step at a rate parameter, as many times longer as a factor says: by default that of the motion."""
+        """Return a step at a rate parameter, multiplied by a factor: by default that of the motion."""
         rate = min(rate, len(self.law.periods) - 1)
         return TwinStep(kind, rate, self.law.periods[rate] * (factor or self.motion_made.factor))
 
     def way_up(self) -> list[TwinStep]:
-        """The steps, one by one, that lead to the rate."""
+        """Return the steps of the ramp up to the rate, one by one."""
         made, way, rate = self.motion_made, list[TwinStep](), self.law.start
         while made.slope and rate < min(made.rate, len(self.law.periods) - 1):
             way.append(self.step_of(UP, rate))

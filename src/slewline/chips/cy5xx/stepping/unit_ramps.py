@@ -1,10 +1,10 @@
 """Ramps whose rate parameter grows by one with every unit of time.  Pure functions, whole clocks.
 
 rate parameter
-  high .........______      a unit falls due every so many clocks, counted from the first step; it is sampled when a
-              _/            step begins.  Either all that are due are taken then (`jumps`), or one at most: one that is
-            _/              taken late does not move those after it.
-  low ...../
+ high .........______      units are due at a fixed number of clocks, counted from the first step, and are sampled at
+             _/            the start of each step.  Then either all that are due are taken (`jumps`), or at most one; a
+           _/              late unit does not delay the units after it.
+ low ...../
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ....core.motion.plan import Runs
 
 
 def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bool) -> Runs:
-    """Return the way up: runs from the first step at rate `low` to the last one below rate `high`.
+    """Return the ramp: runs from the first step at rate `low` to the last one below rate `high`.
 
     Args:
         periods: clocks of a step by rate parameter.
@@ -30,7 +30,7 @@ def accelerate(periods: Sequence[int], low: int, high: int, unit: int, jumps: bo
     while rate < high:
         interval = periods[rate]
         left = (rate - low + 1) * unit - elapsed  # clocks until the next unit is due
-        count = -(-left // interval) if left > interval else 1  # a step at least, however late the unit is
+        count = -(-left // interval) if left > interval else 1  # at least one step, however late the unit is
         runs.append((interval, count))
         elapsed += interval * count
         rate = low + elapsed // unit if jumps else rate + 1
@@ -41,10 +41,10 @@ def pieces(rates: Sequence[float], unit: float, number: int, slews: bool, endles
     """Return the ideal of a motion: a rate every `unit` seconds, and straight lines between them.
 
     Args:
-        rates: steps/s, from the first to the one that is to be reached.
+        rates: steps/s, from the first rate to the target rate.
         number: steps of the motion.
-        slews: it comes to slewing; else what is left behind the ramps is made at the first rate.
-        endless: it slews until something ends it.
+        slews: the motion reaches slewing; otherwise the steps left after the ramps are made at the first rate.
+        endless: the motion slews until an event ends it.
     """
     up = [IdealPiece(unit, a, (b - a) / unit) for a, b in pairwise(rates)]
     surplus = number - 2 * travelled(up)

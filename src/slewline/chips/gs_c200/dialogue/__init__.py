@@ -1,1 +1,1 @@
-"""What the host says and the program does: lines, commands, instructions, runs."""
+"""The dialogue with the host and the execution of the program: lines, commands, instructions, runs."""

@@ -1,7 +1,7 @@
-"""What a command of the host does, and its answer: a method an immediate row of the sheet, found by its name.
+"""Effects of the host's commands, and their answers: one method per immediate row of the sheet, found by its name.
 
-Checks, in this order: is it a command (E4), its argument (E2), does a program run (B), may it come now (E4), does it
-fit into the memory (E3).  Where the sheet is silent see quirks.py.
+Checks, in this order: the command is known (E4), its argument (E2), no program runs (B), the command is allowed now
+(E4), it fits into the memory (E3).  Choices where the sheet is silent are in quirks.py.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from ..stepping.driver_lines import UserLines
 from .interpreter import Interpreter
 from .program_memory import set_first
 
-QUESTIONS = ("V", "Q")  # to which B is an answer
+QUESTIONS = ("V", "Q")  # states in which the answer is B
 
 
 class HostDialogue:
-    """The dialogue with the host, once a line has come well.
+    """The dialogue with the host, for lines that were received without faults.
 
     Args:
         answer_later: sends the answer to M, when the EEPROM is written.
-        homing_erases: a homing sent by the host erases the program.
+        homing_erases: True if a homing sent by the host erases the program.
     """
 
     def __init__(
@@ -44,12 +44,12 @@ class HostDialogue:
         self.registers, self.user, self.interpreter, self.eeprom = registers, user, interpreter, eeprom
         self.program, self.counter = interpreter.program, interpreter.counter
         self.answer_later, self.homing_erases = answer_later, homing_erases
-        self.busy_run: Task | None = None  # the run in which it was reported that the module is busy
+        self.busy_run: Task | None = None  # the run in which a busy module was reported
         others = (row for row in chip.sheet.commands if row.form not in interpreter.handlers)
         self.handlers = interpreter.handlers | {row.form: getattr(self, row.handler) for row in others}
 
     async def answer(self, text: str) -> str:
-        """Do what a line says, and return the answer: Y, B, R, E2 to E6, or V with data; empty: it comes later.
+        """Execute a line, and return the answer: Y, B, R, E2 to E6, or V with data; empty if it comes later.
 
         The lines of Q have CR between them.
         """
@@ -76,7 +76,7 @@ class HostDialogue:
         return self.mistake("E4", f"{text} {state}; {state_remedy(self.chip.sheet, entering)}")
 
     def report_busy(self, command: Command | Refusal, text: str) -> None:
-        """Report once in a run that a host sends what has no effect meanwhile; a question is none of this."""
+        """Report, once per run, a command of the host that has no effect meanwhile; queries are not reported."""
         form = command.row.form if isinstance(command, Command) else ""
         if self.busy_run is self.interpreter.task or form in QUESTIONS:
             return
@@ -91,12 +91,12 @@ class HostDialogue:
         return code
 
     async def perform(self, command: Command) -> str:
-        """Perform a command; most answer Y."""
+        """Execute a command; most answer Y."""
         answer = await self.handlers[command.row.form](*command.values)
         return "Y" if answer is None else answer
 
     def store(self, command: Command) -> str:
-        """Programming: store an instruction, if it fits."""
+        """Store an instruction in programming mode, if it fits."""
         if self.program.store(command):
             return "Y"
         sheet = self.chip.sheet
@@ -160,7 +160,7 @@ class HostDialogue:
         return "R"
 
     async def do_query(self) -> str:
-        """Q: return the instructions of the program, a line each, and END."""
+        """Q: return the instructions of the program, one per line, and END."""
         return "\r".join([*(row.text for row in self.program.rows()), "END"])
 
     async def do_verify(self, what: int) -> str:
@@ -173,13 +173,13 @@ class HostDialogue:
 
     # ------------------------------------------------------------------------------------------------------ EEPROM
     async def do_memorize(self) -> str:
-        """M: store the program in the EEPROM; the answer follows when it is written."""
+        """M: store the program in the EEPROM; the answer comes when it is written."""
         self.program.kept = True
         self.eeprom.write(self._written)
         return "Y" if self.options.early_y else ""
 
     def _written(self, good: bool) -> None:
-        """The EEPROM has been written, or has failed."""
+        """Answer M after the EEPROM has been written, or has failed."""
         if self.options.early_y:
             self.registers.failed = not good
         else:

@@ -1,4 +1,4 @@
-"""What the instructions of a program do: a method a row of the sheet, found by its name (do_delay for DELAY)."""
+"""Effects of the instructions of a program: one method per row of the sheet, found by its name (do_delay for DELAY)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .program_memory import Program
 
 
 class Moves(Protocol):
-    """What moves the motor: motion.py, or its slow twin.  `sign` is 1 clockwise, -1 counter-clockwise.
+    """Mover of the motor: motion.py, or its slow twin.  `sign` is 1 clockwise, -1 counter-clockwise.
 
-    A motion is made with the parameters with which the position counter has set out, just before it.  `moving` is
-    true from MOV high to MOV low; `stopped` says of the last motion whether it came to rest because it was ordered to.
+    A motion uses the parameters that the position counter has recorded just before it.  `moving` is true from MOV high
+    to MOV low; `stopped` is true if the last motion was stopped by command.
     """
 
     moving: bool
@@ -28,23 +28,23 @@ class Moves(Protocol):
         """Make a move of `number` steps."""
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until ordered to come to rest, until an input is low, or until `limit` steps are made."""
+        """Run until a command stops the motion, until an input is low, or until `limit` steps are made."""
 
     async def home(self, sign: int, text: str) -> None:
-        """Find the end of travel, which lies in the direction of `sign`, then the home position."""
+        """Find the end of travel, in the direction of `sign`, then the home position."""
 
     def come_to_rest(self) -> None:
-        """End the motion with a ramp."""
+        """End the motion with its ramp."""
 
     async def kill(self) -> None:
         """End the motion without a ramp; the pulse in progress is completed."""
 
     def cut(self) -> None:
-        """The supply is gone: steps of this instant count, later ones do not."""
+        """End the motion at power-down: steps of this instant count, later ones do not."""
 
 
 class Instructions:
-    """The handlers of all rows that act in a program, and of I and f outside one."""
+    """The handlers of all rows that act in a program, and of I and f outside a program."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Instructions:
         self.user.outputs[output - 1].drive(0)
 
     async def do_delay(self, tenths: int) -> None:
-        """D: pause, in tenths of a second."""
+        """D: pause for a number of tenths of a second."""
         self.chip.waits(f"waiting {tenths / 10:g} s (D{tenths})")
         await until(self.kernel, self.kernel.now + tenths * self.times_ps["delay_unit"])
 
@@ -84,24 +84,24 @@ class Instructions:
         await polled(self.kernel, self.user.inputs[number - 1], 1, self.times_ps["instruction"])
 
     async def do_until(self, number: int) -> None:
-        """U: repeat the program from its head until a user input, 1 to 3, is low."""
+        """U: repeat the program from its start until a user input, 1 to 3, is low."""
         program, net = self.program, self.user.inputs[number - 1]
         high = net.level != 0
         if program.pc == self.until_size and not self.chip.options.plain_u:
-            program.until = net if high else None  # at the head of the program it is tested again at the end
+            program.until = net if high else None  # at the start of the program it is tested again at the end
         elif high:
             program.pc = 0
 
     # ---------------------------------------------------------------------------------------------- loops and jumps
     async def do_loop_start(self) -> None:
-        """L0: begin what a loop repeats."""
+        """L0: set the start of a loop."""
         program = self.program
         outside = program.pc if self.chip.options.nested_loops else 0
         program.loops = [loop for loop in program.loops if loop[0] < outside]
         program.loops.append([program.pc, 0])
 
     async def do_loop(self, passes: int) -> None:
-        """L: repeat from the loop start until there have been so many passes, 1 to 255."""
+        """L: repeat from the loop start until the given number of passes, 1 to 255, is complete."""
         program = self.program
         if not program.loops:
             self._check_start(passes)
@@ -114,7 +114,7 @@ class Instructions:
             program.loops.pop()
 
     def _check_start(self, passes: int) -> None:
-        """Report once a loop end that stands after another one, without a start of its own."""
+        """Report once a loop end that follows another one, without a start of its own."""
         here = self.program.pc - self.loop_size
         before = [row.name for at, row, _ in self.program.fetched() if at < here and row.name in ("LOOP_START", "LOOP")]
         if not self.program.loop_reported and before and before[-1] == "LOOP":
@@ -126,7 +126,7 @@ class Instructions:
         self.program.pc = target
 
     async def do_jump_on(self, inputs: int, target: int) -> None:
-        """jc: continue at a location if the user inputs have these levels, a bit each."""
+        """jc: continue at a location if the user inputs have these levels, one bit each."""
         if self.user.read_inputs() == inputs:
             self.program.pc = target
 
@@ -189,7 +189,7 @@ class Instructions:
         self.registers.overflow = self.program.ending = True
 
     def _speeds_missing(self) -> bool:
-        """Are S, T and R not all set?  Then the program ends, with a finding."""
+        """Return whether S, T or R is not set; then the program ends, with a finding."""
         if all(self.registers.speeds):
             return False
         self.chip.finding("no-speed", "a jump leads to a motion before S, T and R are set: the program ends")

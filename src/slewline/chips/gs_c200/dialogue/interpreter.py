@@ -1,4 +1,4 @@
-"""What runs besides the lines of the host: the stored program, a homing, an instruction outside a program.
+"""Work besides the lines of the host: the stored program, a homing, an instruction outside a program.
 
 An instruction takes its time first and then acts, so that a pulse between two instructions exists.
 """
@@ -20,7 +20,7 @@ Handler = Callable[..., Awaitable[str | None]]
 
 
 class Interpreter:
-    """Runs one thing at a time, and ends it; `refresh_idle` is called whenever one begins or ends."""
+    """Runner of one piece of work at a time; `refresh_idle` is called whenever one begins or ends."""
 
     def __init__(
         self,
@@ -45,17 +45,17 @@ class Interpreter:
 
     @property
     def running(self) -> bool:
-        """Does a program run, or a homing?"""
+        """True while a program or a homing runs."""
         return self.task is not None
 
     @property
     def under_way(self) -> str:
-        """The instruction of the program that is in progress, or what else is; empty: nothing."""
+        """The instruction of the program in progress, or other work; empty for none."""
         return self.activity.text if self.program.at is None else self.program.text_at(self.program.at)
 
     # ------------------------------------------------------------------------------------------------ begin and end
     def run(self, work: Callable[[], Awaitable[None]]) -> None:
-        """Begin to run the program, or what else takes its time."""
+        """Begin to run the program, or other work."""
         self.task = self.kernel.spawn(self._run, work, name=f"{self.chip.name} runs")
         self.activity.begin(PROGRAM)
         self.refresh_idle()
@@ -65,7 +65,7 @@ class Interpreter:
         self._end()
 
     def _end(self) -> None:
-        """Nothing runs any more."""
+        """End the work."""
         self.task = self.program.at = None
         self.activity.works_on("")
         self.chip.waits("waiting for a command")
@@ -73,7 +73,7 @@ class Interpreter:
         self.refresh_idle()
 
     async def kill(self, letter: str) -> None:
-        """End whatever runs at once, on a command: K, or Z where no motion can come to rest."""
+        """End all work immediately, on a command: K, or Z without a motion that can decelerate."""
         if self.motion.moving:
             self.counter.log.mark("command", letter)
         if self.task is not None:
@@ -82,7 +82,7 @@ class Interpreter:
         self._end()
 
     async def come_to_rest(self) -> None:
-        """Z: end the program as soon as its motion has come to rest; without motion, or in a homing, at once."""
+        """Z: end the program as soon as its motion has decelerated; without motion, or in a homing, immediately."""
         if self.motion.moving and not self.counter.homing:
             self.counter.log.mark("command", "Z")
             self.counter.log.stop()
@@ -92,15 +92,15 @@ class Interpreter:
             await self.kill("Z")
 
     def cut(self) -> None:
-        """The supply is gone: steps of this instant stand, nothing follows."""
+        """End all work at power-down: steps of this instant count, later ones do not."""
         if self.task is not None:
             self.task.kill()
             self.task = None
         self.motion.cut()
 
-    # --------------------------------------------------------------------------------------------------- what is run
+    # ----------------------------------------------------------------------------------------------------- execution
     async def execute(self) -> None:
-        """Perform instruction after instruction, from location 0 to the end of the program."""
+        """Execute instruction after instruction, from location 0 to the end of the program."""
         chip, program = self.chip, self.program
         program.begin()
         size, starts = len(program.memory), {at: (row, values) for at, row, values in program.fetched()}
@@ -130,16 +130,16 @@ class Interpreter:
         await until(self.kernel, self.kernel.now + self.instruction_ps)
 
     async def perform(self, command: Command) -> None:
-        """Perform one instruction outside a program (option direct)."""
+        """Execute one instruction outside a program (option direct)."""
         self.program.begin()
         self.activity.works_on(command.text)
         await self.handlers[command.row.form](*command.values)
 
     async def home(self, direction: int, speed: int) -> None:
-        """Find the home position; the counter is not kept on the way, and cleared at the end.
+        """Find the home position; the counter does not count meanwhile, and is cleared at the end.
 
         Args:
-            direction: where the end of travel lies: 1 clockwise, -1 counter-clockwise.
+            direction: towards the end of travel: 1 clockwise, -1 counter-clockwise.
             speed: units of 10 steps/s.
         """
         text = "H+" if direction > 0 else "H-"

@@ -1,4 +1,4 @@
-"""The program memory: what programming stores, and where a run of it is."""
+"""The program memory: its stored instructions, and the location of a run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SPEEDS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}  # the registers tha
 
 
 def set_first(missing: str) -> str:
-    """Return the remedy where a motion lacks registers, given as "S, T"."""
+    """Return the remedy for a motion without certain registers, given as "S, T"."""
     return f"set {missing} at the head of the program"
 
 
@@ -34,10 +34,10 @@ class Program:
         self.clear()
 
     def clear(self) -> None:
-        """Lose the program, and all that belongs to it: there is no supply."""
+        """Erase the program and its state: there is no supply."""
         self.memory.clear()
         self.entering = False  # programming mode
-        self.kept = False  # M has sent what has been entered to the EEPROM
+        self.kept = False  # M has saved the entered program in the EEPROM
         self.at: int | None = None
         self.begin()
 
@@ -51,11 +51,11 @@ class Program:
         return fits
 
     def load(self, data: bytes) -> None:
-        """Take another program into the memory."""
+        """Load another program into the memory."""
         self.memory[:] = data
 
     def accepts(self, data: bytes) -> bool:
-        """Is this a program, whole, that fits into the memory, as it can be entered?"""
+        """Return whether these bytes are a complete program that fits into the memory and can be entered."""
         at = 0
         while at < len(data) and (row := self.by_code.get(data[at])) is not None:
             values = row.unpack(data[at + 1 : at + row.size], data[at])
@@ -66,10 +66,10 @@ class Program:
 
     # --------------------------------------------------------------------------------------------------------- a run
     def begin(self) -> None:
-        """Put a run to its start."""
+        """Prepare a run from the start."""
         self.pc = 0
-        self.ending = False  # it ends after the instruction in progress
-        self.loops: list[list[int]] = []  # [where it begins, passes made]
+        self.ending = False  # the run ends after the instruction in progress
+        self.loops: list[list[int]] = []  # [location of the start, passes made]
         self.loop_reported = False  # a loop end without a start has been reported
         self.until: Net | None = None  # U at location 0 repeats the program while this input is 1
 
@@ -83,13 +83,13 @@ class Program:
 
     @property
     def homing_speed(self) -> int:
-        """The speed of a homing: that of the S at the head of the program, else the one in force; 0: none is."""
+        """The speed of a homing: that of the S at the start of the program, otherwise the present one; 0 for none."""
         for _, row, values in self.fetched():
             return values[0] if row.form == "S" else self.registers.start_stop
         return self.registers.start_stop
 
     def unset_before_motion(self) -> str:
-        """Return which of S, T, R a motion of the program would lack, in the order of the listing."""
+        """Return the registers among S, T, R that a motion of the program would lack, in the order of the listing."""
         known = {letter for letter, name in SPEEDS.items() if getattr(self.registers, name)}
         for _, row, _ in self.fetched():
             if row.motion and len(known) < len(SPEEDS):
@@ -97,9 +97,9 @@ class Program:
             known |= {row.form} & set(SPEEDS)
         return ""
 
-    # ------------------------------------------------------------------------------------------------ as others see it
+    # ----------------------------------------------------------------------------------------------- public properties
     def rows(self) -> list[ProgramRow]:
-        """Return the program, an instruction a row: location, bytes and text."""
+        """Return the program, one instruction per row: location, bytes and text."""
         from ....language.disassemble import program_rows
 
         return program_rows(bytes(self.memory), self.sheet)

@@ -1,4 +1,4 @@
-"""What is wrong with a line as it was received (E1), before its content is examined."""
+"""Faults of a received line (E1), checked before its content."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) -> str:
-    """Return what is wrong with a line, and what to do; empty: nothing.
+    """Return the fault of a line, and its remedy; empty for a good line.
 
     Args:
-        command: the line without address, with whatever is where a checksum belongs.
+        command: the line without address, including the character in the place of a checksum.
     """
     if line.faulty:
         here = f"{straps.setting.in_full} ({straps.set_by})"
@@ -31,7 +31,7 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
 
 
 def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
-    """Return what is wrong with the last character of a line: the host has sent no checksum, or another one."""
+    """Return the fault of a line's checksum: it is missing or wrong."""
     rest, kept, pin = text[:-1], straps.kept, straps.port.checksum_pin
     wrong = f"checksum {shown(text[-1])}, expected {shown(checksum(rest, kept))} after {rest!r}"
     whole = command if is_command(sheet, command) else respelled(sheet, command)
@@ -46,5 +46,5 @@ def _checksum(text: bytes, command: str, sheet: Sheet, straps: Straps) -> str:
 
 
 def shown(byte: int) -> str:
-    """Return a character by its code, and as itself, if it prints."""
+    """Return the code of a character, and the character itself if it is printable."""
     return f"{chr(byte)!r} ({byte:#04x})" if 0x20 < byte < 0x7F else f"{byte:#04x}"

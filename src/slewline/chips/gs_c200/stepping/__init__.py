@@ -1,1 +1,1 @@
-"""What turns the motor: how a plan is played, the position counter, the lines to the driver."""
+"""Stepping: the player of plans, the position counter, the lines to the driver."""

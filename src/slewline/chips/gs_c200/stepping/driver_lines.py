@@ -9,7 +9,7 @@ from ....core.wires.waits import until
 
 
 class StepLines:
-    """The outputs that a driver sees, and the inputs that hold or end a motion."""
+    """The outputs to a driver, and the inputs that delay or end a motion."""
 
     def __init__(self, chip: ChipContext, times_ps: Mapping[str, int]) -> None:
         self.kernel, self.reset_ps = chip.kernel, times_ps["reset"]
@@ -18,19 +18,19 @@ class StepLines:
         self.enable, self.eot, self.home = (chip.pins[name].net for name in ("enable", "eot", "home"))
 
     def rest(self) -> None:
-        """Let MOV and RAMP fall together."""
+        """Lower MOV and RAMP together."""
         self.mov.deactivate()
         self.ramp.deactivate()
 
     async def pulse_reset(self) -> None:
-        """Reset the driver: RESET low for 400 µs, also if K ends the program that waits for it."""
+        """Reset the driver: RESET low for 400 µs, even if K ends the program that waits for it."""
         end = self.kernel.now + self.reset_ps
         self.reset.strobe(self.kernel.now, end)
         await until(self.kernel, end)
 
 
 class UserLines:
-    """What a program reads and drives besides the motor."""
+    """The inputs and outputs of a program besides the motor."""
 
     def __init__(self, chip: ChipContext) -> None:
         self.inputs = tuple(chip.pins[f"ui{n}"].net for n in (1, 2, 3))

@@ -1,10 +1,10 @@
-"""How a GS-C module plays a plan: promise it whole, look just before each step, withdraw when an input departs.
+"""The player of a GS-C module's plans: it promises a whole plan, samples just before each step, and withdraws.
 
     CLOCK   ‾‾‾‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾‾      a step is the falling edge; low for 1.7 µs
-                b               b'             ENABLE, Z and the switches of a homing: as they were before b
+                b               b'             ENABLE, Z and the switches of a homing: levels from before b
     MOV     _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|______      up with DIR, 10 µs before the first step; down with the last pulse
 
-A step that ENABLE holds is not lost: the profile goes by steps, so it waits, and goes on where it was.
+A step that ENABLE delays is not lost: the profile counts steps, so it waits, and continues where it was.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ RAMPS = ("up", "down")
 
 
 def input_name(net: Net) -> str:
-    """The name of an input, as the sheet writes it."""
+    """Return the name of an input as in the sheet."""
     return net.name.rpartition(".")[2].upper()
 
 
 class Motion:
     """The stepping part of the firmware.
 
-    `moving` is true from MOV high to MOV low; `stopped` is true if the last motion came to rest on an order.
+    `moving` is true from MOV high to MOV low; `stopped` is true if the last motion was stopped by command.
     """
 
     def __init__(
@@ -45,11 +45,11 @@ class Motion:
         self.release, self.instruction = times_ps["release"], times_ps["instruction"]
         self.moving = self.stopped = False
         self.playing: Playing | None = None
-        self.fresh = False  # no step has been made
-        self.number: int | None = None  # steps of the motion; None: no end but that of the counter
-        self.limit = OPEN  # steps to that
+        self.fresh = False  # no step made so far
+        self.number: int | None = None  # steps of the motion; None: endless, up to the end of the counter
+        self.limit = OPEN  # steps to the end of the counter
         self.stop_net = Net(self.kernel, f"{chip.name}.stop", active=1)
-        self.stop = Driver(self.stop_net, chip.name)  # active: come to rest
+        self.stop = Driver(self.stop_net, chip.name)  # active: decelerate to a stop
 
     # ----------------------------------------------------------------------------------------------------- motions
     async def move(self, number: int, sign: int, text: str) -> None:
@@ -68,7 +68,7 @@ class Motion:
             self.lines.rest()
 
     async def run(self, limit: int, sign: int, text: str, watched: Net | None) -> None:
-        """Run until the stop net says so, until an input is low, or until `limit` steps are made."""
+        """Run until the stop net is active, until an input is low, or until `limit` steps are made."""
         kernel, every = self.kernel, self.instruction
         self.number, self.limit = None, limit
         plan = profile.endless(*self.counter.made, limit)
@@ -77,7 +77,7 @@ class Motion:
             return
 
         async def watch() -> None:
-            await until(kernel, kernel.now + every)  # the first look is over
+            await until(kernel, kernel.now + every)  # the first sample is over
             await polled(kernel, watched, 0, every)
             self.counter.log.mark("event", input_name(watched))
             self.stop.activate()
@@ -89,7 +89,7 @@ class Motion:
             watcher.kill()
 
     async def home(self, sign: int, text: str) -> None:
-        """Find the end of travel, which lies in the direction of `sign`, then the home position, at one speed."""
+        """Find the end of travel, in the direction of `sign`, then the home position, at one rate."""
         lines = self.lines
         self.begin(text)
         self.counter.axis.homing = sign
@@ -111,17 +111,17 @@ class Motion:
         self.chip.waits(f"{text} in motion")
 
     def rest(self) -> None:
-        """End a motion, with the end of its last pulse."""
+        """End a motion with the end of its last pulse."""
         self.moving = False
         if not self.mov_hold:
             self.lines.rest()
 
     def come_to_rest(self) -> None:
-        """Z: end the motion with a ramp."""
+        """Z: end the motion with its ramp."""
         self.stop.activate()
 
     async def kill(self) -> None:
-        """End the motion without a ramp; the pulse in progress is completed.  The counter keeps what was issued."""
+        """End the motion without a ramp; the pulse in progress is completed.  The counter keeps the steps output."""
         self.counter.mark_deviation()
         if self.moving and self.playing is not None:
             train, now = self.playing.train, self.kernel.now
@@ -134,27 +134,27 @@ class Motion:
         self.lines.rest()
 
     def cut(self) -> None:
-        """The supply is gone: steps of this instant count, later ones do not."""
+        """End the motion at power-down; count the steps of this instant and drop later ones."""
         self.end_by(self.kernel.now + 1)
         self.counter.mark_deviation()
         self.counter.cut()
         self.moving = False
 
     def end_by(self, ps: int) -> None:
-        """Bound the promise, unless it ends earlier."""
+        """Limit the promise to a time, unless it ends earlier."""
         if self.playing is not None and (self.playing.until is None or ps < self.playing.until):
             self.playing.until = ps
             self.lines.clock.renew()
 
     # ------------------------------------------------------------------------------------------------ playing a plan
     async def play(self, plan: Plan, sign: int, switch: Net | None = None) -> int:
-        """Play a plan, and what becomes of it, until its last pulse is over; returns when its last interval will be.
+        """Play a plan, and its replacements, until its last pulse is over; return when its last interval will end.
 
         Args:
             switch: an input that ends the motion when it is low just before a step.
         """
         lines, counter, kernel = self.lines, self.counter, self.kernel
-        self.playing = None  # of this plan nothing is played yet
+        self.playing = None  # no step of this plan has been played
         lines.dir.drive(int(sign > 0))
         lines.mov.activate()
         lines.ramp.activate(bool(plan.steps) and plan.leg(0).name in RAMPS)
@@ -195,9 +195,9 @@ class Motion:
         self.lines.clock.play(StrobeView(self.playing, self.width))
 
     async def until_sample(self, stop: int, steps: int, switch: Net | None) -> int:
-        """Let the promise run until a decision; returns the step of the plan that is about to begin.
+        """Let the promise run until a decision; return the step of the plan that is about to begin.
 
-        The decision is at the start of step `stop`, or earlier when an input departs; the end of the last pulse is one.
+        The decision is at the start of step `stop`, or earlier when an input changes, or at the end of the last pulse.
         """
         kernel, playing = self.kernel, cast("Playing", self.playing)
         train, lines = playing.train, self.lines
@@ -225,7 +225,7 @@ class Motion:
         return self.base + following
 
     async def held(self, stoppable: bool) -> None:
-        """ENABLE is low: the next step waits for it, or for a stop that may end the motion here."""
+        """Wait while ENABLE is low before the next step, or for a stop that may end the motion here."""
         chip, kernel, enable = self.chip, self.kernel, self.lines.enable
         chip.waits(f"{self.text} held by enable=0")
         if stoppable:

@@ -1,4 +1,4 @@
-"""The position counter, its ends, and what is recorded of the motions that it counts.
+"""The position counter, its range, and the record of the motions that it counts.
 
 set_out      first_step            departs            over, homed or cut
 ---.-------------|.....___---------------|---___----------|-----
@@ -17,16 +17,16 @@ from ..registers import Registers
 
 
 class PositionCounter:
-    """The counter of a module, and the motion that it is in.
+    """The counter of a module, and its present motion.
 
     Args:
-        wraps: past its ends the counter wraps; else a motion that would leave it is E5.
+        wraps: True if the counter wraps at its ends; otherwise a motion beyond them is E5.
     """
 
     def __init__(self, axis: Axis, registers: Registers, law: Law, wraps: bool) -> None:
         self.axis, self.log, self.kernel = axis, axis.log, axis.kernel
         self.registers, self.law, self.wraps = registers, law, wraps
-        self.made = RegistersAtStart(0, 0, 0, law)  # parameters of the motion, as they were when it began
+        self.made = RegistersAtStart(0, 0, 0, law)  # parameters at the start of the motion
         self.homing = False  # the motion is a homing: its steps are not counted
         self.heading = 0  # the direction of an endless motion
 
@@ -36,22 +36,22 @@ class PositionCounter:
         return self.axis.position
 
     def load(self, position: int, text: str) -> None:
-        """Set the counter; `text` is the command that says so."""
+        """Set the counter, for the command `text`."""
         self.axis.load(position)
         self.log.mark("command", text)
 
     def clear(self) -> None:
-        """Set the counter to 0, where it is after power-up."""
+        """Set the counter to 0, its value after power-up."""
         self.axis.load(0)
 
     def room(self, steps: int) -> int:
-        """Return the steps to the end of the counter in a direction; OPEN where it wraps."""
+        """Return the steps to the end of the counter in a direction; OPEN if it wraps."""
         if self.wraps:
             return OPEN
         return self.axis.positions[-1] - self.position if steps > 0 else self.position
 
     def full(self, direction: int, stopped: bool) -> bool:
-        """Has an endless motion come to the end of the counter, and not been stopped there?"""
+        """Return whether an endless motion has reached the end of the counter without being stopped there."""
         return self.room(direction) == 0 and not stopped
 
     # ------------------------------------------------------------------------------------------------------ a motion
@@ -59,10 +59,10 @@ class PositionCounter:
         """Begin a motion.
 
         Args:
-            text: what began it, as the data sheet writes it.
+            text: the command that began it, as in the data sheet.
             direction: 1 clockwise, -1 counter-clockwise.
-            homing: the speed of a homing, in units of 10 steps/s; 0: the motion is none.
-            endless: it goes on until something ends it.
+            homing: the speed of a homing, in units of 10 steps/s; 0 for other motions.
+            endless: the motion continues until an event ends it.
         """
         self.homing = homing > 0
         self.heading = direction if endless else 0
@@ -72,25 +72,25 @@ class PositionCounter:
         self.log.begin(text, self.made.homing if homing else self.made.parameters, direction)
 
     def first_step(self, sign: int, number: int | None, limit: int = OPEN) -> None:
-        """Its first step begins now; arguments as of `RegistersAtStart.ideal`."""
+        """Record that the first step begins now; arguments as of `RegistersAtStart.ideal`."""
         if not self.homing:
             self.log.expect(partial(self.made.ideal, self.kernel.now, self.position, sign, number, limit))
 
     def mark_deviation(self, kind: str = "", text: str = "") -> None:
-        """The motion becomes another one than it was to be; with a kind, mark what makes it so."""
+        """Record that the motion departs from its plan; with a kind, mark the cause."""
         self.log.depart()
         if kind:
             self.log.mark(kind, text)
 
     def over(self, stopped: bool) -> None:
-        """The last pulse of a motion is over; `stopped`: it has come to rest as it was ordered to."""
+        """End the motion after its last pulse; `stopped` if a command stopped it."""
         self.log.end("limit" if self.heading and self.full(self.heading, stopped) else None)
 
     def homed(self) -> None:
-        """A homing has found the home position."""
+        """Record that a homing has found the home position."""
         self.axis.load(0)
         self.log.end()
 
     def cut(self) -> None:
-        """The motion has ended in its midst."""
+        """End the motion before its end."""
         self.log.end("cut")
