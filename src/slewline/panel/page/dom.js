@@ -54,7 +54,7 @@ export function put(element, ...children) {
  */
 export function say(element, text) {
   const only = element.childNodes.length === 1 ? element.firstChild : null;
-  if (only instanceof Text) { // changing a text node is cheaper to lay out than replacing it
+  if (only instanceof Text) { // changing a text node takes less layout time than replacing it
     if (only.data === text) return false;
     only.data = text;
     return true;

@@ -1,5 +1,5 @@
 /**
- * Press and hold: a button that acts for as long as it is pressed, by pointer or keyboard.
+ * Press and hold: a button that acts while it is pressed, by pointer or keyboard.
  *
  * A press of the keyboard lasts from the first keydown to the keyup; it also ends when the page loses the focus, so that
  * no button remains pressed by mistake.

@@ -121,7 +121,7 @@ export class Link {
   }
 
   /**
-   * Call a function at every event of a name: view, said, stopped, branch of the server; or, of the link itself,
+   * Call a function at every event of a name: "view", "said", "stopped", "branch" of the server; or, of the link itself,
    * connected, lost (with the reason), done (with the completed request).
    * @param {string} name
    * @param {Callback} callback

@@ -1,5 +1,5 @@
 /**
- * The page: connects to the server, lays out its chips, and draws changes.
+ * The page: connects to the server, arranges its chips, and draws changes.
  */
 
 import { Breakpoints, breakpointsView } from "./breakpoints.js";
@@ -103,7 +103,7 @@ function applyAccess() {
   allowWrites(link.connected && link.writes);
 }
 
-/** Lay out the page for the chips and parts of the server. */
+/** Arrange the page for the chips and parts of the server. */
 async function layOut() {
   const mine = ++generation;
   const names = Object.keys(link.view.chips ?? {});
