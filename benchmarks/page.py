@@ -1,4 +1,4 @@
-"""The page about performance: which goals are missed, what was measured by hand, and the tables of a run."""
+"""The page about performance: the missed goals, the measurements by hand, and the tables of a run."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ over 0.62, the ratio of the two machines. {example}.
 
 
 def processor() -> str:
-    """Return the processor as the system names it, with family and model where the name alone says little."""
+    """Return the name of the processor, with family and model if the name alone is not specific."""
     try:
         text = Path("/proc/cpuinfo").read_text("utf-8")
     except OSError:
@@ -55,7 +55,7 @@ def processor() -> str:
 
 
 def by_hand(path: Path = HAND) -> tuple[str, list[Row]]:
-    """Return what a file says of a measurement by hand: how it was made, and its rows."""
+    """Return the content of a file about a measurement by hand: its method, and its rows."""
     given = tomllib.loads(path.read_text("utf-8"))
     when = f"{given['date']}, {given['processor']}"
     rows = [
@@ -67,7 +67,7 @@ def by_hand(path: Path = HAND) -> tuple[str, list[Row]]:
 
 
 def missed(rows: Iterable[Row]) -> str:
-    """Return the goals missed, each with what bounds it; then what is at the limit, and what has no verdict."""
+    """Return the missed goals, each with its bottleneck; then the rows at the limit, and the rows without a verdict."""
     spelled = list(spelled_out(rows))
     lines = [
         f"- {name}: {row.shown}{dated(row)}; goal {row.wanted}. Bound: {bound}.\n"
@@ -82,7 +82,7 @@ def missed(rows: Iterable[Row]) -> str:
 
 
 def dated(row: Row) -> str:
-    """Say when and where a figure was measured, if it was not in this run."""
+    """Return the date and the place of a figure, if it was not measured in this run."""
     return f", as measured on {row.when}" if row.when else ""
 
 
@@ -90,7 +90,7 @@ def written(found: dict[str, list[Row]], day: date) -> str:
     """Return the page: rows by family.
 
     Raises:
-        ValueError: a row that has a goal beside the reference is not there; it may have another name now.
+        ValueError: a row with a goal relative to the reference is missing, perhaps because of a new name.
     """
     how, hand = by_hand()
     asked = ASKED[EXAMPLE]

@@ -1,4 +1,4 @@
-"""VCD files read back, against pyvcd in the same run."""
+"""Reading of VCD files, compared with pyvcd in the same run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PINS = ("pulse", "phase1", "phase2", "phase3", "phase4", "slew")
 
 
 def rows() -> list[Row]:
-    """500,000 edges of six pins, written by us, read by us and by pyvcd; the edges are those of the bench."""
+    """Return the rows of 500,000 edges of six pins, written by us, and read by us and by pyvcd with equal results."""
     bench = slewline.Bench()
     chip = bench.add("cy525", "x")
     bench.record(*(f"x.{pin}" for pin in PINS))

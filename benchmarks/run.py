@@ -2,9 +2,9 @@
 
     python benchmarks/run.py [--long] [--page docs/reference/performance.md] [NAME ...]
 
-Figures are ratios to something that is measured in the same run, or virtual seconds per second (real time).  Each
-workload checks its own result before it is believed.  What is computed is timed in seconds of the processor; what is
-served, by the clock.  `--long` adds the runs of a virtual hour.
+Figures are ratios to a time measured in the same run, or virtual seconds per second (real time).  Each workload checks
+its own result before its figure is accepted.  Computing is timed in processor seconds, serving by the wall clock.
+`--long` adds the runs of a virtual hour.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ ONE_THREAD.pop("PYTHONDONTWRITEBYTECODE", None)  # the first run writes the byte
 
 
 def whole() -> None:
-    """A bench, a chip and its host, the move, and all of its steps."""
+    """Run a bench, a chip and its host, the move, and read all of its steps."""
     bench = slewline.Bench()
     chip = bench.add("cy525", "x")
     bench.host(chip).send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65535\rG\r")
@@ -65,7 +65,7 @@ def whole() -> None:
 
 
 def plans() -> list[Row]:
-    """A 65,535-step ramped move: planned, and expanded; beside C that generates the same steps from the same runs."""
+    """Return the rows of a 65,535-step ramped move: planned, and expanded; compared with C for the same runs."""
 
     def planned() -> StepTrain:
         return StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 200, 1).runs)
@@ -122,7 +122,7 @@ def plans() -> list[Row]:
 
 
 def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row]:
-    """What a plan, its ticks and a whole bench cost, beside the same ticks from a step generator in C."""
+    """Yield the rows of a plan, its ticks and a whole bench, compared with ticks from a step generator in C."""
     cases: tuple[tuple[str, Callable[[], object], str], ...] = (
         ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
         ("a first plan", planned, "the runs, in Python; the C is handed its runs"),
@@ -145,7 +145,7 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
 
 
 def slewing(bench: slewline.Bench) -> tuple[Any, Any]:
-    """A chip in continuous motion at R = 127."""
+    """Return a chip in continuous motion at R = 127."""
     chip = bench.add("cy525", "x")
     host = bench.host(chip)
     host.send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65000\rH\rG\r")
@@ -154,7 +154,7 @@ def slewing(bench: slewline.Bench) -> tuple[Any, Any]:
 
 
 def endless() -> list[Row]:
-    """10,000,000 continuous steps, undisturbed and disturbed."""
+    """Return the rows of 10,000,000 continuous steps, undisturbed and disturbed."""
     alone, chip = best_of(lambda: undisturbed)
     assert chip.travel > 9_990_000
     wall, (chip, instants, answers) = best_of(lambda: disturbed, 3)
@@ -181,7 +181,7 @@ def endless() -> list[Row]:
 
 
 def undisturbed() -> Any:
-    """The run alone."""
+    """Run without disturbance; return the chip."""
     bench = slewline.Bench()
     chip, _ = slewing(bench)
     bench.run_to(chip.clock.ps(10_000_000 * 1137))
@@ -189,7 +189,7 @@ def undisturbed() -> Any:
 
 
 def disturbed() -> tuple[Any, list[int], list[int]]:
-    """A host that reads the position and changes the rate, and questions where the motor was."""
+    """Run with a host that reads the position and changes the rate, and with queries of past positions."""
     bench = slewline.Bench()
     chip, host = slewing(bench)
     slice_ps = 10_000_000 * 125_000_000 // 1000
@@ -205,7 +205,7 @@ def disturbed() -> tuple[Any, list[int], list[int]]:
 
 
 def dialogue() -> list[Row]:
-    """10,000 commands through the pins from a host that never hesitates."""
+    """Return the rows of 10,000 commands through the pins from a host without delays."""
 
     def prepare() -> Callable[[], Any]:
         bench = slewline.Bench()
@@ -226,7 +226,7 @@ def dialogue() -> list[Row]:
 
 
 def seconds_of(code: str) -> Measured:
-    """User and system seconds of a fresh interpreter; threads of NumPy would count as well."""
+    """Return the user and system seconds of a fresh interpreter, including threads of NumPy."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, env=ONE_THREAD)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -234,7 +234,7 @@ def seconds_of(code: str) -> Measured:
 
 
 def starting() -> list[Row]:
-    """What it costs to import slewline and to make a bench, and what --help loads."""
+    """Return the rows of importing slewline, of creating a bench, and of the modules loaded by --help."""
     both = "import numpy", "import slewline; slewline.Bench()"
     sides = [(seconds_of(both[0]), seconds_of(both[1])) for _ in range(10)][1:]  # the first run writes the byte code
     code = (
@@ -297,7 +297,7 @@ print(bench.now_ps / 1e12 / wall, int(status["VmHWM"].split()[0]) / 1024)
 
 
 def hour() -> list[Row]:
-    """An endless run of one virtual hour, in a process of its own so that its memory can be read."""
+    """Return the rows of an endless run of one virtual hour, in a separate process whose memory can be read."""
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run(
             [sys.executable, "-c", HOUR, f"{folder}/window.vcd"], capture_output=True, text=True, check=True
@@ -318,7 +318,7 @@ def hour() -> list[Row]:
 
 
 def exchanging() -> list[Row]:
-    """A host in virtual time."""
+    """Return the rows of a host in virtual time."""
     bench = slewline.Bench()
     host = bench.host(bench.add("gs-c200s", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}))
     host.ask("F")
@@ -378,7 +378,7 @@ def workload(name: str) -> Workload:
 
 
 def main() -> int:
-    """Run the workloads and print the tables; exit status 1 when a goal is missed."""
+    """Run the workloads and print the tables; return the exit status, 1 if a goal is missed."""
     names = list(chain.from_iterable(WORKLOADS.values()))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help=", ".join(names), metavar="NAME")
