@@ -29,7 +29,7 @@ class Asked:
     goal: float
     made: float
     then: float | None = None
-    was: str = ""  # the name of the row in the reference, if it had another one
+    was: str = ""  # the name of the row in the reference, if it was different
 
     @property
     def ratio(self) -> float:
@@ -79,11 +79,11 @@ def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
     bound = row.bound
     row.bound = ""
     yield row
-    # seconds of the processor a virtual second, of both
+    # processor seconds per virtual second, of both
     sides = [(Measured(1 / theirs.figure), Measured(1 / ours.figure)) for theirs, ours in pairs]
     absent = "" if sides else ABSENT
-    name, unit = f"{row.name}: beside {SHORT}", f"x {SHORT}"
-    why = f"{bound}; the goal is {asked.goal:g} {REAL} where {SHORT} makes {asked.made:.3g}"
+    name, unit = f"{row.name}: compared with {SHORT}", f"x {SHORT}"
+    why = f"{bound}; the goal is {asked.goal:g} {REAL} on the machine where {SHORT} reaches {asked.made:.3g}"
     yield Row(name, None, unit, asked.ratio, True, why, sides, absent)
     if asked.then:
-        yield Row("the same, the goal after that", None, unit, asked.then, True, bound, sides, absent)
+        yield Row("the same, next goal", None, unit, asked.then, True, bound, sides, absent)

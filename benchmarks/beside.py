@@ -74,19 +74,19 @@ def main() -> int:
     """Compare the trees; return the exit status, 1 if a figure is worse."""
     names = list(chain.from_iterable(run.WORKLOADS.values()))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("other", help="a folder, or the word reference", metavar="OTHER")
+    parser.add_argument("other", help="a folder, or the word 'reference'", metavar="OTHER")
     parser.add_argument("names", nargs="*", help=", ".join(names), metavar="NAME")
-    parser.add_argument("--turns", type=int, default=9, help="how often each workload runs in each tree (9)")
-    parser.add_argument("--core", type=int, default=max(os.sched_getaffinity(0)), help="the core that all run on")
+    parser.add_argument("--turns", type=int, default=9, help="number of runs of each workload in each tree (9)")
+    parser.add_argument("--core", type=int, default=max(os.sched_getaffinity(0)), help="the core for all runs")
     options = parser.parse_intermixed_args()
     if not set(options.names) <= set(names):
         parser.error(f"names are {', '.join(names)}")
     every = MATTER if options.other == "reference" else [name for name in names if name not in run.LONG]
     with checkout(options.other) as other:
         if not (other / "benchmarks" / "run.py").is_file():
-            parser.error(f"{other}: no benchmarks/run.py; give the folder of a checkout")
+            parser.error(f"{other}: no benchmarks/run.py; name the folder of a checkout")
         print(
-            "| what | the other | this one | time, this to the other | half of the ratios |\n|---|---:|---:|---:|---|"
+            "| workload | other | this tree | time, this to other | half of the ratios |\n|---|---:|---:|---:|---|"
         )
         fine = [compared(other, name, options.turns, options.core) for name in options.names or every]
     return 0 if all(fine) else 1

@@ -136,7 +136,7 @@ def curves() -> Callable[[], Ran]:
 
 
 CASES = (
-    ("at 1.5625 Mpulses/s", contour(TOP, TOP), "a handful of events; pulses are promised, not made"),
+    ("at 1.5625 Mpulses/s", contour(TOP, TOP), "a few events; pulses are promised, not simulated"),
     ("at 61 % of that", contour(TOP * 61 // 100, TOP), "the same"),
     ("in ramps throughout", contour(TOP, TOP // 30_518), "the same"),
     ("in ten S-curves each", curves, "90 packets in between"),
@@ -156,10 +156,10 @@ def asked(name: str, prepare: Callable[[], Callable[[], Ran]], passing: str) -> 
     buffer = np.empty(1 << 20, np.int64)
     assert ran.expand(buffer) == pulses
     wall = best(lambda: ran.expand(buffer))
-    bound = f"the trains, see above: {pulses / wall / 1e6:.0f} M pulses/s"
+    bound = f"the trains above: {pulses / wall / 1e6:.0f} M pulses/s"
     yield Row("the same: every pulse expanded", ran.seconds / wall, REAL, 20, True, bound)
     wall, count = best(ran.cycles), sum(map(len, ran.cycles()))
-    bound = f"arrays of targets, velocities, instants, phases: {wall / count * 1e9:.0f} ns a cycle"
+    bound = f"arrays of targets, velocities, instants, phases: {wall / count * 1e9:.0f} ns per cycle"
     yield Row("the same: all cycles", ran.seconds / wall, REAL, 1000, True, bound)
     times, steps = windows(ran)
     bound = f"{times:.2g} ms to find and expand the instants; directions and positions"
@@ -197,7 +197,7 @@ def encoders() -> list[Row]:
             actual, error = (host.axis(n).query(name) for name in ("GET_ACTL_POS", "GET_ACTL_POS_ERR"))
             assert actual == chip.axis(n).position > velocity * 3000 // ONE and abs(error) <= 1
         name = f"stall detection, four encoders at {counts} counts/s"
-        bound = profiled.bound(name, partial(armed, velocity, polls), 4 * CYCLES_A_SECOND, "a cycle and axis")
+        bound = profiled.bound(name, partial(armed, velocity, polls), 4 * CYCLES_A_SECOND, "per cycle and axis")
         if polls:
             name, bound = f"{name}, each read every 10 ms", f"{bound}; {4 * polls} packets"
         rows.append(Row(name, 1 / wall, REAL, goal, True, bound))
@@ -207,7 +207,7 @@ def encoders() -> list[Row]:
             behind = host.axis(n).query("GET_ACTL_POS") - host.axis(n).query("GET_TRGT_POS")
             assert chip.axis(n).position > 39_900 and 0 <= behind < 400  # the host reads one after the other
         name = f"gear, {'one axis follows' if number == 1 else 'four axes follow'} 40,000 counts/s"
-        bound = profiled.bound(name, partial(geared, number), number * CYCLES_A_SECOND, "a cycle and axis")
+        bound = profiled.bound(name, partial(geared, number), number * CYCLES_A_SECOND, "per cycle and axis")
         rows.append(Row(name, 1 / wall, REAL, None, True, bound))
     return rows
 
@@ -288,7 +288,7 @@ def packets() -> list[Row]:
         ("1,000 times GET_STATUS, queued", queued),
     ):
         wall, virtual = best_of(prepared(talk))
-        bound = profiled.bound(name, prepared(talk), 1000, "a packet")
+        bound = profiled.bound(name, prepared(talk), 1000, "per packet")
         rows.append(Row(name, virtual / SECOND / wall, REAL, None, True, bound))
     return rows
 
@@ -304,7 +304,7 @@ def moves() -> list[Row]:
     for name, settings, runs in (("trapezoid", TRAPEZOID, "four runs"), ("S-curve", S_CURVE, "one run")):
         pairs = [(moved("CLR_STATUS", settings), moved("UPDATE", settings)) for _ in range(9)]  # by turns
         packets, move = (median(column) for column in zip(*((one, both - one) for one, both in pairs), strict=True))
-        bound = f"{runs}, and the instants at which they begin; beside {packets * 1e6:.0f} µs for two packets"
+        bound = f"{runs}, and their starting instants; compared with {packets * 1e6:.0f} µs for two packets"
         rows.append(Row(f"a move, {name}: plan and play", move * 1e6, "µs", None, False, bound))
     return rows
 
@@ -340,7 +340,7 @@ def scripts() -> list[Row]:
     ):
         prepare, name = partial(scripted, number, waits), f"{number:,} random moves of a script, {how}"
         wall, virtual = best_of(prepare, 3)
-        bound = profiled.bound(name, prepare, number, "a move")
+        bound = profiled.bound(name, prepare, number, "per move")
         rows.append(Row(name, virtual / wall, REAL, None, True, bound))
     return rows
 

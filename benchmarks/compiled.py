@@ -173,9 +173,9 @@ def main() -> None:
     """Compare the two builds."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help=", ".join(WORKLOADS), metavar="NAME")
-    parser.add_argument("--turns", type=int, default=5, help="how often each workload runs in each build (5)")
-    parser.add_argument("--plain", type=Path, default=PLAIN, help="where the plain build is (src)")
-    parser.add_argument("--compiled", type=Path, default=COMPILED, help="where the compiled one is (build/compiled)")
+    parser.add_argument("--turns", type=int, default=5, help="number of runs of each workload in each build (5)")
+    parser.add_argument("--plain", type=Path, default=PLAIN, help="folder of the plain build (src)")
+    parser.add_argument("--compiled", type=Path, default=COMPILED, help="folder of the compiled build (build/compiled)")
     parser.add_argument("--answer", type=int, metavar="CORE", help=argparse.SUPPRESS)
     options = parser.parse_intermixed_args()
     if options.answer is not None:
@@ -187,7 +187,7 @@ def main() -> None:
         parser.error(f"names are {', '.join(WORKLOADS)}")
     core = max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
     builds = [Build(folder, name, core) for folder, name in zip((options.plain, options.compiled), BUILDS, strict=True)]
-    print("| what | plain, s | compiled, s | plain to compiled |\n|---|---:|---:|---:|")
+    print("| workload | plain, s | compiled, s | plain to compiled |\n|---|---:|---:|---:|")
     for name in options.names or WORKLOADS:
         turns = []
         for turn in range(options.turns):

@@ -71,9 +71,9 @@ def talking() -> list[Row]:
     commands = "".join(f"N {n}\rR {n % 200 + 10}\r" for n in range(1000))
     program = "".join(f"N {n}\r" for n in range(60))
     cases = (
-        ("a program that polls", spoken(*POLLING, "400 ms"), 400, "a virtual millisecond"),
-        ("2,000 commands over the bus", spoken("", "", commands), 2000, "a command"),
-        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 60, "an instruction"),
+        ("a program that polls", spoken(*POLLING, "400 ms"), 400, "per virtual millisecond"),
+        ("2,000 commands over the bus", spoken("", "", commands), 2000, "per command"),
+        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 60, "per instruction"),
     )
     found = []
     for what, prepare, items, item in cases:
@@ -88,7 +88,7 @@ def recorded() -> list[Row]:
     """Return the row of the polling program with its local bus recorded, compared with the same unrecorded."""
     name = "CY545: a program that polls, its local bus recorded"
     watched = spoken(*POLLING, "100 ms", tuple(f"x.{pin}" for pin in ("xmem_sel", "ale", "rd", "wr", "db")))
-    bound = profiled.bound(name, watched, 100, "a virtual millisecond")
+    bound = profiled.bound(name, watched, 100, "per virtual millisecond")
     sides = prepared_by_turns(spoken(*POLLING, "100 ms"), watched)
     return [Row(name, None, "x the unrecorded", 0.8, True, bound, sides)]
 
@@ -105,5 +105,5 @@ def planning() -> list[Row]:
     assert chip.position == NUMBER and len(chip.motor.past) == 2
     return [
         Row("move of 16,000,000 steps: plan", best(planned, 20) * 1e3, "ms", 1, False, "500 runs of equal intervals"),
-        Row("the same, unobserved", chip.kernel.now / 1e12 / wall, REAL, 20_000, True, "a handful of events"),
+        Row("the same, unobserved", chip.kernel.now / 1e12 / wall, REAL, 20_000, True, "a few events"),
     ]

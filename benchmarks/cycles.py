@@ -25,13 +25,13 @@ WINDOW = 1 << 20  # steps in the buffer
 STRETCH = 4096  # cycles
 
 EVEN = "multiply, add, round, convert"
-UNEVEN = f"{EVEN}; and before, scale and rest of each cycle are repeated"
+UNEVEN = f"{EVEN}; before that, scale and remainder of each cycle are repeated"
 CURVE = SCurve(s_curve(TOP * 2 * QUARTER, TOP, TOP, TOP * ONE // QUARTER**2 + 1).pieces())
 CASES: tuple[tuple[str, Law, str, str], ...] = (
-    ("top speed", Linear(TOP), EVEN, "a polynomial of the second degree"),
+    ("top speed", Linear(TOP), EVEN, "a second-degree polynomial"),
     ("61 % of it", Linear(TOP * 61 // 100), EVEN, "the same"),
     ("ramp", Linear(0, TOP // CYCLES), UNEVEN, "the same"),
-    ("S-curve", CURVE, UNEVEN, "the phases are looked up, then a cubic, as floats and as integers"),
+    ("S-curve", CURVE, UNEVEN, "look-up of the phases, then a cubic, in floats and in integers"),
 )
 
 
@@ -77,7 +77,7 @@ def rows() -> list[Row]:
     for name, law, expansion, targets in CASES:
         train, odd = checked(law, HZ), checked(law, ODD_HZ)
         wall = expanding(train)
-        passes = f"{wall / pass_over(train.steps):.0f} times a bare np.multiply over them"
+        passes = f"{wall / pass_over(train.steps):.0f} times a bare np.multiply over the steps"
         oddly = f"{odd.steps / expanding(odd) / 1e6:.0f} M at {ODD_HZ:,} Hz"
         goals = AXES * EXPANDING * PER_S * train.steps / CYCLES // 1e6, AXES * COUNTING * PER_S // 1e6
         found += [

@@ -120,9 +120,9 @@ def rows() -> list[Row]:
     found = []
     for name, prepare, number in CASES:
         power = exponent(prepare, number)
-        bound = "each takes as long as the first"
+        bound = "each takes the same time as the first"
         if power > GOAL:
             without = exponent(lambda n, prepare=prepare: uncollected(prepare(n)), number)
-            bound = f"Python's collector of garbage, {without:.2f} without it, and the caches of the processor"
+            bound = f"Python's garbage collector, {without:.2f} without it, and the processor caches"
         found.append(Row(f"{name}: exponent", power, "", GOAL, False, bound))
     return found

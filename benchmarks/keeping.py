@@ -85,10 +85,10 @@ def ran(case: str, seconds: int, keep: str) -> list[float]:
 def kept(case: str, seconds: int, what: str) -> list[Row]:
     """Return the rows of the maximum megabytes of the process, and of the bytes that a move adds."""
     most, slope, moves, bare = ran(case, seconds, KEEP)
-    bound = f"Python and slewline {bare:.0f} MB, ten seconds of moves; {moves:,.0f} moves"
+    bound = f"Python and slewline {bare:.0f} MB, plus ten seconds of moves; {moves:,.0f} moves"
     return [
         Row(f"{case}, {CASES[case]}, keep {KEEP}, {what}: memory", most, "MB", 40, False, bound),
-        Row("the same: what a move adds", slope, "B", 20, False, "no object: what Python holds of freed memory"),
+        Row("the same: what a move adds", slope, "B", 20, False, "not objects, but freed memory that Python keeps"),
     ]
 
 
@@ -97,7 +97,7 @@ def unkept(case: str) -> list[Row]:
     _, slope, _, _ = ran(case, 600, "")
     moves, goal = AN_HOUR[case]
     name = f"{case}, {CASES[case]}, without keep: an hour of {moves:,} moves adds"
-    return [Row(name, slope * moves / 1e6, "MB", goal, False, f"all is kept: {slope:,.0f} B a move")]
+    return [Row(name, slope * moves / 1e6, "MB", goal, False, f"all moves are kept: {slope:,.0f} B per move")]
 
 
 def rows() -> list[Row]:

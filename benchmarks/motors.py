@@ -128,12 +128,12 @@ def rows() -> Iterator[Row]:
     law().integrate(*ramp(10), engine="numba")
     for name, act, goal, bound in (
         ("one motor, 20 µs, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
-        ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
+        ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations per step"),
         ("CY525, asked once, at rest", cy525(), None, "the integrator"),
         ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
-        ("GS-C200S homes on its switches", homing, 30.0, "blocks that are cut: each switch stops or turns the module"),
-        ("MC1151A-E with encoder", encoder, 5.0, "an event a count, and the chip works each cycle"),
-        ("closed loop of figure 19", closed_loop, 2.0, "every step is a departure: a block is cut"),
+        ("GS-C200S homes on its switches", homing, 30.0, "cut blocks: each switch stops or reverses the module"),
+        ("MC1151A-E with encoder", encoder, 5.0, "an event per count, and the chip computes each cycle"),
+        ("closed loop of figure 19", closed_loop, 2.0, "every step interrupts a block"),
     ):
         act()
         speeds = []

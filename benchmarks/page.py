@@ -20,20 +20,20 @@ PAGE = """# Performance
 
 One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
 
-What is computed is timed in seconds of the processor, and nothing is remembered from one run to the next; what is
-served, by the clock. A ratio has both of its sides measured in this run, by turns: the figure is the median, and half
-of the turns are in the range beside it. What bounds work in Python is from a profile of this run. A goal that is met by
-less than 5 % is *at the limit*.
+Computing is timed in processor seconds, with caches emptied between runs; serving is timed by the wall clock. Both
+sides of a ratio are measured alternately in this run: the figure is the median, and half of the turns are in the range
+after it. Bottlenecks of work in Python are from a profile of this run. A goal that is met by less than 5 % is *at the
+limit*.
 
-Some goals were set in virtual seconds a second of the processor on one machine, an AMD EPYC (Zen 5). On another machine
-the ratio to commit {short} counts: each goal is divided by what that commit made there, its figure on an Intel Xeon
-over 0.62, the ratio of the two machines. {example}.
-`python benchmarks/beside.py reference` shows the other ratios to that commit.
+Some goals were set in virtual seconds per processor second on one machine, an AMD EPYC (Zen 5). On another machine the
+ratio to commit {short} is used: each goal is divided by the figure of that commit on that machine, which is its figure
+on an Intel Xeon divided by 0.62, the ratio of the two machines. {example}.
+`python benchmarks/beside.py reference` prints the other ratios to that commit.
 
 ## Goals missed
 
 {missed}
-## Beside Klipper, measured once, by hand
+## Comparison with Klipper, measured once by hand
 
 {hand}
 {tables}"""
@@ -70,7 +70,7 @@ def missed(rows: Iterable[Row]) -> str:
     """Return the missed goals, each with its bottleneck; then the rows at the limit, and the rows without a verdict."""
     spelled = list(spelled_out(rows))
     lines = [
-        f"- {name}: {row.shown}{dated(row)}; goal {row.wanted}. Bound: {bound}.\n"
+        f"- {name}: {row.shown}{dated(row)}; goal {row.wanted}. Bottleneck: {bound}.\n"
         for name, bound, row in spelled
         if not row.met
     ]

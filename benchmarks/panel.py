@@ -104,7 +104,7 @@ def back() -> Iterator[Row]:
                 if not number % 10:
                     plainly.append(timed(lambda at=at: replay(journal, until=f"{at} ps"))[0] * 1e3)  # type: ignore[misc]
             host.close()
-    why = "a fork, the journal from the checkpoint on, and two connections"
+    why = "a fork, the journal since the checkpoint, and two connections"
     yield Row("back to an instant of ten minutes with 1,000 commands, median", median(took), "ms", None, False, why)
     yield Row(
         "back to an instant of ten minutes with 1,000 commands, the slowest of 100",
@@ -162,7 +162,7 @@ def views() -> Iterator[Row]:
         page.terminate()
         page.wait()
     late = after[len(after) * 99 // 100] - before[len(before) * 99 // 100]
-    yield Row("answers with a page on 8 chips, later at p99", late, "ms", 1, False, "what a turn compares for the page")
+    yield Row("answers with a page on 8 chips, later at p99", late, "ms", 1, False, "the comparison in each turn")
 
 
 def windows() -> Iterator[Row]:
@@ -184,9 +184,9 @@ def windows() -> Iterator[Row]:
     again = min(timed(ask)[0] for _ in range(5)) * 1e3
     moves = len(chip.motions())
     yield Row(
-        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "the cells of each signal, from a table"
+        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "cells of each signal, from a table"
     )
-    bound = f"{moves:,} moves, once; a slice at a time, beside everything else"
+    bound = f"{moves:,} moves, once; in slices, between other work"
     yield Row("the same for the first time", first, "ms", None, False, bound)
 
 

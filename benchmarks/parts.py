@@ -104,7 +104,7 @@ def rows() -> list[Row]:
         ("encoder behind an inverter", encoder, "the same; a view and a clock for each leg of the move"),
         ("translator", translator, "the same; a clock for each leg"),
         ("translator and motor with limits", motors, "the instants of all steps, once, in arrays"),
-        ("the same, most steps lost", lambda: motors(500), "each pulse that is lost, one by one"),
+        ("the same, most steps lost", lambda: motors(500), "each lost pulse, one by one"),
         ("GS-C200S, gs_d200", gs_d200, "characters of the line; four views for each leg"),
     )
     return [

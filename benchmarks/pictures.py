@@ -90,10 +90,10 @@ def pictures() -> list[Row]:
         return lambda: bench.figure().savefig(io.BytesIO(), format="png")
 
     return [
-        row("60,000 steps: points of a picture", drawn(*long), 0.2, "a bisection a column, 250 runs"),
+        row("60,000 steps: points of a picture", drawn(*long), 0.2, "a bisection per column, 250 runs"),
         row("figure of 60,000 steps", picture(long[0]), 5, BOUND),
-        row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 questions a pin"),
+        row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 queries per pin"),
         row("the same: figure", picture(hour[0]), 8, BOUND),
-        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "each move on its own, 40 flags"),
-        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "each move on its own, in Python"),
+        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "each move separately, 40 flags"),
+        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "each move separately, in Python"),
     ]

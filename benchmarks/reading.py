@@ -39,5 +39,5 @@ def rows() -> list[Row]:
 
         assert with_pyvcd() == count + len(PINS)
         sides = by_turns(with_pyvcd, lambda: slewline.read_vcd(path), 3)
-    bound = "about 30 passes of NumPy over the words of a block; pyvcd's tokens alone, without arrays"
+    bound = "about 30 NumPy passes over the words of a block; only pyvcd's tokens, without arrays"
     return [Row(f"a VCD file of {count:,} edges read", None, "x pyvcd", 10, True, bound, sides)]

@@ -48,13 +48,13 @@ class Row:
 
     def __post_init__(self) -> None:
         if any(type(side) is not Measured for turn in self.sides for side in turn):
-            raise TypeError(f"{self.name}: a ratio takes what was measured in this run, unchanged")
+            raise TypeError(f"{self.name}: a ratio needs times measured in this run, unchanged")
         if self.sides:
             self.figure = median(self.ratios)
         elif self.unit.startswith("x ") and self.unit != REAL and not (self.absent or self.when):
             raise TypeError(f"{self.name}: {self.unit} was not measured in this run")
         if (self.figure is None) is not bool(self.absent):
-            raise TypeError(f"{self.name}: needs a figure, or the reason why there is none")
+            raise TypeError(f"{self.name}: needs a figure, or the reason for its absence")
 
     @property
     def ratios(self) -> list[float]:
@@ -158,7 +158,7 @@ def shown(number: float) -> str:
 def table(rows: Iterable[Row]) -> str:
     """Return the rows as a Markdown table."""
     out = io.StringIO()
-    out.write("| what | figure | goal | | what bounds it |\n|---|---:|---:|---|---|\n")
+    out.write("| workload | figure | goal | | bottleneck |\n|---|---:|---:|---|---|\n")
     for row in rows:
         out.write(f"| {row.name} | {row.shown} | {row.wanted} | {row.verdict} | {row.bound} |\n")
     return out.getvalue()

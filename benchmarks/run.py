@@ -82,7 +82,7 @@ def plans() -> list[Row]:
         return 65535 * many / best(lambda: [what() for _ in range(many)]) / 1e6
 
     runs, first = len(train.counts), best(planned, 20)
-    python = f"Python: {first / runs * 1e6:.2f} µs a run of equal intervals, {runs} runs"
+    python = f"Python: {first / runs * 1e6:.2f} µs per run of equal intervals, {runs} runs"
     return [
         Row("move of 65,535 steps: plan", first * 1e3, "ms", 0.5, False, python),
         Row(
@@ -99,7 +99,7 @@ def plans() -> list[Row]:
             "M steps/s",
             100,
             True,
-            "np.repeat and np.cumsum over 8 bytes a step",
+            "np.repeat and np.cumsum over 8 bytes per step",
         ),
         Row(
             "the same: expand to picoseconds",
@@ -107,7 +107,7 @@ def plans() -> list[Row]:
             "M steps/s",
             50,
             True,
-            "one int64 multiplication and division a step",
+            "one int64 multiplication and division per step",
         ),
         *beside_c(train, planned),
         Row(
@@ -125,9 +125,9 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
     """Yield the rows of a plan, its ticks and a whole bench, compared with ticks from a step generator in C."""
     cases: tuple[tuple[str, Callable[[], object], str], ...] = (
         ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
-        ("a first plan", planned, "the runs, in Python; the C is handed its runs"),
+        ("a first plan", planned, "the runs, in Python; the C code gets its runs ready"),
         ("plan and ticks", lambda: planned().begin_ticks(), "the same"),
-        ("a whole bench, to its steps", whole, profiled.bound("a whole bench", lambda: whole, 1, "a bench")),
+        ("a whole bench, to its steps", whole, profiled.bound("a whole bench", lambda: whole, 1, "per bench")),
     )
     name, unit = "move of 65,535 steps: {}, beside a step generator in C", "x C"
     if compiling.COMPILER is None:
@@ -167,7 +167,7 @@ def endless() -> list[Row]:
             REAL,
             20_000,
             True,
-            "a handful of events, whatever the number of steps",
+            "a few events, for any number of steps",
         ),
         Row(
             "the same with 1,000 read-outs, 1,000 rate changes, 100,000 position_at",
@@ -175,7 +175,7 @@ def endless() -> list[Row]:
             REAL,
             500,
             True,
-            "the events of a read-out, a ramp plan a rate change, a search a question",
+            "the events of a readout, a ramp plan per rate change, a search per query",
         ),
     ]
 
@@ -221,7 +221,7 @@ def dialogue() -> list[Row]:
     wall, chip = best_of(prepare)
     assert chip.registers["number"] == 300 and not chip.findings
     name = "dialogue of 10,000 commands through the pins"
-    bound = profiled.bound(name, prepare, 10_000, "a command")
+    bound = profiled.bound(name, prepare, 10_000, "per command")
     return [Row(name, chip.kernel.now / 1e12 / wall, REAL, None, True, bound)]
 
 
@@ -249,7 +249,7 @@ def starting() -> list[Row]:
             "x import numpy",
             1.3,
             False,
-            "no NumPy is loaded before an array is asked for",
+            "NumPy is loaded only for the first array",
             sides,
         ),
         Row(
@@ -258,7 +258,7 @@ def starting() -> list[Row]:
             "(0 = no)",
             0,
             False,
-            "everything heavy is imported where it is used",
+            "heavy modules are imported only where they are used",
         ),
     ]
 
@@ -311,9 +311,9 @@ def hour() -> list[Row]:
             "MB",
             200,
             False,
-            f"the last second is kept; a window of 5 s was streamed ({size / 1e6:.1f} MB of VCD)",
+            f"the last second is kept; a window of 5 s is streamed ({size / 1e6:.1f} MB of VCD)",
         ),
-        Row("the same: speed", ratio, REAL, 20, True, "360,000 read-outs"),
+        Row("the same: speed", ratio, REAL, 20, True, "360,000 readouts"),
     ]
 
 
@@ -331,7 +331,7 @@ def exchanging() -> list[Row]:
     wall = best(exchanges, 5)
     virtual = (bench.now_ps - begin) / 6 / 1e12
     name = "1,000 exchanges with a GS-C200S"
-    bound = profiled.bound(name, lambda: exchanges, 1000, "an exchange of 4 characters")
+    bound = profiled.bound(name, lambda: exchanges, 1000, "per exchange of 4 characters")
     return [Row(name, virtual / wall, REAL, None, True, bound)]
 
 
@@ -361,7 +361,7 @@ WORKLOADS: dict[str, dict[str, Workload]] = {
     "Motors": {"motors": motors.rows},
     "Panel": {"panel": panel.rows},
     "Tasks that wait": {"waits": waits.rows},
-    "To start, and to go on": {
+    "Starting and running": {
         "starting": starting,
         "growth": growth.rows,
         "keeping": keeping.rows,
@@ -382,13 +382,13 @@ def main() -> int:
     names = list(chain.from_iterable(WORKLOADS.values()))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help=", ".join(names), metavar="NAME")
-    parser.add_argument("--long", action="store_true", help="with the runs of a virtual hour")
-    parser.add_argument("--page", type=Path, help="write the tables into a page of the docs")
+    parser.add_argument("--long", action="store_true", help="add the runs of a virtual hour")
+    parser.add_argument("--page", type=Path, help="write the tables to a page of the docs")
     options = parser.parse_args()
     if not set(options.names) <= set(names):
         parser.error(f"names are {', '.join(names)}")
     if options.page and (options.names or not options.long):
-        parser.error("a page has all workloads: --long, and no NAME")
+        parser.error("a page needs all workloads: use --long, and no NAME")
     chosen = options.names or [name for name in names if name not in LONG or options.long]
     found: dict[str, list[Row]] = {}
     with reference() as tree:

@@ -365,9 +365,9 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
 def module_rows() -> list[Row]:
     """Return the rows of the benchmark table for modules on serial lines."""
     times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
-    switch = "two switches of process, beside the exchange itself"
-    timer = "the timer of the system; the wire has one character more"
-    loop = "the exchange in virtual time; a turn of the loop with the system's calls"
+    switch = "two process switches, besides the exchange itself"
+    timer = "the system timer; the wire has one character more"
+    loop = "the exchange in virtual time; a turn of the loop with its system calls"
     found = [
         Row(f"{name}{what}", at(times[name], part), "ms", goal, False, bound)
         for name, what, part, goal, bound in (
@@ -376,13 +376,13 @@ def module_rows() -> list[Row]:
             ("lockstep, pty: an exchange", ", median", 0.5, 0.3, switch),
             (f"lockstep, pty: {SERVER}", "", 0, 0.15, loop),
             ("paced, TCP: beyond the wire", ", median", 0.5, 1, timer),
-            ("paced, TCP: beyond the wire", ", p99", 0.99, 5, "whatever else the machine does"),
+            ("paced, TCP: beyond the wire", ", p99", 0.99, 5, "other work of the machine"),
             ("paced, pty: beyond the wire", ", median", 0.5, 1, timer),
-            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "whatever else the machine does"),
+            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "other work of the machine"),
         )
     ]
     alone, busy = (at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
-    bound = f"{MODULES * POLLS_PER_S:,} exchanges a second in one thread"
+    bound = f"{MODULES * POLLS_PER_S:,} exchanges per second in one thread"
     found.append(
         Row("100 served modules, 20 moving: answers later than of one, p99", busy - alone, "ms", 10, False, bound)
     )
@@ -397,7 +397,7 @@ def register_rows() -> list[Row]:
         for name, bound in (
             ("lockstep, registers: an access", "a bus cycle in virtual time"),
             ("lockstep, registers: a packet", "the packet itself, through the pins, as one message"),
-            ("lockstep, the same byte by byte", "the packet, polls, and two messages that are waited for"),
+            ("lockstep, the same byte by byte", "the packet, polls, and two awaited messages"),
         )
     ]
     name, unit = "lockstep, byte by byte through the C header, median", "x an echo in C"
@@ -408,10 +408,10 @@ def register_rows() -> list[Row]:
         bound = f"the same; an echo in C takes {min(echo for echo, _ in sides):.3f} ms"
         rows.append(Row(name, None, unit, None, False, bound, sides))
     total, simulation = processor(100)
-    bound = f"the simulation, {simulation:.3f} ms where both ends are one process; the loop and the system's calls"
+    bound = f"the simulation, {simulation:.3f} ms with both ends in one process; the loop and its system calls"
     rows.append(Row("lockstep, a packet: processor of the server", packet_of_server(1000), "ms", 0.2, False, bound))
     rows.append(Row("lockstep, a packet: processor of both ends", total, "ms", None, False, "the same"))
-    bound = "a turn of the loop, with the system's calls of both ends"
+    bound = "a turn of the loop, with the system calls of both ends"
     rows.append(Row("the same without the simulation", total - simulation, "ms", None, False, bound))
     return rows
 

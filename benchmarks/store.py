@@ -45,12 +45,12 @@ def rows() -> list[Row]:
         whole, appended = writing(Path(folder) / "whole"), appending(Path(folder) / "appended")
     return [
         Row(
-            "64 KB, a character at a time",
+            "64 KB, one character at a time",
             appended,
             "s",
             None,
             False,
-            "reckoned from the last 4,096: the disk, once a character",
+            "extrapolated from the last 4,096: the disk, once per character",
         ),
         Row(
             "... as whole files",
@@ -58,7 +58,7 @@ def rows() -> list[Row]:
             "s",
             None,
             False,
-            "reckoned from 200: the disk, and all of the file to be written and read",
+            "extrapolated from 200: the disk, and writing and reading the whole file",
         ),
     ]
 

@@ -19,7 +19,7 @@ from rows import Row
 HERE = Path(__file__).resolve().parent.parent
 REFERENCE = "df29ad1ce7894d387f1fb76bd113b1aeb730468f"
 SHORT = REFERENCE[:8]
-ABSENT = f"no commit {SHORT} here"
+ABSENT = f"commit {SHORT} is not in this repository"
 CHILD = """
 import json, os, sys
 from dataclasses import asdict

@@ -114,8 +114,8 @@ def rows() -> list[Row]:
     cases["20,000 waits for an instant"] = timers(False), timers(True)
     found = []
     for name, (simpy, slewline) in cases.items():
-        bound = profiled.bound(name, slewline, WAITS, "a wait")
+        bound = profiled.bound(name, slewline, WAITS, "per wait")
         there = find_spec("simpy") is not None
         sides = prepared_by_turns(simpy, slewline) if there else ()
-        found.append(Row(name, None, "x SimPy", 2.5, True, bound, sides, "" if there else "no SimPy here"))
+        found.append(Row(name, None, "x SimPy", 2.5, True, bound, sides, "" if there else "SimPy is not installed"))
     return found

@@ -86,7 +86,7 @@ def rows() -> list[Row]:
     wires = [*(pin for pin in dialogue.recorded if pin != "x.db"), *(f"x.db{bit}" for bit in range(8))]
     talk = beside_pyvcd(dialogue, wires, 100_000)
     names = "2,000,000 edges of 8 pins to VCD", "dialogue of 5,000 commands, all pins, to VCD"
-    bounds = saving(names[0], moving, 2_000_000, "an edge"), saving(names[1], dialogue, 5_000, "a command")
+    bounds = saving(names[0], moving, 2_000_000, "per edge"), saving(names[1], dialogue, 5_000, "per command")
     return [
         Row(names[0], None, "x pyvcd", 8, True,
             f"expanding trains, sorting 8 nets into one, NumPy digit tables: {bounds[0]}", trains),
