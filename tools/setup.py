@@ -298,12 +298,12 @@ def check(work):
 
 # name, environment, what it does, the calls of Python
 TASKS = (
-    ("run", "run", "Set up what the demo needs", lambda work: []),
-    ("dev", "dev", "Set up what the tests need", lambda work: []),
+    ("run", "run", "Set up the environment of the demo", lambda work: []),
+    ("dev", "dev", "Set up the environment of the tests", lambda work: []),
     (
         "demo",
         "run",
-        "Set up what the demo needs, and run it",
+        "Set up and run the demo",
         lambda work: [
             ["-m", "slewline", "demo"] + ([] if work == ROOT else ["-o", os.path.join(work, "build", "demo")])
         ],
@@ -318,7 +318,7 @@ TASKS = (
     (
         "test-anywhere",
         "dev",
-        "Run both in bad surroundings: another user, odd variables, no network, busy processors",
+        "Run both in difficult surroundings: another user, odd variables, no network, busy processors",
         lambda work: [["tools/anywhere.py"]],
     ),
     (
@@ -336,19 +336,19 @@ TASKS = (
     (
         "boards",
         "run",
-        "Install what the firmware of boards is built and tested with, and build it",
+        "Install the tools for building and testing the firmware of boards, and build it",
         lambda work: [["tools/boards.py", os.path.join(work, "build", "boards")]],
     ),
     (
         "clients",
         "run",
-        "Install the clients of EPICS that a motor record is tested with",
+        "Install the EPICS clients for the tests of the motor record",
         lambda work: [["tools/clients.py", os.path.join(work, "build", "clients")]],
     ),
     (
         "interpreters",
         "run",
-        "Unpack the interpreters of other controllers that translations are run in",
+        "Unpack the interpreters of other controllers that run translated programs",
         lambda work: [["tools/interpreters.py", os.path.join(work, "build", "interpreters")]],
     ),
     (
@@ -370,7 +370,7 @@ TASKS = (
     (
         "mutations",
         "dev",
-        "Break the source on purpose, and see that a test notices",
+        "Deliberately break the source, and check that a test fails",
         lambda work: [["tools/mutations.py"]],
     ),
     (

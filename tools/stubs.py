@@ -179,7 +179,7 @@ def main() -> int:
         STUB.write_text(text, "utf-8")
         return 0
     if not STUB.is_file() or STUB.read_text("utf-8") != text:
-        print(f"{STUB.relative_to(ROOT)} is not what the lists of chips and parts say; run python tools/stubs.py")
+        print(f"{STUB.relative_to(ROOT)} differs from the lists of chips and parts; run python tools/stubs.py")
         return 1
     return typed()
 
