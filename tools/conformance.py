@@ -52,7 +52,7 @@ class Table:
 def read(folder: Path) -> Table:
     """Return the table of a data sheet."""
     if folder.name == "readme":
-        table = Table("README", "What the first page denies or restricts, and which test shows it.")
+        table = Table("README", "The negations and restrictions of the first page, and the tests that prove them.")
     else:
         parts = [part.upper() for part, row in PARTS.items() if row.folder == folder.name]
         table = Table(" and ".join([", ".join(parts[:-1]), parts[-1]]) if parts[1:] else parts[0])

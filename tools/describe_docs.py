@@ -587,7 +587,7 @@ these, read the field back.
 Differences from a motor record with a controller that reports its position in motion:
 
 - RBV, DRBV and RRBV are the positions at rest. So a new position that the motor may already have passed stops it
-  immediately. A jog is a move to its end position; when it is stopped, the motor remains where it stopped.
+  immediately. A jog is a move to its final position; when it is stopped, the motor remains where it stopped.
 - A pause by SPMG leaves DMOV at 0, because the motion resumes later. A position put during a pause becomes a motion
   after Go or Move; until then its put does not complete.
 - HLM, LLM, DHLM or DLLM put while the motor moves stop a motion that would exceed them.

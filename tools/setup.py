@@ -56,7 +56,7 @@ def workplace():
                 "%s cannot be written, and neither can %s (%s);\n"
                 "  name a folder for the environment:  XDG_CACHE_HOME=/some/folder" % (ROOT, place, error.strerror)
             )
-    say("this checkout can only be read; the environment and what is made go to %s" % place)
+    say("this checkout is read-only; the environment and build products go to %s" % place)
     return place
 
 
@@ -242,7 +242,7 @@ def lock(file):
     except ImportError:
         import msvcrt
 
-        file.seek(1 << 30)  # far behind the end: nobody is kept from reading
+        file.seek(1 << 30)  # far after the end, so no reader is blocked
         while True:
             try:
                 msvcrt.locking(file.fileno(), msvcrt.LK_LOCK, 1)  # tries for ten seconds
@@ -252,7 +252,7 @@ def lock(file):
     try:
         fcntl.flock(file, fcntl.LOCK_EX)
     except OSError as error:
-        say("no lock here (%s); do not start two of these at once" % error.strerror)
+        say("no lock is available (%s); do not start two of these at the same time" % error.strerror)
 
 
 # -------------------------------------------------------------------------------------------------------------- tasks
