@@ -155,7 +155,7 @@ class PacketHost(Host):
         if not row.reads:
             raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
         found = self.queue.result(self._queue(packet_of(row, ()), axis), timeout)
-        return packets.values(row.reads, found)[0] if found is not None else None  # type: ignore[return-value]
+        return packets.values(row.reads, found)[0] if found is not None else None
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
