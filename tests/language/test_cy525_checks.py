@@ -162,7 +162,7 @@ def test_a_rate_that_is_not_reached_is_told_once_with_the_lines_of_all_such_move
 def test_the_ramp_is_told():
     (problem,) = problems(SET + "N 8218\nG")
     assert problem.found == "the move does not slew: two ramps of 4039 steps leave 140 steps, all made at F 3 in 467 ms"
-    assert (problem.allowed, problem.severity) == ("8078 steps, or 8334 and more", "warning")
+    assert (problem.allowed, problem.severity) == ("8078 steps, or at least 8334", "warning")
 
 
 @pytest.mark.parametrize(("number", "severity"), [(8107, "note"), (8108, "warning")])

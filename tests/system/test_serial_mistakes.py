@@ -220,8 +220,8 @@ MISTAKES = (
     row("another rate in the settings", pty, b"V1\r", baudrate=19200, words=f"the program is set to 19200 baud|{RATE}|passes characters at any rate, a cable does not"),
     row("a parity fault on the wire", url, b"V1\r", parity="E", words="gs_c200s  E1: b'V1': a parity or framing error|is set to 9600 baud, 7 data bits, odd parity, 2 stop bits|br0=0|check the line for noise"),
     row("a rate that the CY545 has not found", url, b"\r\r? P\r? P\r", part="cy545", bytesize=8, parity="E", stopbits=1, words="line is set to 9600 8E1|to 9600 8N1|two carriage returns|set the host to 9600 baud, 8 data bits, no parity, 1 stop bit"),
-    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: not recognised|start with \\r\\r"),
-    row("line feeds while the CY545 looks for the rate", url, b"\r\n\r\n? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words=r"not-adapted: a line feed (\n) between them: not recognised|start with \r\r, without \n"),
+    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: no rate is recognised|start with \\r\\r"),
+    row("line feeds while the CY545 looks for the rate", url, b"\r\n\r\n? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words=r"not-adapted: a line feed (\n) between carriage returns: no rate is recognised|start with \r\r, without \n"),
     row("a rate that is none", url, b"\r\r\r", part="cy545", baudrate=1000, bytesize=8, parity="N", stopbits=1, words="cy545  wrong-rate: two carriage returns at 1000 baud|adapts to standard rates from|set the host to one of these"),
     # ends of lines
     row("no carriage return", bench, "V1", words=f"gs_c200s  unfinished: 'V1' {ENDS}"),
@@ -240,7 +240,7 @@ MISTAKES = (
     row("carriage return and line feed", bench, "V1\r\n", "V1\r\n", words=rf"ends its lines with CR LF|treats LF as part of a command|send \r alone|E4: '\nV1' {TEXT}"),
     row("carriage return and line feed", pty, b"V1\r\nV1\r\n", words=rf"ends its lines with CR LF|send \r alone|{TEXT}"
     ),
-    row("carriage return and line feed, CY525", bench, "A 0\r\n", "R 10\r\n", part="cy525", words=r"line-feed: a line feed where a command letter belongs|send \r alone"),
+    row("carriage return and line feed, CY525", bench, "A 0\r\n", "R 10\r\n", part="cy525", words=r"line-feed: a line feed in place of a command letter|send \r alone"),
     # numbers
     row("hexadecimal as in C, CY545", bench, "R 0x40\r", part="cy545", words="RATE 0x40: not a number; ignored; a hexadecimal number|ends with H: 40H"),
     row("hexadecimal as in C, CY525", bench, "R 0x40\r", part="cy525", words="RATE 0x40: not a decimal number; ignored; write 64, in decimal"),

@@ -213,7 +213,5 @@ def _sheet(cls: type[Chip]) -> Sheet:
     found = getattr(cls, "sheet", None)
     if not isinstance(found, Sheet):
         wrong = "has no sheet" if found is None else f"sheet: found {found!r}"
-        raise UsageError(
-            f"{CATALOGUE.name_of(cls)}: {wrong}; set it in the class: sheet = Sheet(...)"
-        )
+        raise UsageError(f"{CATALOGUE.name_of(cls)}: {wrong}; set it in the class: sheet = Sheet(...)")
     return found

@@ -342,7 +342,9 @@ def test_what_an_aborted_motion_waits_for_is_told(mover: Make) -> None:
     look = slewing(x, 1000) + 10 * TOP
     x.on(look - 1, "abort", 0)
     x.till(look + LOW)
-    assert x.x.waiting.startswith("x: G aborted: decelerates to rate 10, then continues to its target unless abort=0 there since ")
+    assert x.x.waiting.startswith(
+        "x: G aborted: down to rate 10, then continues to its target unless abort=0 there since "
+    )
     x.put(x.now, "abort", 1)
     x.till(look + sum(DOWN) + 10)
     x.put(x.now, "abort", 0)  # no longer looked at

@@ -124,7 +124,9 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.check_registers("G", "position")
         way = (target - self.axis.position) * self.sign
         if way < 0:
-            self.chip.finding("wrong-way", f"P {target} is in the other direction: the motion passes the overflow at 65535")
+            self.chip.finding(
+                "wrong-way", f"P {target} is in the other direction: the motion passes the overflow at 65535"
+            )
         return self.takes(way % (1 << 16), f"P {target}")
 
     def takes(self, number: int, text: str) -> Awaitable[None]:

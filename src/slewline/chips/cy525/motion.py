@@ -92,9 +92,11 @@ class Motion(motion.Motion):
         if self.crawling:
             return f"{self.text} aborted, abort=1 at rate {self.first}: continues to its target"
         if self.aborted:
-            return f"{self.text} aborted: decelerates to rate {self.first}, then continues to its target unless abort=0 there"
+            return f"{self.text} aborted: down to rate {self.first}, then continues to its target unless abort=0 there"
         if self.continuous:
-            return f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, because abort was low at the start'}"
+            return (
+                f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, because abort was low at the start'}"
+            )
         return f"{self.text} in motion, {self.number} steps"
 
     # -------------------------------------------------------------------------------------- decisions between two steps
@@ -113,7 +115,10 @@ class Motion(motion.Motion):
             self.crawling = True
             chip.waits(self.progress)
             if self.continuous:
-                chip.finding("abort-released", "ABORT was released in a continuous motion: it continues to its nominal target at F")
+                chip.finding(
+                    "abort-released",
+                    "ABORT was released in a continuous motion: it continues to its nominal target at F",
+                )
         return await self.rate_request(plan, step)
 
     def way_down(self, plan: Plan, step: int) -> Plan:
@@ -134,7 +139,8 @@ class Motion(motion.Motion):
             left = left % WRAP or WRAP
             if left < steps(runs):
                 chip.finding(
-                    "target-in-ramp", f"the nominal target is within the stop ramp: the motor stops abruptly after {left} steps"
+                    "target-in-ramp",
+                    f"the nominal target is within the stop ramp: the motor stops abruptly after {left} steps",
                 )
         down = head(runs, left)
         rest = left - steps(down)
@@ -153,7 +159,10 @@ class Motion(motion.Motion):
             if requested:
                 if plan is not STOP:
                     self.mark_deviation("command", "I/O REQUEST")
-                chip.finding("fly-rate-outside-continuous", "I/O REQUEST is low in a normal motion: the motor halts without a ramp")
+                chip.finding(
+                    "fly-rate-outside-continuous",
+                    "I/O REQUEST is low in a normal motion: the motor halts without a ramp",
+                )
                 return STOP
             return plan
         missed = self.request.changes - self.request_changes > 1  # low and high again between two samples
@@ -172,7 +181,8 @@ class Motion(motion.Motion):
             if not self.held_reported:
                 self.held_reported = True
                 chip.finding(
-                    "request-held", "I/O REQUEST is still low after SLEW went high: it is ignored until it has been high"
+                    "request-held",
+                    "I/O REQUEST is still low after SLEW went high: it is ignored until it has been high",
                 )
             return plan
         return await self.change_rate(profile.rate(plan, step))
@@ -245,7 +255,8 @@ class Motion(motion.Motion):
             return 0
         if self.request.is_active:
             self.chip.finding(
-                "request-and-select", "I/O REQUEST and I/O SELECT are active together: the rate request has priority, without a read-out"
+                "request-and-select",
+                "I/O REQUEST and I/O SELECT are active together: the rate request has priority, without a read-out",
             )
             return 0
         position = (self.axis.position + self.sign) % WRAP

@@ -54,7 +54,9 @@ def misread(source: Source, statement: Statement, text: bool | None) -> None:
     mode, behind = mode_of(statement), source.blocks[statement.block].statements
     if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is behind[-1]:
         return
-    found = f"{statement.text} makes the chip read {FORMS[not text]}, but the commands after it are stored in {FORMS[text]}"
+    found = (
+        f"{statement.text} makes the chip read {FORMS[not text]}, but the commands after it are stored in {FORMS[text]}"
+    )
     remedy = f"O {mode ^ MB_ASCII} keeps {FORMS[text]}; a program is stored in the mode at its E"
     source.report(statement, "binary-mode", "warning", found, section=section(statement.row), remedy=remedy)
 

@@ -68,7 +68,9 @@ class Instructions(instructions.ParameterHandlers):
         self.bits.show()
         unknown = mode & (sheet.MB_6 | sheet.MB_3)
         if unknown:
-            self.finding_once("mode-bits", f"O {mode}: the effect of MB6 and MB3 is not known; they are stored without effect")
+            self.finding_once(
+                "mode-bits", f"O {mode}: the effect of MB6 and MB3 is not known; they are stored without effect"
+            )
 
     def do_pointer(self, address: int) -> None:
         """Y: load the pointer into the external memory."""
@@ -79,7 +81,9 @@ class Instructions(instructions.ParameterHandlers):
         """B: set, clear, write, AND or OR user bits; a finding if the data bus is in use."""
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
-            self.chip.finding("bus-bit", f"B {argument}: the data bus is in use; the bit lasts until the next bus cycle")
+            self.chip.finding(
+                "bus-bit", f"B {argument}: the data bus is in use; the bit lasts until the next bus cycle"
+            )
         if one and argument & 0x0F == 6 and self.bits.shared:
             self.chip.finding("shared-bit", f"B {argument}: USRB6 is {self.bits.shared}; only the latch changes")
         self.bits.act(argument)

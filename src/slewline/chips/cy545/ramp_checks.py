@@ -64,7 +64,7 @@ def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[O
     if name not in ("GO", "POSITION"):
         return
     if name == "GO" and not state.directed:
-        found = "G without + or - above it: after reset the direction is counter-clockwise (inferred), and the position counts down from 0"
+        found = "G without + or - above it: after reset the direction is counter-clockwise (inferred), down from 0"
         yield Odd("no-direction", "note", found, "ch.10; ch.16, PULSE and CCW", "write + or - above it")
     distance = state.distance(statement)
     if name == "GO" and distance == 0 and not state.continuous:

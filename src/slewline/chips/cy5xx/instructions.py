@@ -171,7 +171,9 @@ class Instructions(ParameterHandlers):
         """V: set the readout to a group of registers; an unknown group is a finding."""
         if group not in self.readout.sizes:
             last = max(self.readout.sizes)
-            self.chip.finding("verify-group", f"V {group} is not a group; allowed 0 to {last}; the pointer is unchanged")
+            self.chip.finding(
+                "verify-group", f"V {group} is not a group; allowed 0 to {last}; the pointer is unchanged"
+            )
             return
         ascii = self.port.ascii
         if self.program.running:

@@ -43,7 +43,9 @@ class Interpreter:
 
     def _selected(self, _net: Net) -> None:
         if self.chip.task is not None and self.chip.pins["ready"].net.is_inactive and not self.program.motion.moving:
-            self.chip.finding("select-while-busy", "I/O SELECT changed while READY is low: it takes effect at the next READY")
+            self.chip.finding(
+                "select-while-busy", "I/O SELECT changed while READY is low: it takes effect at the next READY"
+            )
 
     def lead(self, row: Row) -> int:
         """Return how many clocks early a command begins: motions set READY and DIRECTION ahead of the first step."""

@@ -128,7 +128,9 @@ class Program:
         if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live
-            self.chip.finding("request-while-running", f"I/O REQUEST was lowered in a running program{how}: it is not answered")
+            self.chip.finding(
+                "request-while-running", f"I/O REQUEST was lowered in a running program{how}: it is not answered"
+            )
 
     def resolved(self, target: int) -> int:
         """Return a branch target; replace a label by its address, in the buffer too, at its first execution (s.3)."""

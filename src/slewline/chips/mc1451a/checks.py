@@ -148,7 +148,9 @@ class KnownChipset:
         row, name, axis = self.rows[statement.row.form], statement.row.name, self.current
         self.begun = b""
         if row.encoder and not self.source.sheet.encoder:
-            self.warn(statement, "no-encoder", f"{name} needs an encoder: this part accepts it without effect", note=True)
+            self.warn(
+                statement, "no-encoder", f"{name} needs an encoder: this part accepts it without effect", note=True
+            )
         if row.acts == "set":
             self.current = self.axes[row.code - 1]
         elif name == "SET_I":

@@ -331,7 +331,9 @@ class Port:
         """Process a word of the host."""
         if not self.wanted:
             if not self.silent:
-                self.chip.finding("extra-word", f"{word:04x} after {self._name}, which needs no more words: it is dropped")
+                self.chip.finding(
+                    "extra-word", f"{word:04x} after {self._name}, which needs no more words: it is dropped"
+                )
             return
         self.words.append(word)
         self.wanted -= 1
@@ -348,7 +350,9 @@ class Port:
         if row.encoder and not chip.sheet.encoder and row.name not in self.told:
             self.told.add(row.name)
             part = chip.sheet.part
-            chip.finding("no-encoder", f"{row.name} needs an encoder: the {part} accepts it without effect; use the {part}-e")
+            chip.finding(
+                "no-encoder", f"{row.name} needs an encoder: the {part} accepts it without effect; use the {part}-e"
+            )
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
         found = self.instructions.perform(row, int.from_bytes(data, "big"))
         if found is None:

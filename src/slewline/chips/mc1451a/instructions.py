@@ -89,9 +89,7 @@ class Instructions:
     def from_row(self, row: RegisterRow) -> Callable[..., int | None]:
         """Return a handler for a command whose row states its effect on a register."""
         if not (row.loads or row.sets or row.shows):
-            raise SheetError(
-                f"{row.name}: no method do_{row.name.lower()}, and its row names no register"
-            )
+            raise SheetError(f"{row.name}: no method do_{row.name.lower()}, and its row names no register")
         of = "registers.axis" if row.acts == "current" else "registers"
         if row.loads:
             whose, put = attrgetter(of), AxisState.load if row.buffered else setattr

@@ -29,8 +29,8 @@ REST = {  # by profile mode: its name, and the registers that an update may not 
     S_CURVE: ("S-curve", ("SET_VEL", "SET_MAX_ACC", "SET_JERK")),
 }
 IN_MOTION = {
-    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only a new destination "
-    "is applied; wait for motion complete before it"
+    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only a new "
+    "destination is applied; wait for motion complete before it"
     for mode, (name, names) in REST.items()
 }
 AT_LIMIT = (

@@ -114,7 +114,11 @@ class SerialSide:
             del edges[:2]
             self.first_bit = None
             if self._untold():
-                came = "a line feed (\\n) between carriage returns" if line_feed else "characters before two carriage returns"
+                came = (
+                    "a line feed (\\n) between carriage returns"
+                    if line_feed
+                    else "characters before two carriage returns"
+                )
                 self.chip.finding("not-adapted", f"{came}: no rate is recognised; start with \\r\\r, without \\n")
             return
         edges.clear()

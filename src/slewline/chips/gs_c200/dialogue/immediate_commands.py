@@ -121,7 +121,9 @@ class HostDialogue:
             if missing:
                 named = ", ".join(missing)
                 return self.mistake("E4", f"E is refused without {named}; {set_first(named)}")
-            return self.mistake("E4", f"E is refused, because the program is empty; {state_remedy(self.chip.sheet, entering=False)}")
+            return self.mistake(
+                "E4", f"E is refused, because the program is empty; {state_remedy(self.chip.sheet, entering=False)}"
+            )
         self.registers.overflow = False
         self.interpreter.run(self.interpreter.execute)
         return "Y"

@@ -71,7 +71,10 @@ class Updates:
         if mode != VELOCITY or before == GEAR:
             self.log.stop()
         if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
-            self.chip.finding("mode-in-motion", f"axis {state.number}: the profile mode was changed in motion: the axis stops immediately")
+            self.chip.finding(
+                "mode-in-motion",
+                f"axis {state.number}: the profile mode was changed in motion: the axis stops immediately",
+            )
             generator.halt(n)
         elif mode == GEAR or before == GEAR:
             generator.halt(n, complete=False)
