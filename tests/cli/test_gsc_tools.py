@@ -72,7 +72,7 @@ def test_what_the_parts_do_not_have_is_refused(call, program, write):
     ran = call("asm", program, "--format", "binary")
     assert (ran.status, ran.err) == (
         2,
-        "slewline: the GS-C200S takes no binary commands; choose ascii, which is what a host sends it\n",
+        "slewline: the GS-C200S has no binary commands; choose ascii, the form that a host sends\n",
     )
     ran = call("asm", write("p.cy525", "G"), "--checksum")
     assert (ran.status, ran.err) == (

@@ -206,7 +206,7 @@ MISTAKES = [  # the line, the end of the answer
     ("ramp cy525 F=3", "no value for R (maximum step rate, 0..127), S (acceleration, 255 is steepest, 1..255)"),
     ("ramp cy525 F=3 R=300 S=1", "cy525: R '300'; allowed 0..127, or text such as '4000 steps/s'"),
     ("ramp cy525 F=3 R=127 S=1 X=3", "cy525: no parameter 'X'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
-    ("ramp cy525 F=3 F=4 R=127 S=1", "cy525: F twice; give one value"),
+    ("ramp cy525 F=3 F=4 R=127 S=1", "cy525: F is given twice; give one value"),
     ("ramp cy525 F=3,4 R=100,127 S=1", "F and R: lists of values; give one list, and a single value for the others"),
     (
         "ramp cy525 F=3 R=127 S=1,2 --time 1s",
