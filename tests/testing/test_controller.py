@@ -105,7 +105,9 @@ def test_straps_decide_on_address_and_checksum(gs_c200s):
 
 def test_no_answer(gs_c200s):
     gs_c200s.chip.power(False)
-    with pytest.raises(Timeout, match=r"'F': no whole answer in 5 s, received b''; gs_c200s: waiting for its supply"):
+    with pytest.raises(
+        Timeout, match=r"'F': no complete answer within 5 s, received b''; gs_c200s: waiting for its supply"
+    ):
         gs_c200s.ask("F")
 
 
@@ -163,7 +165,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
 
 @pytest.mark.parametrize("what", [None, "200", 200.0], ids=repr)
 def test_what_steps_cannot_be_compared_with(gs_c200s, what):
-    with pytest.raises(UsageError, match="expected how many, their instants, or the steps of another run"):
+    with pytest.raises(UsageError, match="expected a number, instants, or the steps of another run"):
         gs_c200s.assert_steps(what)
     with pytest.raises(UsageError, match=r"assert_steps\(<gs-c200s on url: .*such as other\.chip\.steps\(\)"):
         gs_c200s.assert_steps(gs_c200s)
@@ -199,7 +201,9 @@ def test_a_lost_byte_to_the_module(gs_c200s):
 
 def test_a_lost_byte_to_the_host(gs_c200s):
     gs_c200s.faults.lost_byte(to="host", count=3)
-    with pytest.raises(Timeout, match="'F': no whole answer in 5 s, received b''; gs_c200s: waiting for a command"):
+    with pytest.raises(
+        Timeout, match="'F': no complete answer within 5 s, received b''; gs_c200s: waiting for a command"
+    ):
         gs_c200s.ask("F")
     gs_c200s.assert_reply("F", "R")
 
