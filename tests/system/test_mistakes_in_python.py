@@ -391,8 +391,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "NotRecorded",
         "x.wait is not recorded; call bench.record('x.wait') before time passes",
     ),
-    ('b.figure(axes="y")', "UnknownName", "axes: no axis 'y'; there are x, and numbers from 1 on"),
-    ("b.figure(axes=7)", "UnknownName", "axes: no axis 7; there are x, and numbers from 1 on"),
+    ('b.figure(axes="y")', "UnknownName", "axes: no axis 'y'; allowed x, or numbers from 1"),
+    ("b.figure(axes=7)", "UnknownName", "axes: no axis 7; allowed x, or numbers from 1"),
     ('b.figure(parts="motor")', "UnknownName", "parts: no quantity 'motor'; there are: none"),
     (
         "b.figure(runs=[b])",

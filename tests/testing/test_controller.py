@@ -120,7 +120,7 @@ def test_the_number_of_steps_and_their_direction(moving):
     moving.until_idle()
     moving.assert_steps(200, direction=+1)
     moving.assert_steps(200)
-    differs("200 steps came, expected 199", moving.assert_steps, 199)
+    differs("200 steps found, expected 199", moving.assert_steps, 199)
     first = readable(int(moving.chip.steps().times_ps[0]))
     said = f"step 1 is cw at {first}, expected ccw; 199 more are wrong"
     differs(said, moving.assert_steps, 200, direction=-1)
@@ -146,7 +146,7 @@ def test_the_steps_of_another_run(gs_c200s, slewline_module):
         start(module, steps)
         module.until_idle()
     gs_c200s.assert_steps(gs_c200s.chip.steps())
-    with pytest.raises(AssertionError, match="1 step missing at the end: 2 came, expected 3; the first is cw at 79"):
+    with pytest.raises(AssertionError, match="1 step missing at the end: 2 found, expected 3; the first is cw at 79"):
         gs_c200s.assert_steps(other.chip.steps())
 
 
@@ -156,7 +156,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
     moving.assert_steps(np.int64(200), direction=+1)
     moving.assert_steps(steps.times_ps)
     moving.assert_steps(list(steps.times_ps - since), since=since)
-    differs("200 steps came, expected 199", moving.assert_steps, np.int64(199))
+    differs("200 steps found, expected 199", moving.assert_steps, np.int64(199))
     with pytest.raises(UsageError, match="a float would be rounded"):
         moving.assert_steps(steps.times_ps / 1)
     times, levels = moving.bench.edges("gs_c200s.ramp")

@@ -54,7 +54,7 @@ def test_a_part_on_a_bus_is_spoken_to_by_its_host(module, request):
     assert module.position == 10
     module.until_idle()
     module.assert_steps(30, direction=+1)
-    with pytest.raises(AssertionError, match="30 steps came, expected 31"):
+    with pytest.raises(AssertionError, match="30 steps found, expected 31"):
         module.assert_steps(31)
     assert [line.split("! ")[1] for line in module.report().splitlines() if "! " in line] == [
         "moves from 0",

@@ -230,7 +230,7 @@ class Controller(Closing):
         if isinstance(expected, Integral):
             wanted = [(time, direction or sign) for time, sign in found]
             if len(found) != expected:
-                text = f"{counted(len(found), 'step')} came, expected {expected}"
+                text = f"{counted(len(found), 'step')} found, expected {expected}"
                 if not self.rig.host.idle:
                     text += f"; {self.rig.host.waiting}; until_idle() lets time pass"
         elif isinstance(expected, Steps):

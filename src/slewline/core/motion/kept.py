@@ -41,8 +41,8 @@ class Kept:
         """Warn, once, that all is kept, and how to keep less."""
         self.full = sys.maxsize
         warnings.warn(
-            f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and so will be all that follow: "
-            "slewline.Bench(keep='10 s') keeps the last ten seconds",
+            f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and all later ones will be, too; "
+            "slewline.Bench(keep='10 s') keeps only the last ten seconds",
             LongPast,
             stacklevel=level_of_caller(),
         )
