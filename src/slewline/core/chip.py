@@ -192,7 +192,7 @@ class Chip(Component, OneAxis):
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
-        """Return registers as users read them, of one axis if there are several."""
+        """Return registers for users to read, those of one axis if there are several."""
         found = Known(registers)
         found.name_help = partial(self._registers_told, axis=axis) if axis else self._registers_told
         return found
