@@ -227,7 +227,7 @@ def test_pins_and_ramps_are_drawn(call, program):
     ("options", "found"),
     [
         (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s takes none"),
-        (("p.gs-c200s", "--strap", "clock=1"), "straps put an input to 0 or 1"),
+        (("p.gs-c200s", "--strap", "clock=1"), "a strap sets an input to 0 or 1"),
         (("p.gs-c200s", "--strap", "chs=2"), "is no level; levels are 0 (low) and 1 (high)"),
         (
             ("p.txt",),

@@ -160,7 +160,7 @@ MISTAKES = [  # the line, the end of the answer
     ("serve cy525 --tcp 0 --log p.cy525", "--log p.cy525: is a program, by its name; give the transcript another one"),
     (
         "run p.cy525 --chip cy545 --memory p.cy525",
-        "p.cy525: is a program, by its name; slewline asm makes an image of it: --output F.ihx",
+        "p.cy525: a program, by its extension; slewline asm --output F.ihx makes an image of it",
     ),
     ("run p.cy525 --strap wait", "give a pin and its level, 0 or 1, such as 'wait=0'"),
     ("run p.cy525 --strap wait=2", "'2' is no level; levels are 0 (low) and 1 (high), such as 'wait=0'"),
@@ -173,7 +173,7 @@ MISTAKES = [  # the line, the end of the answer
         "run p.cy525 --strap checksum=off",
         "db3, db4, db5, db6, db7, dowhile, step_inhibit, prog, ascii_binary, wait, io_select",
     ),
-    ("run p.cy525 --strap slew=1", "cy525: strap slew=1; straps put an input to 0 or 1"),
+    ("run p.cy525 --strap slew=1", "cy525: strap slew=1; a strap sets an input to 0 or 1"),
     ("run p.cy525 --options none.toml", "none.toml: cannot be read: No such file or directory"),
     ("run p.cy525 --memory m.bin", "memory m.bin: a cy525 has no external memory; leave it out"),
     (

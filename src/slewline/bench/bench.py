@@ -123,7 +123,7 @@ class Bench:
         *("on_finding", "on_input", "on_commit"),
     )
     _to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("now", "now_ps"), 'time passes: bench.run("1 ms"), or bench.run_to("5 ms")'
+        ("now", "now_ps"), 'let time pass: bench.run("1 ms"), or bench.run_to("5 ms")'
     )
 
     @answering("Bench()", '; a chip is put on it by add("cy525")')
@@ -353,7 +353,9 @@ missing(
     **dict.fromkeys(
         ("wait_until", "run_idle", "until_is_idle"), "bench.run_until(x.reaches(40)) or bench.run_until_idle()"
     ),
-    **dict.fromkeys(("remove", "delete", "reset", "clear"), "a bench only grows: make a new one, slewline.Bench()"),
+    **dict.fromkeys(
+        ("remove", "delete", "reset", "clear"), "nothing can be removed from a bench: make a new one, slewline.Bench()"
+    ),
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
     **dict.fromkeys(

@@ -305,7 +305,7 @@ class Circuit:
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         first, second = self.net(a), self.net(b)
         if first is second:
-            raise WiringError(f"wire {a} to {b}: both are the same; give two pins")
+            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two")
         if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.tell("wire", a=a, b=b, invert=invert)

@@ -260,7 +260,7 @@ def held(content: Any) -> bytes:
     try:
         return bytes(content)
     except ValueError:
-        raise UsageError("store: found a number that is no byte; allowed 0 to 255") from None
+        raise UsageError("store: found a number that is not a byte; allowed 0 to 255") from None
 
 
 @contextmanager
@@ -271,7 +271,7 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     except BenchFileError:
         raise  # with its line
     except STRANGE as error:
-        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be done: {error!r}"
+        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be executed: {error!r}"
         raise found.error(number, says) from error
 
 

@@ -145,7 +145,7 @@ class WholeFile(WholeOrNothing):
                 _sync_names(self._target.parent)
         if self.part is not None and not self._kept_owner:
             warnings.warn(
-                f"{self.path}: its owner and group are yours now, not those it had", stacklevel=level_of_caller()
+                f"{self.path}: its owner and group are now yours, not the previous ones", stacklevel=level_of_caller()
             )
 
     def discard(self) -> None:

@@ -170,7 +170,7 @@ class Faults(Part):
         if to not in WAYS:
             raise UsageError(f"{name}: to {to!r}; allowed {', '.join(WAYS)}")
         if not self.noises:
-            raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, is on no serial line")
+            raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, has no serial line")
         noise, planned = self.noises[to], []
 
         def begin() -> str:

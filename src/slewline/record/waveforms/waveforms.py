@@ -214,7 +214,7 @@ class Waveforms:
 
         found = self._readable(signal)
         if found.variable.kind != "bits":
-            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace has levels")
+            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace needs levels")
         if invert:
             self._wire(signal)
             found = found._replace(levels=inverted(found.levels), level=inverted(np.array([found.level]))[0])
