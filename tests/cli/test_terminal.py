@@ -56,7 +56,10 @@ def test_lines_their_answers_and_what_is_odd(talk):
         "gs-c200s> Q",
         "END  (end of the listing, 1 ms)",
     ]
-    assert found.err == f"slewline: gs-c200s at {GSC}, 9600 7O2; raw characters go to terminal.gs-c200s.raw; {LEAVES}\n"
+    assert (
+        found.err
+        == f"slewline: gs-c200s at {GSC}, 9600 7O2; raw characters are recorded in terminal.gs-c200s.raw; {LEAVES}\n"
+    )
 
 
 def test_a_part_that_answers_queries_only(talk):
