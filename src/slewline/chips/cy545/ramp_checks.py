@@ -83,7 +83,7 @@ def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Itera
     if distance <= 2 * ramp:
         top = min(interval for interval, _ in profile.move(distance, *made, law).runs)
         found = (
-            f"R {made[1]} is not reached: the ramp takes {ramp} steps up and {ramp} down, the move has {distance}; "
+            f"R {made[1]} is not reached: each ramp takes {ramp} steps, but the move has {distance}; "
             f"it reaches rate {law.periods.index(top)}, {hz / top:.0f} steps/s"
         )
         yield Odd("short-move", "note", found, SECTION, f"{2 * ramp + 1} steps or more, or a greater S")
