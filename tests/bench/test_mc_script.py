@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import pytest
 
 import slewline
@@ -79,6 +81,27 @@ def test_a_script_takes_exactly_the_time_of_a_host_that_sends_the_same():
 
 
 # ----------------------------------------------------------------------------------------------------------- directives
+@pytest.mark.parametrize("steps", [900, 40])
+@pytest.mark.parametrize("part", ["mc1151a", "mc1451a-e"])
+def test_omitted_status_queries_change_neither_steps_nor_times(part, steps):
+    found = {}
+    for sparse in (False, True):
+        bench = slewline.Bench()
+        x = bench.add(part, name="x")
+        host = bench.host(x)
+        host.port.sparse = sparse
+        run_script(bench, host, f"SET_VEL 9000\nSET_ACC 90\nSET_POS {steps}\nUPDATE\nwait motion_complete\nGET_POS")
+        for _ in range(20):  # the wait continues from run to run
+            with suppress(slewline.Timeout):
+                bench.run_until_idle("137 ms")
+                break
+        found[sparse] = (bench.now_ps, x.steps().times_ps.tolist(), host.received[-4:], len(host.received))
+    *one, all_words = found[False]
+    *two, few_words = found[True]
+    assert one == two and len(one[1]) == steps
+    assert few_words < all_words / 10
+
+
 @pytest.mark.parametrize("at", ["", "@"])
 def test_wait_for_a_status_bit_asks_the_current_axis(at):
     played = Played(f"SET_2\n{MOVE}{at}wait motion_complete\nGET_TRGT_POS\nSET_1\n{at}wait !in_motion")

@@ -67,7 +67,7 @@ COMMANDS = Table(
     _alike("J", TARGET),
     _alike("L", Arg("count", 1, 0, 256), TARGET),  # guide: 256, which is 0 in a byte
     _alike("N"),
-    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step after each"),
+    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step after each", role="phases"),
     _alike("P"),
     _alike("Q"),
     _own("R", "R", "RATE", (RATE,), "step rate", trust="stated", role="top_rate"),

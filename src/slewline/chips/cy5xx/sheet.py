@@ -85,7 +85,7 @@ COMMANDS = Table(
     TextRow("J", "JUMP",       (TARGET,),                                 100, "continue at a byte of the program", "s.3; T.V", flow="t", starts=True, role="jump"),
     TextRow("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V", flow="nt", role="loop", starts=True),
     TextRow("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),              180, "number of steps of a relative move", "s.3; T.V", role="distance"),
-    TextRow("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V"),
+    TextRow("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V", role="phases"),
     TextRow("P", "POSITION",   (Arg("position", 2, 0, 65535),),           550, "step to an absolute position", "s.3; T.V", motion=True, role="absolute"),
     TextRow("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False, role="leave"),
     TextRow("R", "RATE",       (Arg("rate", 1, 0, 127),),                  80, "maximum step rate", "s.3; T.V", role="top_rate"),

@@ -120,6 +120,7 @@ ROW_ROLES: Mapping[str, str] = MappingProxyType(  # a command that ...
         "distance": "sets the number of steps of the relative moves that follow",
         "target": "sets the position to which the next motion goes",
         "absolute": "moves to a position, as a part does that no computer asks where it is",
+        "phases": "sets the phases to a step of their pattern",
         "plus": "sets the direction of the relative moves that follow: clockwise",
         "minus": "sets their direction: counter-clockwise",
         "move": "moves by a number of steps",
