@@ -1,8 +1,8 @@
 """The fields of a motor record: name, type, access, meaning.  The record, its page and the tests read this table alone.
 
-A row with a `put` is written by clients: the method of `Effects` with that name takes it, and a value without effect is
-refused.  A row without one is read only, unless it is `fixed`: then clients may put the value that it has, as programs
-do that restore a whole list of fields, and any other one is refused.
+A row with a `put` can be written by clients: the method of `Effects` with that name handles it, and refuses a value
+without effect.  A row without one is read only, unless it is `fixed`: then clients may put its present value, as
+programs do that restore a whole list of fields, and any other value is refused.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ STATUS = (
 STOP, PAUSE, MOVE, GO = range(4)  # of SPMG
 SWITCH = ("Stop", "Pause", "Move", "Go")
 
-LIMITED = {  # fields whose control limits are those of other fields: lower, upper
+LIMITED = {  # fields whose control limits are other fields: lower, upper
     "VAL": ("LLM", "HLM"),
     "RBV": ("LLM", "HLM"),
     "DVAL": ("DLLM", "DHLM"),
@@ -36,13 +36,13 @@ class FieldRow(NamedTuple):
     """A field of the record.
 
     Attributes:
-        name: of the field; with "_" at its start, that of a record of its own beside the motor record.
-        kind: of the value, as Channel Access has it: double, float, long, short, string or enum.
-        says: what it is, and what a put does, for the page.
-        put: the method of `Effects` that takes a put; "": none.
-        fixed: it has one value, which may be put.
-        value: that it begins with; of a field that the state computes it is not used.
-        words: of an enum.
+        name: the name of the field; one that begins with "_" is a record of its own next to the motor record.
+        kind: the type of the value, as in Channel Access: double, float, long, short, string or enum.
+        says: the meaning of the field and of a put, for the page.
+        put: the method of `Effects` that handles a put; "" for none.
+        fixed: True if the field has one value, which may be put.
+        value: the initial value; not used if the state computes the field.
+        words: the words of an enum.
         unit: the unit, with {} for that of the motor.
     """
 
@@ -57,7 +57,7 @@ class FieldRow(NamedTuple):
 
     @property
     def access(self) -> str:
-        """What clients may do: read, put, or put its own value."""
+        """Access for clients: read, put, or put of its own value only."""
         return "put" if self.put else "fixed" if self.fixed else "read"
 
 
@@ -81,7 +81,7 @@ _UNUSED = "not used by the motor record either"
 _OPEN_LOOP = "the module counts the steps that it makes: there is nothing to try again"
 
 FIELDS: tuple[FieldRow, ...] = (
-    # positions that are wanted
+    # target positions
     _put("VAL", "double", "drive", "wanted position, user coordinates; moves the motor"),
     _put("DVAL", "double", "drive", "wanted position, dial coordinates; moves the motor"),
     _put("RVAL", "long", "drive", "wanted position in steps; moves the motor"),
@@ -90,7 +90,7 @@ FIELDS: tuple[FieldRow, ...] = (
     _put("TWR", "short", "drive", "1 moves back by TWV, and it is 0 again"),
     _put("TWV", "double", "number", "distance of TWF and TWR"),
     _put("SYNC", "short", "sync", "1 sets VAL, DVAL and RVAL to where the motor is, and it is 0 again; at rest"),
-    # positions where it is
+    # present positions
     _read("RBV", "double", "position where the motor was at rest last, user coordinates"),
     _read("DRBV", "double", "the same, dial coordinates"),
     _read("RRBV", "long", "the same, in steps"),
@@ -164,7 +164,7 @@ FIELDS: tuple[FieldRow, ...] = (
     _put("STUP", "enum", "update", "ON asks the module where it is, at rest, and it is OFF again", words=UPDATE),
     _put("NTM", "enum", "switch", "NO: a motion is not stopped for a new position", value=1, words=NO_YES),
     _fixed("NTMF", "long", 2, "no position while the motor moves, to which it would apply"),
-    # what it does
+    # state
     _fixed("LOCK", "enum", 0, "NO: for soft channels", words=NO_YES),
     _read("RCNT", "short", f"0: {_OPEN_LOOP}"),
     _read("MISS", "short", "1: a move has ended RDBD or more from DVAL"),
@@ -183,7 +183,7 @@ FIELDS: tuple[FieldRow, ...] = (
     _fixed("RTRY", "short", 0, _OPEN_LOOP),
     _fixed("RMOD", "enum", 0, _OPEN_LOOP, words=RETRY),
     _put("DLY", "double", "number", "time at rest, until DMOV is 1", unit=TIME),
-    # what the module does not have
+    # missing functions of the module
     _fixed("CNEN", "enum", 0, "Disable: no torque that can be switched", words=("Disable", "Enable")),
     _fixed("PCOF", "double", 0.0, "no position loop", unit=NONE),
     _fixed("ICOF", "double", 0.0, "no position loop", unit=NONE),

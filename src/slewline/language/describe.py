@@ -1,4 +1,4 @@
-"""The data sheet as Markdown: what `slewline describe` prints, and a generated page of the documentation."""
+"""The data sheet as Markdown: the output of `slewline describe`, and a generated page of the documentation."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ LEVEL = {0: "low", 1: "high", None: ""}
 
 
 def describe(sheet: Sheet, command: str | None = None) -> str:
-    """The whole sheet, or a single command by its letter or name, all forms of it.
+    """Return the whole sheet, or a single command by its letter or name, in all its forms.
 
     Raises:
-        UnknownName: the part has no such command; the message lists those that it has.
+        UnknownName: the part has no such command; the message lists its commands.
     """
     if command is not None:
         return describe_command(sheet, command)
@@ -34,7 +34,7 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
 
 
 def describe_command(sheet: Sheet, command: str) -> str:
-    """One command in full: how it is written, sent and stored, what it takes, how long it lasts."""
+    """Return one command in full: how it is written, sent and stored, its arguments, its duration."""
     dialect = dialect_of(sheet)
     if command == dialect.mark and sheet.labels:
         return dialect.labels_in_full(sheet)
@@ -65,7 +65,7 @@ def _head(sheet: Sheet) -> str:
 
 
 def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
-    """The serial port: format, rates, addresses, answers."""
+    """Return the serial port: format, rates, addresses, answers."""
     format_ = f"{port.bits} data bits, {port.parity} parity, {port.stop} stop bits"
     longest = f"; lines of up to {dialect.longest} characters" if dialect.longest else ""
     check = f"; checksums while `{port.checksum_pin}` is high" if port.checksum_pin else ""
@@ -80,7 +80,7 @@ def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
 
 
 def _sides(sheet: Sheet) -> str:
-    """The two sides of a part that is reached over a bus that works both ways and over a serial line."""
+    """Return the two interfaces of a part with a bidirectional bus and a serial line."""
     bus, line = sheet.channel(FlowBus), sheet.channel(AdaptiveLine)
     if bus is None or line is None:
         return ""
@@ -150,7 +150,7 @@ def _at_once(sheet: Sheet) -> str:
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:
-    """What a pin is for: its role, the axis where there are several, and the level where it is not the active one."""
+    """Return the role of a pin, its axis if there are several, and its level if that is not the active one."""
     axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
     return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
@@ -222,7 +222,7 @@ def _options(sheet: Sheet) -> str:
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Options, those of tables after them, as a table."""
+    """Return options, then those of tables, as a table."""
     heads = ("option", "default", "allowed", "what it is")
     rows = [
         (

@@ -1,4 +1,4 @@
-"""The parts around a chip: an explicit list without scanning, and guests, found by module:Class or an entry point.
+"""Parts around a chip: an explicit list without scanning, and plug-ins, found by module:Class or an entry point.
 
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListedPart:
-    """A kind of part: what it is, and where its class is, as `module:name` within this folder.
+    """A kind of part: its description, and the location of its class as `module:name` within this folder.
 
-    `fixed` are options of the class that make it this kind; nothing else gives them.
+    `fixed` are the options of the class that define the kind; users cannot set them.
     """
 
     says: str
@@ -99,14 +99,14 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
         allow_code: a kind may be module:Class, whose import runs the code of the module.
 
     Raises:
-        UnknownName: no such kind; the message says which there are.
-        UsageError: module:Class where that is not allowed, or what it names is no class of a part.
+        UnknownName: the kind is unknown; the message lists the known kinds.
+        UsageError: module:Class is not allowed, or does not name the class of a part.
     """
     return CATALOGUE.load(kind, allow_code=allow_code)
 
 
 def options_of(cls: type[Part], fixed: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the options that a user may give, of a class of which the kind fixes some."""
+    """Return the options of a class that a user may set: all except those fixed by its kind."""
     return tuple(row for row in cls.options if row.name not in fixed)
 
 
@@ -118,12 +118,12 @@ def make_part(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     **mounted: Shaft,
 ) -> Part:
-    """Return a part of a class, on a shaft where it sits on one; its constructor gets every option, checked.
+    """Return a new part of a class, on its shaft if it sits on one, after checking all options.
 
     Args:
-        fixed: options that its kind fixes.
+        fixed: options that the kind fixes.
 
     Raises:
-        UsageError: an option that the class does not have, or does not allow.
+        UsageError: the class does not have an option, or does not allow its value.
     """
     return cls(kernel, name, **mounted, **fixed, **checked(name, options_of(cls, fixed), options))

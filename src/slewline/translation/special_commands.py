@@ -1,4 +1,4 @@
-"""Commands that no other part need have: why nothing is needed in their place, and what a person can do instead."""
+"""Commands that other parts need not have: why no replacement is needed, and advice to the user."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What only the CY500's linter knows: the article's warnings, each where a run of the text comes upon it."""
+"""Rules of the CY500's linter alone: the article's warnings, each at the command that it concerns."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ TURNS = ("CW", "CCW")
 
 
 class State(NamedTuple):
-    """Modes and registers as far as the text shows."""
+    """Modes and registers, as far as known from the text."""
 
     last: str = ""
     home: bool = False
     jog: bool = False
-    absolute: bool = False  # P was the last of N and P
+    absolute: bool = False  # True if P came after N
     rate: int | None = None
     slope: int = 0
     number: int | None = None
 
 
 def remarks(statement: Statement, state: State) -> Iterator[Odd]:
-    """Yield what the article warns of."""
+    """Yield the article's warnings about a command."""
     name = statement.row.name
     if name == "ATHOME" and state.last in TURNS:
         yield Odd(
@@ -54,7 +54,7 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
 
 
 def after(statement: Statement, state: State) -> State:
-    """The state after a command."""
+    """Return the state after a command."""
     value = statement.values[0] if statement.values else 0
     number = value - (state.last == "ATHOME")
     changes: dict[str, dict[str, Any]] = {
@@ -70,7 +70,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def warnings(source: Source) -> None:
-    """Run the text, and report what the article warns of."""
+    """Run the text, and report the article's warnings."""
     judged(source, State(), remarks, after)
 
 

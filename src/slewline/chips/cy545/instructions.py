@@ -119,7 +119,6 @@ class Instructions(instructions.ParameterHandlers):
         self.begin_anew()
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield the conditions that a motion checks: whether one holds, with the code and text of its finding."""
         values = self.registers.values
         low, high = values["firstrate"], values["rate"]
         yield high < low, "rate-below-firstrate", f"R {high} is below F {low}: the whole motion is made at F"

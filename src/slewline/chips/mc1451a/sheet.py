@@ -1,8 +1,8 @@
-"""MC1151A, MC1251A, MC1451A and their -E parts as data.  Source: the chipset's manual (PMD, doc. rev. 12.02, Nov. 1997).
+"""MC1151A, MC1251A, MC1451A and their -E parts as data.  Source: the chipset's manual (PMD, doc. rev. 12.02, 11/1997).
 
 One sheet for six parts, which differ in the number of axes and in the encoder chip (-E).  A part is a set of packages:
-I/O chip, CP chip and, with encoders, ENC chip; `where` says to which a pin belongs.  Pins that carry no signal of the
-model, such as the wires between the packages, have the package before their name.
+I/O chip, CP chip and, with encoders, ENC chip; `where` names the package of a pin.  Pins without a signal of the model,
+such as the wires between the packages, have the package before their name.
 
 The chipset counts clocks: 8192 of them are a cycle, 2048 a time slice.  Speeds are steps per cycle, in 2^-16.
 """
@@ -22,8 +22,8 @@ from ...language.packets import Packets, Sibling
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
-SLICE_TICKS = 2048  # the host port is served once a slice, four times a cycle
-RESET_CYCLES = 10  # HostRdy stays low for so long after reset
+SLICE_TICKS = 2048  # the host port is processed once a slice, four times a cycle
+RESET_CYCLES = 10  # time for which HostRdy is low after reset
 STANDARD_RANGE, HIGH_RANGE = 16, 512  # pulses per cycle at most
 FILTER_TICKS = 12  # three periods of CLKOUT
 CLKOUT_TICKS = 4
@@ -35,7 +35,7 @@ _STROBE = "at the strobes"
 
 
 def _wires(where: str, numbers: Sequence[int], name: str, way: Way, says: str, first: int = 0) -> tuple[Pin, ...]:
-    """Numbered pins without a signal of the model: `first` is the number of the first one."""
+    """Return numbered pins without a signal of the model; `first` is the number of the first one."""
     return tuple(Pin(number, f"{name}{first + n}", way, says, where=where) for n, number in enumerate(numbers))
 
 
@@ -91,7 +91,7 @@ PINS = (
     *_supply(_ENC, "enc", (3, 14, 16, 25, 35), (10, 21, 32, 34, 43)),
 )
 # fmt: on
-WIRES = (  # names that no package has are left out
+WIRES = (  # without the names that no package has
     *((f"cp_data{n}", f"io_cpdata{n}", f"enc_cpdata{n}") for n in range(2, 12)),
     *((f"cp_ioaddr{n}", f"io_cpaddr{n}", f"enc_cpaddr{n}") for n in range(4)),
     *((f"cp_iocntrl{n}", f"io_cpcntrl{n}", f"enc_cpcntrl{n}") for n in range(4)),
@@ -105,7 +105,7 @@ PER_AXIS = ("pulse", "dir", "home", "atrest", "poslimit", "neglimit", "quada", "
 
 
 def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
-    """The pins of a part: axes that it lacks have none."""
+    """Return the pins of a part with a number of axes."""
     return tuple(
         pin
         for pin in PINS
@@ -114,13 +114,13 @@ def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
 
 
 def _limits(pins: Sequence[Pin]) -> tuple[Limit, ...]:
-    """The limits between edges that a part has pins for."""
+    """Return the limits between edges of the pins that a part has."""
     names = {pin.name for pin in pins} | {"hostdata"}
     return tuple(limit for limit in LIMITS if names >= {limit.start.split()[0], limit.end.split()[0]})
 
 
 def _wired(pins: Sequence[Pin]) -> tuple[tuple[str, ...], ...]:
-    """The wires between the packages of a part."""
+    """Return the wires between the packages of a part."""
     names = {pin.name for pin in pins}
     wires = (tuple(name for name in wire if name in names) for wire in WIRES)
     return tuple(wire for wire in wires if wire[1:])
@@ -178,11 +178,11 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 
 @dataclass(frozen=True, slots=True)
 class RegisterRow(PacketRow):
-    """A command, with what it does to a register; one that does more has a method in instructions.py.
+    """A command, with its effect on a register; a command that does more has a method in instructions.py.
 
-    It `sets` a register to the value given there, `loads` one with the number of the host, of which `bits` are kept (below
-    0: with their sign), or `shows` one.  Registers are those of the current axis, of its buffer where the command is
-    buffered; after other words than "current" in `acts`, those of the chipset.
+    It `sets` a register to a fixed value, `loads` one with the number of the host, of which `bits` are stored (below 0:
+    signed), or `shows` one.  Registers are those of the current axis, of its buffer if the command is buffered; with
+    words other than "current" in `acts`, those of the chipset.
     """
 
     sets: tuple[str, object] | None = None
@@ -192,7 +192,7 @@ class RegisterRow(PacketRow):
 
 
 def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
-    """A command: what it takes (`args`), what it `reads`, what it `acts` on."""
+    """Return a command: its arguments (`args`), the value that it `reads`, the axes on which it `acts`."""
     found = () if reads is None else (reads,)
     return RegisterRow(name, name, args, BUSY_US, says, "command reference", code=code, acts=acts, reads=found, **more)  # fmt: skip
 
@@ -284,7 +284,7 @@ ROWS = (
 ILLEGAL = frozenset({0x00, 0x03, 0x04, 0x22, *range(0x80, 0x100)})  # 03 and 04 only where axes 3 and 4 are missing
 RESERVED = frozenset({0x49})
 
-# Codes of sister parts: their words are taken, and 0 is returned for them, so that a host keeps in step.  A servo does
+# Codes of sister parts: their words are read, and 0 is returned for them, so that a host keeps in step.  A servo does
 # nothing without gains, so every program for one sends some; a stepper part has none, so they show such a program.
 SERVO = "the MC1401A, a servo chip"
 
@@ -353,7 +353,7 @@ TIMES = MappingProxyType({
 })
 # The clock's own times (t4, t5) and that from stable power to reset have no edge on a pin; the index of t3 has no pin.
 NS, US = 1000, 1_000_000  # ps
-# A strobe counts for the chip that is selected at its end; t7 and t8 of a write are set-up times, hence below zero after it.
+# A strobe is for the chip that is selected at its end; t7 and t8 of a write are set-up times, hence below zero after it.
 _SELECTED = (("hostslct", 0),)
 _WRITE, _READ = (("hostwrite", 0), *_SELECTED), (("hostread", 0), *_SELECTED)
 LIMITS = (

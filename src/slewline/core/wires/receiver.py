@@ -262,6 +262,7 @@ class Receiver:
         return self.due
 
     def take_over(self, line: Characters) -> None:
+        """Receive a line that a sender hands over at its start: plan it, as if the start bit had been seen."""
         task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
         self.line, self.at, self.rests = line, 0, False
         task.token += 1

@@ -1,4 +1,4 @@
-"""The reference of commands that are grammar."""
+"""The reference of commands that are lines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
 
 def line_in_full(sheet: Sheet, row: LineRow) -> str:
-    """Return all that is known of a command, in Markdown: forms, arguments, opcode, answers."""
+    """Return the full description of a command, in Markdown: forms, arguments, opcode, answers."""
     room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
     text = [
         f"# {row.name}: {row.says}",
@@ -29,7 +29,7 @@ def line_in_full(sheet: Sheet, row: LineRow) -> str:
 
 
 def line_table(commands: Iterable[LineRow]) -> str:
-    """Commands that are lines, as a table."""
+    """Return commands that are lines, as a table."""
     heads = ("line", "name", "what it does", "arguments", "locations", "opcode", "taken", "manual")
     rows = [
         (
@@ -58,6 +58,6 @@ def _opcodes(row: LineRow) -> str:
 
 
 def _taken(row: LineRow) -> str:
-    """In which states it acts at once; a stored one is kept for the program during program entry."""
+    """Return the states in which a command acts immediately; program entry stores it instead."""
     found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
     return ", ".join(found)

@@ -1,4 +1,4 @@
-"""What the linter says of programs: how they begin and end, loops, labels, pages."""
+"""Rules of the linter for programs: their start and end, loops, labels, pages."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from . import live_rules
 from .forms import TextDialect
 from .live_rules import listed
 
-FURTHEST = ("nt", "n0", "t", "0")  # ways on, as remedies name them: those on a condition first
+FURTHEST = ("nt", "n0", "t", "0")  # branches, in the order of remedies: conditional ones first
 
 
 def ends(source: Source) -> None:
-    """No run goes past the last instruction."""
+    """Report a program that may run past its last instruction."""
     rows = source.sheet.commands
     stop = listed(source.sheet.acting("stop"))
     again = listed(sorted((row for row in rows if row.stored and row.flow in ("0", "t")), key=lambda row: row.flow))
@@ -29,7 +29,7 @@ def ends(source: Source) -> None:
 
 
 def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
-    """Return every loop with each loop that it contains."""
+    """Yield every loop with each loop that it contains."""
     for block in source.blocks:
         counted = [statement for statement in block.statements if statement.row.role == "loop"]
         for outer in counted:
@@ -39,7 +39,7 @@ def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
 
 
 def loops(source: Source) -> None:
-    """One loop at a time: there is a single count."""
+    """Report nested loops, for a part with a single count, and loops of one pass."""
     others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
     ways = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
     for outer, inner in nested(source):
@@ -54,7 +54,7 @@ def loops(source: Source) -> None:
 
 
 def kinds_of_loops(source: Source) -> None:
-    """There is one count for each kind of loop, so a loop within one of its own kind takes over its count."""
+    """Report a loop within one of its own kind, for a part with one count for each kind."""
     for outer, inner in nested(source):
         if inner.row is outer.row:
             found = f"the loop of line {inner.line} lies inside this one, and has the same count"
@@ -63,7 +63,7 @@ def kinds_of_loops(source: Source) -> None:
 
 
 def pages(source: Source) -> None:
-    """A branch with an address of one byte reaches the page of the byte after it: it may end in the next one."""
+    """Report a branch with a one-byte address at the end of a page: it branches into the page of the byte after it."""
     page = spoken_as(source.sheet, TextDialect).page
     for block in source.blocks:
         for statement in block.statements:
@@ -75,7 +75,7 @@ def pages(source: Source) -> None:
 
 
 def misplaced(source: Source) -> None:
-    """Commands that mean little where they stand."""
+    """Report commands with little effect at their place."""
     enter, leave = source.sheet.enter, listed(source.sheet.leave)
     for statement in source.statements:
         inside, row = statement.block >= 0, statement.row
@@ -95,7 +95,7 @@ def misplaced(source: Source) -> None:
 
 
 def entries(source: Source) -> None:
-    """Programs are closed, and their labels are used."""
+    """Report programs without an end, and unused labels."""
     used = {(id(block), target.label) for _, target, block in branches(source)}
     leave, about_labels = listed(source.sheet.leave), source.sheet.sections.get("labels", "")
     for block in source.blocks:

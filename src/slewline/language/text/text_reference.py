@@ -52,7 +52,7 @@ def _busy(row: TextRow) -> str:
 
 
 def in_full(sheet: Sheet, row: TextRow) -> str:
-    """Return all that is known of a command, in Markdown: forms, arguments, times, sources."""
+    """Return the full description of a command, in Markdown: forms, arguments, times, sources."""
     spoken = spoken_as(sheet, TextDialect)
     if spoken.tokens:
         place, kept = "buffer", f"{_bytes(row.size)}, `{stored(row)}`"
@@ -121,7 +121,7 @@ def command_table(sheet: Sheet) -> str:
 
 
 def chapters(sheet: Sheet) -> list[str]:
-    """Return how numbers are written."""
+    """Return the chapter on how numbers are written."""
     spoken = spoken_as(sheet, TextDialect)
     return [
         "## Numbers\n\nDecimal (`135`) or hexadecimal, with a leading digit and a trailing `H` (`87H`, `0ABH`); "

@@ -1,6 +1,6 @@
-"""Drivers, and what users give as a driver: text as on a circuit diagram, or a table of figures.
+"""Drivers, and the text or table with which users describe one, as on a circuit diagram.
 
-driver = "24 V, 1 A"                                        a current source that the supply limits
+driver = "24 V, 1 A"                                        a current source limited by the supply
 driver = "24 V, 1.4 A chopper, 20 kHz, slow decay"
 driver = "GS-D200, 24 V, 1 A, rest 0.25 A, ramp 1.5 A"
 driver = "L/4R 20 V"                                        with three times the winding's resistance in series
@@ -28,7 +28,7 @@ from .motors import MOTORS
 
 
 class DriverRow(NamedTuple):
-    """A driver that can be bought: how it switches, the supply that it takes, V, and its greatest phase current, A."""
+    """A driver on the market: its kind of switching, supply range, V, and greatest phase current, A."""
 
     data: DriverData
     supply: tuple[float, float]
@@ -96,7 +96,7 @@ FIGURES = (  # of a table, in the order of DriverData
 LEVELS = ("rest", "slew", "ramp")
 ALWAYS = ("name", "kind", "clamp", "source")
 REGULATED = ("current", "boost", *LEVELS)
-TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # by its kind, what a driver has beside ALWAYS
+TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # figures of a driver in addition to ALWAYS, by kind
     {
         "current": ("lag", *REGULATED),
         "averaged": ("supply", *REGULATED),
@@ -107,7 +107,7 @@ TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # by its kind, what a 
 )
 NEEDED = ("supply", "high", "high_time")
 
-SAYINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(  # what a part of a text may be, and what it sets beside
+SAYINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(  # parts of a text, and other figures they set
     {
         "{supply:V}": {},
         "{current:A}": {},
@@ -159,7 +159,7 @@ def _pattern(form: str) -> re.Pattern[str]:
 
 
 def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
-    """Yield what the parts of a text set: the part, a figure and its value."""
+    """Yield the figures in a text: the part of the text, a figure and its value."""
     for part in re.sub(r"(?<=[^\s,])\s+(averaged|chopper)\b", r", \1", text, flags=re.IGNORECASE).split(","):
         part = part.strip()
         if part in DRIVERS:
@@ -193,7 +193,7 @@ def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:
 
 
 def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
-    """Return the table that a text stands for."""
+    """Return the table that a text is equivalent to."""
     given: dict[str, Any] = {}
     by: dict[str, str] = {}
     for part, each, value in _said(text, name, motor):
@@ -206,14 +206,14 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
 
 
 def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
-    """Return a driver that is given as text, or as a table of figures, which may be `like` one that can be bought.
+    """Return a driver described by text or by a table of figures; both may be `like` a driver on the market.
 
     Args:
-        name: what the driver is called in messages.
-        motor: what it drives; its rated current holds where none is given, its resistance makes L/nR.
+        name: the driver's name in messages.
+        motor: the driven motor; its rated current is the default, its resistance determines L/nR.
 
     Raises:
-        UnknownName: `like` a driver that is not known.
+        UnknownName: `like` names an unknown driver.
         UsageError: a part of the text is not understood, or a figure does not exist, is missing, or is out of range.
     """
     if isinstance(value, DriverData):
@@ -246,7 +246,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
 
 def has_own_clock(value: Any, motor: MotorData) -> bool:
-    """Return whether a driver, as a user gave it, says how often it switches; of other ones 20 kHz are assumed."""
+    """Return whether a driver, as set by the user, has a chopper frequency; for others 20 kHz are assumed."""
     if isinstance(value, DriverData):
         return True
     given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}
@@ -260,10 +260,10 @@ def _driver_named(like: object, name: str) -> DriverRow:
 
 
 def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> None:
-    """Refuse what a driver of this kind does not have, and ask for what it needs."""
+    """Refuse figures that this kind of driver does not have, and a missing figure that it needs."""
     kind = given.get("kind", rows[1].default)
     if not isinstance(kind, str) or kind not in TAKES:
-        return  # `checked` says so
+        return  # `checked` reports it
     for each in given:
         if each not in (*ALWAYS, *TAKES[kind]) and any(each == row.name for row in rows):
             of = ", ".join(other for other, takes in TAKES.items() if each in takes)
@@ -275,7 +275,7 @@ def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> Non
 
 
 def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
-    """Return the current that is given, or that of the motor."""
+    """Return the current set, or that of the motor."""
     if "current" not in given:
         return motor.current
     row = next(row for row in FIGURES if row.name == "current")
@@ -283,7 +283,7 @@ def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
 
 
 def _factor(value: Any, level: str, current: float, name: str) -> Any:
-    """Return a level as a factor of the current; text has it in amperes."""
+    """Return a level as a factor of the current; in text it is in amperes."""
     value = float(value) if isinstance(value, str) and re.fullmatch(NUMBER, value) else value
     if not isinstance(value, str):
         return value
@@ -295,7 +295,7 @@ def _factor(value: Any, level: str, current: float, name: str) -> Any:
 
 
 def _within(driver: DriverData, row: DriverRow, name: str) -> DriverData:
-    """Return a driver that gets the supply, and is asked for a current, which its data sheet allows."""
+    """Return a driver after checking that its data sheet allows the supply and the current."""
     low, high = row.supply
     if not low <= driver.supply <= high:
         raise UsageError(f"{name}: supply {driver.supply:g} V; the {row.data.name} takes {low:g}..{high:g} V")

@@ -1,4 +1,4 @@
-"""What a motor drives: text, or a table of figures; a linear axis by its mass and lead.
+"""Loads of a motor: text, or a table of figures; a linear axis by its mass and lead.
 
 load = "inertia 68 g cm2, friction 5 mNm"
 load = { inertia = "68 g cm2", friction = "5 mNm", low = -200, high = 4000 }
@@ -51,14 +51,14 @@ NEEDS = (  # a figure that has no effect without another one
 
 
 def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
-    """Return a load that is given as text, or as a table of figures.
+    """Return a load described by text or by a table of figures.
 
     Args:
-        name: what the load is called in messages.
-        motor: what drives it; its full steps are those of the hard stops.
+        name: the load's name in messages.
+        motor: the driving motor; the hard stops are in its full steps.
 
     Raises:
-        UsageError: a figure that there is not, is out of range, or has no effect without another one.
+        UsageError: a figure is unknown, out of range, or has no effect without another one.
     """
     if isinstance(value, LoadData):
         return value
@@ -79,7 +79,7 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
                 f"{name}: {stop} {found[stop]:g} full steps; the motor begins at 0: allowed low <= 0 <= high"
             )
     mass, lead, efficiency, force, vertical = (found.pop(each) for each in AXIS)
-    arm = lead / (2 * pi)  # m of the axis for each rad
+    arm = lead / (2 * pi)  # m of the axis per rad
     found["inertia"] += mass * arm**2
     found["friction"] += force * arm / efficiency
     found["torque"] += mass * GRAVITY * arm if vertical else 0.0
@@ -92,12 +92,12 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
     return LoadData(**found)
 
 
-FAR = 10  # times what a motor holds: the unit of a figure is more likely another one than the motor
+FAR = 10  # times the holding torque: a figure with a wrong unit is more likely than such a motor
 REMEDY = "use a greater current, a stronger motor or a smaller load"
 
 
 def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str = "load") -> None:
-    """Refuse a load that the motor cannot hold at rest, or cannot turn however slowly.
+    """Refuse a load that the motor cannot hold at rest, or cannot turn even slowly.
 
     Raises:
         UsageError: it cannot; the message has the torques.

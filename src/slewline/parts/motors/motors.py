@@ -1,4 +1,4 @@
-"""Motors that can be bought, by their data sheets; and what users give as a motor: a name, text, or a table of figures.
+"""Motors on the market, by their data sheets; and user-defined motors: by name, as text, or as a table of figures.
 
 motor = "QSH4218-51-10-049"
 motor = "current 2 A, resistance 1.4 ohm, inductance 3 mH, holding torque 0.44 Nm, inertia 57 g cm2"
@@ -100,7 +100,7 @@ FIGURES = (  # of a table; rows of their own, in the order of MotorData
 
 EXAMPLE = "current 2 A, resistance 1.4 ohm, inductance 3 mH, holding torque 0.44 Nm, inertia 57 g cm2"
 OWN = f"give the figures of its data sheet: '{EXAMPLE}'"
-SPELLED: Mapping[str, str] = MappingProxyType(  # as data sheets call the figures
+SPELLED: Mapping[str, str] = MappingProxyType(  # names of the figures on data sheets
     {
         "holding torque": "torque", "detent torque": "detent", "rated current": "current", "phase current": "current",
         "phase resistance": "resistance", "phase inductance": "inductance", "rotor inertia": "inertia",
@@ -110,7 +110,7 @@ SPELLED: Mapping[str, str] = MappingProxyType(  # as data sheets call the figure
 )  # fmt: skip
 BESIDE = ("like", "step_angle")
 NEEDED = ("current", "resistance", "inductance", "torque", "inertia")
-ASSUMED: Mapping[str, str] = MappingProxyType(  # of a motor of one's own, what holds for a figure that is left out
+ASSUMED: Mapping[str, str] = MappingProxyType(  # of a user-defined motor, default of a figure that is left out
     {
         "windings": "bipolar windings",
         "teeth": "200 full steps a turn (step angle 1.8 deg)",
@@ -127,7 +127,7 @@ def motor_named(name: str, place: str = "motor") -> MotorData:
     """Return the row of a motor.
 
     Raises:
-        UnknownName: there is none of this name.
+        UnknownName: no motor has this name.
     """
     if name not in MOTORS:
         meant = same_part(name, MOTORS) or f"; for another motor {OWN}"
@@ -136,16 +136,16 @@ def motor_named(name: str, place: str = "motor") -> MotorData:
 
 
 def is_described(text: str) -> bool:
-    """Return whether a text has figures of a motor, and is no name."""
+    """Return whether a text has figures of a motor, rather than a name."""
     words = (*(row.name for row in FIGURES), *SPELLED, *BESIDE)
     return text not in MOTORS and ("," in text or any(re.match(rf"\s*{each}[ =:]", text, re.I) for each in words))
 
 
 def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str, Any]:
-    """Return the table of figures that is given as text or as a table.
+    """Return the table of figures for a text or a table.
 
     Raises:
-        UsageError: a text with a part that has no name, or a figure twice; a step angle that is none.
+        UsageError: a part of the text has no name, a figure occurs twice, or a step angle is impossible.
     """
     given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
     if given.get("step_angle") is not None and "teeth" in given:
@@ -158,7 +158,7 @@ def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str
 
 
 def _teeth(angle: Any, name: str) -> int:
-    """Return the pairs of poles of a motor with four full steps to each."""
+    """Return the pairs of poles of a motor with four full steps each."""
     try:
         teeth = 90 / measured(angle, "deg")
     except (ValueError, ZeroDivisionError):
@@ -171,16 +171,16 @@ def _teeth(angle: Any, name: str) -> int:
 
 
 def read_motor(value: Any, name: str = "motor") -> MotorData:
-    """Return a motor that is given by its name, by its figures as text, or by a table of figures.
+    """Return a motor described by its name, by its figures as text, or by a table of figures.
 
-    Text and table may be `like` a motor with a name; what else is given replaces a figure of that.
+    Text and table may be `like` a motor with a name; other figures replace those of that motor.
 
     Args:
-        name: what the motor is called in messages.
+        name: the motor's name in messages.
 
     Raises:
-        UnknownName: there is no motor of this name.
-        UsageError: a figure that there is not, is missing, or is out of range.
+        UnknownName: no motor has this name.
+        UsageError: a figure is unknown, missing, or out of range.
     """
     if isinstance(value, MotorData):
         return value
@@ -202,10 +202,10 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
 
 
 def assumptions(value: Any) -> tuple[str, ...]:
-    """Return what is assumed of a motor for the figures that a user has left out, in words; nothing if it has a name.
+    """Return the assumptions for figures that a user has left out, in words; none for a motor with a name.
 
     Args:
-        value: the motor, as `read_motor` has taken it.
+        value: the motor, as passed to `read_motor`.
     """
     if not isinstance(value, (str, Mapping)) or (isinstance(value, str) and not is_described(value)):
         return ()
@@ -217,7 +217,7 @@ def assumptions(value: Any) -> tuple[str, ...]:
 
 
 def _check_whole(given: Mapping[str, Any], name: str) -> None:
-    """Refuse a motor with figures missing: all of them are named."""
+    """Refuse a motor with missing figures, and name all of them."""
     reluctance = given.get("windings") == "reluctance"
     needed = [each.replace("torque", "swing") if reluctance else each for each in NEEDED]
     rows = {row.name: row for row in FIGURES}
@@ -234,7 +234,7 @@ def _named_like(like: object, name: str) -> MotorData:
 
 
 def _consistent(motor: MotorData, name: str) -> MotorData:
-    """Return a motor whose figures fit together."""
+    """Return a motor after checking that its figures are consistent."""
     if motor.windings == "reluctance":
         if not 0 < motor.swing < motor.inductance:
             raise UsageError(

@@ -1,7 +1,7 @@
 """Reads value change dumps (IEEE 1364): our own, those of simulators, and those of logic analysers.
 
-A file is read in blocks, so that a long one needs little more memory than its edges.  What cannot be read is an error
-with file, line and what was expected; nothing is guessed.
+A file is read in blocks, so that a long one needs little more memory than its edges.  Unreadable content is an error
+with file, line and expected content; nothing is guessed.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from .waveforms import Waveforms
 
 BLOCK = 1 << 20  # bytes: this and the words of a block fit into a processor's cache
 LONGEST, WORD = 1 << 28, 1 << 24  # bytes of declarations, of millions of variables; of a word, of a wide vector
-PEEK = 4096  # bytes in which a binary file has a zero
+PEEK = 4096  # bytes in which a binary file must have a zero
 CUT_OFF = "it was cut off; torn=True, or --torn, reads what is before the cut"
-FORMATS = {  # how files begin that are often taken for a VCD file
+FORMATS = {  # first bytes of files that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
     b"\xfd7zXZ": "compressed (xz); unpack it with unxz",
@@ -51,7 +51,7 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
     Args:
         path: the file.
         timescale: the unit of time, for a file that does not declare one.
-        torn: accept a file that was cut off: what follows its last end of line is ignored.
+        torn: accept a file that was cut off: text after its last end of line is ignored.
 
     Raises:
         UsageError: the file cannot be opened, or `timescale` is missing or contradicts the file.
@@ -69,7 +69,7 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
 
 
 def read_opened(path: str | Path, file: BinaryIO, unit: int | None, torn: bool) -> Waveforms:
-    """Return the waveforms in an open VCD file, or in what a program writes.
+    """Return the waveforms in an open VCD file, or in the output of a program.
 
     Args:
         path: the file, for messages.
@@ -95,7 +95,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
         more, block = bool(block), rest + block
         if b"\r" in block and b"\n" not in block:
             block = block.replace(b"\r", b"\n")  # of an old Macintosh
-        end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what follows may go on
+        end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # the rest may continue
         taken = changes.feed(FilePlace(path, block[:end], lines)) if end else 0
         lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
         if len(rest) > WORD:
@@ -111,7 +111,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
 
 
 def _head(path: str, file: BinaryIO) -> bytes:
-    """The beginning of a file, with all its declarations."""
+    """Return the beginning of a file, with all its declarations."""
     head = bytearray(file.read(BLOCK).removeprefix(BOM))
     if not head.strip():
         raise WaveformError(f"{path}: is empty; nothing was written, or the writer has not finished")

@@ -1,4 +1,4 @@
-"""Instructions with symbolic targets -> lines of text: labels by letters where the part has them, else addresses."""
+"""Instructions with symbolic targets -> lines of text: labels by letters if the part has them, else addresses."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from ...core.datasheet.table import Row, Sheet
 from ...language.dialect import Dialect, dialect_of
 from ...language.statements import Statement
 
-ROUNDS = 8  # addresses as text have as many digits as they have: the lengths settle soon
+ROUNDS = 8  # addresses as text vary in length: the layout settles after a few passes
 
 
 @dataclass(frozen=True, slots=True)
 class Goto:
-    """The place of an instruction, by the name of its label."""
+    """The address of an instruction, by the name of its label."""
 
     name: str
 
 
 @dataclass(slots=True)
 class ResultPiece:
-    """A line of the result in the making: an instruction, or another text (`row` is None).
+    """A line of the result before layout: an instruction, or another text (`row` is None).
 
     An instruction with a text is written so: a prefix, a string or "#" is not in its values.
-    `labels` name the instruction; `source` is the line it comes from, `block` the stored program it belongs to;
+    `labels` name the instruction; `source` is the line of the source, `block` the stored program it belongs to;
     `program` is the one that it enters, leaves or runs.
     """
 
@@ -80,7 +80,7 @@ class ResultLayout:
         return self.addresses.get((block, value.name), 0)
 
     def _name(self, block: int) -> None:
-        """Give the labels of a program their letters, those of the source if the part has them; too many have none."""
+        """Assign letters to the labels of a program, those of the source if the part has them; too many have none."""
         inside = [piece for piece in self.pieces if piece.block == block and piece.row is not None]
         used = dict.fromkeys(
             value.name for piece in inside for value in piece.values if isinstance(value, Goto) and takes_label(piece)
@@ -92,7 +92,7 @@ class ResultLayout:
             self.letters[block, name] = name if name in self.sheet.labels else free.pop(0)
 
     def _place(self, block: int) -> int:
-        """Give the labels of a program their addresses; return its size."""
+        """Assign addresses to the labels of a program; return its size."""
         address = 0
         for piece in self.pieces:
             if piece.block != block:
@@ -117,7 +117,7 @@ def takes_label(piece: ResultPiece) -> bool:
 
 
 def has_tokens(dialect: Dialect[Row]) -> bool:
-    """Return whether a program memory holds opcodes, not text."""
+    """Return whether the program memory stores opcodes instead of text."""
     return type(dialect).stored is Dialect.stored
 
 

@@ -17,18 +17,18 @@ METHODS = {"send", "move_by", "move_to", "feed", "set_position", "search", "leve
 
 
 class _FunctionLeft(Exception):
-    """A function returns."""
+    """Return from a function."""
 
 
 class _Broken(Exception):
-    """A loop ends."""
+    """Exit from a loop."""
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what a script does.
+    """Return the events of a script.
 
     Raises:
-        RefusedLine: Python, or grbl, would not take it.
+        RefusedLine: Python, or grbl, would not accept it.
     """
     try:
         tree = ast.parse(text)
@@ -139,7 +139,7 @@ class _Script:
         return {str(each.arg): self._value(each.value) for each in it.keywords}
 
     def _method(self, name: str, values: list[Any], named: dict[str, Any]) -> Any:
-        """Do what a method of the board does, by its words for grbl."""
+        """Follow a method of the board, by its commands for grbl."""
         spm = self.grbl.around.steps_per_mm
         letter = named.get("axis", AXES[0])
         match name:

@@ -11,7 +11,7 @@ from .surroundings import Enough, RefusedLine, Surroundings
 
 NUMBER = re.compile(r"-?\d+$")
 LABEL = re.compile(r"[A-Za-z]\w*$")
-# Of a command: its number, and what its operands are: a word, a number, a label.
+# Of a command: its number, and the kinds of its operands: a word, a number, a label.
 COMMANDS: dict[str, tuple[int, tuple[object, ...]]] = {
     "ROR": (1, (int, int)),
     "ROL": (2, (int, int)),
@@ -73,7 +73,7 @@ def assemble(text: str) -> list[_Command]:
     """Return the commands of a program, with addresses in place of labels.
 
     Raises:
-        RefusedLine: the assembler would not take a line.
+        RefusedLine: the assembler would not accept a line.
     """
     commands: list[_Command] = []
     labels: dict[str, int] = {}
@@ -111,7 +111,7 @@ def _linked(command: _Command, labels: dict[str, int]) -> _Command:
 
 
 def binary(text: str, address: int = 1) -> bytes:
-    """Return a program as a host sends it to a module: nine bytes a command, with their sum."""
+    """Return a program as a host sends it to a module: nine bytes a command, including their sum."""
     out = bytearray()
     for _, _, name, operands in assemble(text):
         code, kinds = COMMANDS[name]
@@ -130,10 +130,10 @@ def binary(text: str, address: int = 1) -> bytes:
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what a program does.
+    """Return the events of a program.
 
     Raises:
-        RefusedLine: the assembler, or the module, would not take a line.
+        RefusedLine: the assembler, or the module, would not accept a line.
     """
     processor = _Processor(assemble(text), options)
     stopped = False
@@ -167,7 +167,7 @@ class _Processor:
             getattr(self, f"on_{command.name}")(command, *command.operands)
 
     def refused(self, command: _Command, reason: str) -> RefusedLine:
-        """Return that the module does not take a command."""
+        """Return the error that the module does not accept a command."""
         return RefusedLine(command.line, command.text, reason)
 
     # ---------------------------------------------------------------------------------------------------------- motion
@@ -269,7 +269,7 @@ class _Processor:
             self.at = to
 
     def _met(self, command: _Command, to: int) -> None:
-        """End a wait for an input, where inputs do not change by themselves."""
+        """End a wait for an input, if inputs do not change by themselves."""
         del command
         self.around.wait(self.inputs[int(self.program[to].operands[0])], int(self.program[to + 1].operands[0]))
 

@@ -1,8 +1,8 @@
 """A sketch for an Arduino Uno, with the library AccelStepper or FastAccelStepper.
 
-Stored programs become functions, what the host sends is in `setup()`.  Each move blocks until it has ended, as at the
-source.  AccelStepper begins at standstill and has a constant acceleration; a move without a ramp runs at an even rate.
-`values["library"] = "fastaccelstepper"` takes the other library: faster, and with ramps alone.
+Stored programs become functions; the commands of the host are in `setup()`.  Each move blocks until it has ended, like
+at the source.  AccelStepper begins at standstill and has a constant acceleration; a move without a ramp runs at a
+constant rate.  `values["library"] = "fastaccelstepper"` selects the other library: faster, and with ramps only.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .structured import Structured
 
 
 class SketchWriter(Structured):
-    """A writer at work on one program."""
+    """Writer for one program."""
 
     entry = "a function begins at its first line (C++)"
     keeps = "a sketch is kept without power"
@@ -76,11 +76,11 @@ class SketchWriter(Structured):
         return self.finished(out, (("library", self.library.title),))
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
+        """Return the wires and their pins."""
         return self.pins.wires()
 
     def _function(self, name: str, actions: list[Action], block: int) -> list[OutLine]:
-        """Return a function with what the part or its host does."""
+        """Return a function with the actions of the part or its host."""
         self.sheet.lines = []
         self.known, self.declared = dict(self.ran_with.get(block, {})), set()
         self.sheet.depth = 1
@@ -93,11 +93,11 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a variable of the sketch becomes a number."""
+        """Write the assignment of a number to a variable of the sketch."""
         self.sheet.add(f"{name} = {value};", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write that the position is set."""
+        """Write the setting of the position."""
         stepper = self.library.of(self.pins.stepper(action.axis))
         self.sheet.add(f"{stepper}setCurrentPosition({action.position});", action.line)
 
@@ -230,7 +230,7 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------- the language
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write that a variable becomes a number; the first time, declare it."""
+        """Write the assignment of a number to a variable; the first time, declare it."""
         self.sheet.add(f"{'' if name in self.declared else 'int '}{name} = {value};", source)
         self.declared.add(name)
 

@@ -1,7 +1,7 @@
-"""G-code for grbl 1.1, which has no loops, no conditions and no inputs: what repeats is written out.
+"""G-code for grbl 1.1, which has no loops, no conditions and no inputs: loops are unrolled.
 
-Each move ends before the next line begins: `G4 P0` between two moves lets grbl come to rest; it joins them otherwise.
-Where the source waits for an input there is `M0`: a person continues.  A host script waits by itself (host_script.py).
+Each move ends before the next line begins: `G4 P0` between two moves lets grbl stop; otherwise it would blend them.
+A wait for an input becomes `M0`: a person continues.  A host script waits by itself (host_script.py).
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spin
 
 
 class GrblWords:
-    """The words of G-code: distances in millimetres, feeds in mm/min.
+    """Words of G-code: distances in millimetres, feeds in mm/min.
 
     Args:
-        options: what a user says of the target.
-        first: the place of the first axis among X, Y and Z.
+        options: of the user, for the target.
+        first: the index of the first axis among X, Y and Z.
     """
 
     def __init__(self, options: WriterOptions, first: int) -> None:
@@ -67,7 +67,7 @@ class GrblWords:
 
 
 def grbl_pins(first: int) -> list[tuple[str, str]]:
-    """Return the pins of a board with grbl, by what they are for."""
+    """Return the pins of a board with grbl, by their purpose."""
     letter = LETTERS[first]
     return [
         ("step", f"pin D{2 + first}, step {letter}"),
@@ -79,14 +79,14 @@ def grbl_pins(first: int) -> list[tuple[str, str]]:
 
 
 def rate_of(action: SetProfile) -> float | None:
-    """Return the rate between the ramps that holds after a setting; None: it is not known."""
+    """Return the rate between the ramps after a setting; None: it is not known."""
     if action.profile is not None:
         return action.profile.top
     return action.value if action.sets == "top rate" else None
 
 
 def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> None:
-    """Note what became of a rate or of a ramp, at a board with grbl."""
+    """Record the verdict on a rate or a ramp, at a board with grbl."""
     sheet, line = writer.sheet, action.line
     if action.sets == "top rate" and rate is not None and rate > FASTEST:
         limit = f"{FASTEST:,} steps/s (README of grbl)"
@@ -107,7 +107,7 @@ def probing(action: RunEndless | Home) -> str:
 
 
 def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
-    """Return whether grbl has an output; note it, if not."""
+    """Return whether grbl has an output; record a verdict if not."""
     if action.number in OUTPUTS:
         return True
     limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"
@@ -117,7 +117,7 @@ def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
 
 
 class GrblWriter(LanguageWriter):
-    """A writer at work on one program."""
+    """Writer for one program."""
 
     needs = "a word needs a number"
     entry = "no jumps (grbl runs line by line)"
@@ -131,7 +131,7 @@ class GrblWriter(LanguageWriter):
         self.first = self.first_axis(LETTERS)
         self.most_axes = len(LETTERS) - self.first
         self.words = GrblWords(options, self.first)
-        self.variable_distance = self.variable_sign = False  # loops are written out: both are known
+        self.variable_distance = self.variable_sign = False  # loops are unrolled: both are known
         self.moved = False  # the line before this one is a move
         self.ended = False  # the stored program
         repeats = options.values.get("repeats", "1")
@@ -152,7 +152,7 @@ class GrblWriter(LanguageWriter):
         return self.finished(out, assumed)
 
     def _not_run(self) -> list[OutLine]:
-        """Return the programs that the text enters and does not run: after M2, where grbl does not go."""
+        """Return the programs that the text enters and does not run: after M2, which ends the run."""
         out: list[OutLine] = []
         for block in stored(self.program):
             if block in self.runs.values():
@@ -163,7 +163,7 @@ class GrblWriter(LanguageWriter):
         return out
 
     def _settings(self) -> list[OutLine]:
-        """Return the settings that the program takes for granted: to be sent once, while grbl is idle."""
+        """Return the settings that the program requires, to be sent once, while grbl is idle."""
         top = top_rate(self.program.actions)
         at, spm = self.first, self.options.steps_per_mm
         rows = (
@@ -175,13 +175,13 @@ class GrblWriter(LanguageWriter):
         return [OutLine("", says + ", ".join(f"{text} ({what})" for text, what in rows))]
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
+        """Return the wires and their pins."""
         names = grbl_pins(self.first)
         return [*names, *((f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items())]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def tree(self, tree: Sequence[Node]) -> None:
-        """Write a tree, with its loops written out."""
+        """Write a tree, with its loops unrolled."""
         for node in tree:
             if self.ended:
                 return
@@ -228,7 +228,7 @@ class GrblWriter(LanguageWriter):
         self._add(f"G92 {self.words.distance(action.axis, action.position)}", action.line)
 
     def leave(self, action: EndProgram) -> None:
-        """Note that the stored program ends: what follows is not written."""
+        """Record the end of the stored program: later actions are not written."""
         super().leave(action)
         self.ended = True
 
@@ -245,7 +245,7 @@ class GrblWriter(LanguageWriter):
         self.moved = moves
 
     def call(self, block: int, at: str, line: int) -> None:
-        """Write a stored program where it runs."""
+        """Write a stored program at its run command."""
         self.inside(block)
 
     def inside(self, block: int) -> None:

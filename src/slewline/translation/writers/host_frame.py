@@ -1,4 +1,4 @@
-"""The part of a host script that is the same for all programs: the board with grbl, and how a script speaks to it."""
+"""The fixed part of a host script: the board with grbl, and the communication with it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A host script in Python, for what G-code cannot do: it loops, waits and decides, and sends grbl what comes next.
+"""A host script in Python, for loops, waits and branches, which G-code cannot do; it sends grbl each command.
 
-Inputs are those that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
+Inputs are the pins that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ PINS |= {4: ("Z", "pin D12, limit Z")}
 
 
 class ScriptWriter(Structured):
-    """A writer at work on one program."""
+    """Writer for one program."""
 
     nothing = "pass"
     entry = "a function begins at its first line (Python)"
@@ -72,7 +72,7 @@ class ScriptWriter(Structured):
         return self.finished(out, assumed)
 
     def _function(self, name: str, block: int) -> list[OutLine]:
-        """Return a function with what the part or its host does."""
+        """Return a function with the actions of the part or its host."""
         self.sheet.lines = []
         self.sheet.depth = 1
         self.known = dict(self.ran_with.get(block, {}))
@@ -101,18 +101,18 @@ class ScriptWriter(Structured):
         return [OutLine(""), *found] if found else []
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
+        """Return the wires and their pins."""
         names = grbl_pins(self.first)
         names += [(f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items()]
         return names + [(f"input{pin}", where) for pin, (_, where) in PINS.items()]
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a variable becomes a number."""
+        """Write the assignment of a number to a variable."""
         self.assign(name, value, line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write that the position is set."""
+        """Write the setting of the position."""
         self.sheet.add(f"grbl.set_position({action.position}{self._axis(action)})", action.line)
 
     def wait(self, action: WaitInput) -> None:

@@ -1,7 +1,7 @@
 """G-code for LinuxCNC: loops and branches are O-words, outputs M64 and M65, inputs M66.
 
 Each move is `G91 G1` or `G90 G1` with the feed of `F`, in exact stop mode (G61.1): a move ends before the next line
-begins, as at the source.  Jumps that make no loop or branch become a loop over `#<_state>`.  Ramps are those of the
+begins, like at the source.  Jumps that are not a loop or branch become a loop over `#<_state>`.  Ramps are those of the
 machine: MAX_ACCELERATION of the INI file, from standstill.
 """
 
@@ -41,7 +41,7 @@ FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
 
 
 class LinuxCncWriter(Structured):
-    """A writer at work on one program."""
+    """Writer for one program."""
 
     needs = "a word needs a number"
     entry = "a subroutine begins at its first line (O-codes, sub)"
@@ -104,14 +104,14 @@ class LinuxCncWriter(Structured):
         return self.commented(-1)
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
+        """Return the wires and their pins."""
         names = [("step", "joint 0, step"), ("direction", "joint 0, direction"), ("abort", "motion.probe-input")]
         names += [(f"output{at + 1}", f"motion.digital-out-{at:02}") for at in range(OUTPUTS)]
         return names + [(f"input{at + 1}", f"motion.digital-in-{at:02}") for at in range(INPUTS)]
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a parameter becomes a number."""
+        """Write the assignment of a number to a parameter."""
         self.assign({"distance": "steps"}.get(name, name), value, line)
 
     def preset(self, action: SetPosition) -> None:
@@ -128,7 +128,7 @@ class LinuxCncWriter(Structured):
         return f"o<{name}> call"
 
     def leave(self, action: EndProgram) -> None:
-        """Write the end of a program: of a subroutine, its return."""
+        """Write the end of a program; in a subroutine, its return."""
         name = self.names.get(action.block)
         if name and action is not self.final:
             self.sheet.add(f"o<{name}> return", action.line)
@@ -209,7 +209,7 @@ class LinuxCncWriter(Structured):
         self.sheet.same(action.line)
 
     def wait(self, action: WaitInput) -> None:
-        """Write M66, again and again."""
+        """Write M66 in a loop."""
         pin, level = action.input.number, action.input.level
         if not self._is_input(pin, action.line):
             return
@@ -233,11 +233,11 @@ class LinuxCncWriter(Structured):
         return 100 + next(self.numbers)
 
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write that a parameter becomes a number."""
+        """Write the assignment of a number to a parameter."""
         self.sheet.add(f"#<_{name}> = {value}", source)
 
     def count(self, name: str, source: int) -> None:
-        """Write that a parameter is increased by 1."""
+        """Write the increment of a parameter by 1."""
         self.sheet.add(f"#<_{name}> = [#<_{name}> + 1]", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
