@@ -42,7 +42,7 @@ def _seen(_net: Net) -> None:
 
 @dataclass
 class Wait:
-    """A wait for a condition, up to an instant; `done` is called with whether it was met."""
+    """A wait for a condition, up to an instant; `done` is called with True if it was met, else with False."""
 
     met: Callable[[], bool]
     limit_ps: int

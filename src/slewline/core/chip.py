@@ -433,7 +433,7 @@ class Chip(Component, OneAxis):
 
     # ------------------------------------------------------------------------------------------- waits of a firmware
     def sync(self) -> None:
-        """Move to the next clock tick at or after this instant of the kernel."""
+        """Set the tick count to the first clock tick at or after the present instant of the kernel."""
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     def sync_forward(self) -> None:

@@ -219,7 +219,7 @@ class Rig:
         )
 
     def present(self) -> int:
-        """Return the present instant (ps); with a rate, the one that belongs to the wall clock."""
+        """Return the present instant (ps); with a rate, the one that corresponds to the wall clock."""
         self.do(self.pace.present)
         return self.bench.now_ps
 
@@ -355,5 +355,5 @@ class HasRig:
 
     @property
     def chip(self) -> Chip:
-        """The module."""
+        """The module itself."""
         return self.rig.chip

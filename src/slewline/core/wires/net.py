@@ -234,7 +234,7 @@ class WiringChange:
         self.net, self.next, self.pending = net, None, True
 
     def take(self) -> None:
-        """Commit (called by the kernel)."""
+        """Commit the change of the wiring (called by the kernel)."""
 
 
 class Net:
