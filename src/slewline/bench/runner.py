@@ -58,7 +58,7 @@ class Wait:
             net.watch(_seen)
 
     def end(self) -> None:
-        """Leave promised edges to the promises again."""
+        """Stop making promised edges of the nets instants of the run."""
         for net in self.nets:
             net.unwatch(_seen)
 

@@ -204,7 +204,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once about a program that was away for long while the module is busy: only its calls let time pass."""
+        """Warn once about a program that paused for long while the module is busy: only its calls let time pass."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return

@@ -126,7 +126,7 @@ class Velocity(Quantity):
         return Outline(*self.axis.velocities(start, stop))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
+        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
         import numpy as np
 
         driven = self.axis.driven(start, stop)
@@ -168,7 +168,7 @@ class Position(Quantity):
         return self._broken(times, axis.unwrapped_at(times), times, loads)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
+        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
         import numpy as np
 
         axis = self.axis
