@@ -19,7 +19,7 @@ from tests.links.conftest import PATIENCE
     [
         ((), "give one of a program, a chip, a bench file, and --attach HOST:PORT"),
         (("cy525", "--attach", "4002"), "give one of"),
-        (("--attach", "4002", "--chip", "cy525"), "--attach debugs what is there"),
+        (("--attach", "4002", "--chip", "cy525"), "--attach debugs a running server"),
         (("cell.toml", "--chip", "cy525"), "a bench file names its chips"),
         (("cy525", "--rate", "0"), "--rate 0: allowed 0.001 to 1000"),
     ],

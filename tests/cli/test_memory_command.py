@@ -91,10 +91,10 @@ CANNOT_BE = [
     (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
     (("run", "p.cy545b", "--memory", "bytes.hex"), "put raw bytes into a .bin file"),
     (("dis", "bad.hex", "--chip", "cy545b"), "bad.hex, line 1: checksum 00, calculated BE"),
-    (("dis", "end.hex", "--chip", "cy545b"), "end.hex: is empty, so it has no bytes"),
-    (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command uses that file"),
+    (("dis", "end.hex", "--chip", "cy545b"), "end.hex: is empty"),
+    (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command already uses the file"),
     (("run", "b.toml", "--memory", "p.hex"), "a bench file names its chips; leave out"),
-    (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run as it was; leave out --memory"),
+    (("run", "--replay", "j", "--memory", "p.hex"), "--replay repeats a run unchanged; leave out --memory"),
     (("serve", "cy525", "--tcp", "127.0.0.1:0", "--memory", "p.hex"), "a cy525 has no external memory"),
     (("serve", "--bench", "b.toml", "--memory", "p.hex"), "a bench file sets all of this itself; leave out"),
 ]

@@ -327,7 +327,7 @@ def test_a_dialogue_in_python_imports_no_module(evil):
 @pytest.mark.parametrize("words", [("--allow-code",), ("--part", "evil:Evil")])
 def test_with_leave_or_on_the_word_of_the_user_it_does(evil, call, words):  # noqa: F811
     ran = call("compare", "s.dialogue", *words)
-    assert "s.dialogue: nothing to compare: no host has sent anything" in ran.err and evil.exists()
+    assert "s.dialogue: nothing to compare: no host has sent data" in ran.err and evil.exists()
 
 
 def test_allow_code_is_for_a_dialogue(call, tmp_path):  # noqa: F811

@@ -429,7 +429,7 @@ def test_a_p_of_a_cy500_that_waits_for_its_g_is_told_at_rest():
     host = bench.host(bench.add("cy500"))
     host.send("A\rR 100\rF 10\rP 300\r")
     bench.run_until_idle()
-    assert told(bench, "no-go") == ["P 300 without G: on the CY500 it only sets the target; send G"]
+    assert told(bench, "no-go") == ["P 300 has no G after it; on the CY500 P only sets the target: send G"]
     for line in ("G\r", "P 5\rN 3\r", "P 9\rI\r"):
         host.send(line)
         bench.run_until_idle()
@@ -448,7 +448,9 @@ def test_a_command_that_needs_an_encoder_is_told_once_of_a_part_without(command)
     bench = slewline.Bench()
     bench.host(bench.add("mc1151a")).send(command)
     bench.run("5 ms")
-    assert told(bench, "no-encoder") == [f"{name} needs an encoder: the mc1151a only accepts it; take the mc1151a-e"]
+    assert told(bench, "no-encoder") == [
+        f"{name} needs an encoder: the mc1151a accepts it without effect; use the mc1151a-e"
+    ]
 
 
 def test_a_wait_that_ends_in_vain_says_what_has_no_update():
@@ -477,9 +479,7 @@ def test_what_has_no_effect_on_a_busy_module_is_told_once_in_a_run(command):
         host.ask(line)
     assert [host.ask(line) for line in ("V1", "Q", command, command)] == ["B"] * 4
     (text,) = told(bench, "busy")
-    assert text.startswith(
-        f"{command} while a program runs: B is the answer, nothing is done; wait until F is answered"
-    )
+    assert text.startswith(f"{command} is answered with B and ignored while a program runs; wait until F is answered")
 
 
 def test_a_server_names_the_chip_whose_uart_only_receives():

@@ -239,7 +239,7 @@ def test_a_garbled_byte_depends_on_the_seed_alone(slewline_module):
 def test_a_wrong_parity(gs_c200s):
     gs_c200s.faults.wrong_parity()
     gs_c200s.assert_reply("F", "E1")
-    assert gs_c200s.bench.findings[-1].text.startswith("b'FV': a parity or framing fault: this module is set to")
+    assert gs_c200s.bench.findings[-1].text.startswith("b'FV': a parity or framing error: this module is set to")
 
 
 @pytest.mark.parametrize("to", ["module", "host"])

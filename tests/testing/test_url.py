@@ -267,7 +267,7 @@ def test_a_break_is_a_character_without_stop_bit(opened):
     assert port.bench.now_ps - began == 50 * 10**9
     port.write(b"\r")
     assert port.read_until(b"\r") == framed("E1")
-    assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing fault: this module is set to 9600")
+    assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing error: this module is set to 9600")
 
 
 def test_a_break_comes_behind_what_was_written(opened):
