@@ -423,7 +423,7 @@ class Chip(Component, OneAxis):
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """Report a conflict as a finding of the first chip on the wire, and again after CONFLICT_HOLDOFF_PS."""
+        """Report a conflict as a finding, unless the last one on the wire was less than CONFLICT_HOLDOFF_PS ago."""
         now, last = self.kernel.now, net.last_conflict_ps
         net.last_conflict_ps = now
         if last is not None and now - last < CONFLICT_HOLDOFF_PS:

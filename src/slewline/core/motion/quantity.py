@@ -105,7 +105,7 @@ class Quantity:
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return a picture of the window (ps), `columns` columns wide: at most about four points per column."""
+        """Return the outline of the window (ps) for a picture of `columns` columns: about 4 points a column at most."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 
