@@ -81,6 +81,11 @@ class Pin:
         level = self.active if self.sense is None else self.sense
         return 1 - level if self.role == "enable" and level is not None else level
 
+    @property
+    def output_only(self) -> bool:
+        """True if nothing outside the part may drive the pin."""
+        return self.way == "out"
+
     def plays(self, role: str, axis: int = 1) -> bool:
         """Return whether the pin has a role, on the given axis if roles of this kind belong to an axis."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
