@@ -179,13 +179,13 @@ class Part(Component):
         """Return the byte on a bus pin, 0 to 255."""
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
-    # ------------------------------------------------------------------------------------------------ what it tells
+    # -------------------------------------------------------------------------------------------------- information
     def quantities(self) -> tuple[Quantity, ...]:
         """Return the quantities of the part, such as an angle, a current or a count; () if it has none."""
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return what the part shows besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
+        """Return the state of the part besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
         return {}
 
     def catch_up(self) -> None:

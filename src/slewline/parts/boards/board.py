@@ -61,7 +61,7 @@ class Board(Part):
         self._began = 0  # the instant at which the present cycle begins, or the next one (ps)
         self._broken = False  # the last series has ended with a failed wait
 
-    # ------------------------------------------------------------------------------------ what a program on the PC does
+    # ------------------------------------------------------------------------------------- calls of a program on the PC
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
         """Write a byte to an I/O address: OUT port, byte."""
         self.queue.result(self.cycle(port, byte), timeout)

@@ -47,7 +47,7 @@ class TwoClocks(Part):
 
 
 class StepCheck(Part):
-    """A closed loop: ENABLE is low from a CLOCK pulse until the motor has made the step (figure 19).
+    """A closed loop: ENABLE is low from a CLOCK pulse until the motor has completed the step (figure 19).
 
     The detector signals x and y show each step of the motor and its direction (figure 18):
 

@@ -1,4 +1,4 @@
-"""GS-D200 and GS-D200S, the driver modules beside a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+"""GS-D200 and GS-D200S, the driver modules next to a GS-C: translator (figure 7) and phase current (figures 6 and 11).
 
     state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step goes to the right
     a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other

@@ -175,7 +175,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
     return (low + high) / 2
 
 
-# ------------------------------------------------------------------------------------------------- what is simulated
+# -------------------------------------------------------------------------------------------------------- simulation
 def _starts(law: MotorLaw, rate: float) -> bool:
     """Return whether the motor starts at a rate, from rest, and stops again."""
     import numpy as np

@@ -99,7 +99,7 @@ class MotorLaw:
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
             raise UsageError(f"{self.motor.name}: steps {self.steps!r}; allowed full, wave and half")
 
-    # ----------------------------------------------------------------------------------------------- what it is made of
+    # ------------------------------------------------------------------------------------------------------- components
     @cached_property
     def micro(self) -> int:
         """Commands per full step."""

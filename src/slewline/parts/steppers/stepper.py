@@ -192,7 +192,7 @@ class Stepper(Blockable, Part):
         if own in PHASES and row.sense is not None and self._active is None:
             self._active = row.sense
 
-    # ------------------------------------------------------------------------------------------------ what a user asks
+    # ----------------------------------------------------------------------------------------------- queries by a user
     @property
     def _law(self) -> MotorLaw:
         """Present law of motor, driver and load."""
@@ -266,7 +266,7 @@ class Stepper(Blockable, Part):
             self.be_caught_up()
         self.shaft.forget(before)
 
-    # --------------------------------------------------------------------------------------------------- a user's hands
+    # -------------------------------------------------------------------------------------------------- turning by hand
     @from_outside
     def load(self, torque: float | str) -> None:
         """Change the load torque from now on: N m, or text such as "30 mNm"; positive torque opposes counting up."""

@@ -131,7 +131,7 @@ class OwnWriter:
         ends = [f"{sheet.part} {low}..{high}" for sheet, (low, high) in ((self.source, theirs), (self.sheet, mine))]
         return [("positions", f"never beyond an end of a counter ({'; '.join(ends)})")]
 
-    # ------------------------------------------------------------------------------------------------- what is learned
+    # ----------------------------------------------------------------------------------------- facts about the program
     def _used(self) -> dict[str, set[int]]:
         """Return the inputs and outputs that the program uses; a branch on all inputs uses the inputs it needs low."""
         inputs, outputs = set(), set()

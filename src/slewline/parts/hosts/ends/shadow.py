@@ -135,7 +135,7 @@ class Query:
 class FlowControl:
     """Decides whether a host obeys the flow line of its chip, FPL or CTS: while the mode register enables this use.
 
-    `gone` processes bytes while they are sent; `news` is notified of each of them, and whenever the host starts or stops
+    `gone` processes bytes while they are sent; `news` is notified of each of them, and when the host starts or stops
     obeying the line; `heeding` is the last setting; None: the host follows its own mode commands.
     """
 

@@ -144,7 +144,7 @@ class StrappedUart(HostUart):
             command: text is framed; bytes are sent unchanged.
         """
         self.begin()
-        with self.kernel.outside.nested():  # in the script that asks
+        with self.kernel.outside.nested():  # in the calling script
             self.write(command if isinstance(command, bytes) else self.framed(command))
         while not self.answered(command if isinstance(command, str) else ""):
             limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
