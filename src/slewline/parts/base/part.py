@@ -235,7 +235,7 @@ class Part(Component):
         wanted, found = self.pins[own].row.sense, row.sense
         if wanted is None or found is None or wanted == found:
             return ""
-        return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
+        return f"is active {LEVELS[found]}, and {own} is active {LEVELS[wanted]}: use bench.wire(..., invert=True)"
 
     def attached(self, own: str, row: Pin) -> None:
         """Record that `bench.part(to=...)` has wired a pin; by default nothing is done.

@@ -165,7 +165,7 @@ class Board(Part):
         """Return the finding for an address without a register."""
         done = f"IN {address:#x} reads FF" if reading else f"OUT {address:#x} has no effect"
         if offset not in OFFSETS:
-            return f"{done}: no board is there; {self.name} has the addresses from {self.base:#x} on"
+            return f"{done}: no board has this address; {self.name} has the addresses from {self.base:#x} on"
         can = "reads" if reading else "takes"
         return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
 

@@ -81,7 +81,7 @@ class HpDisplay(Shows, Part):
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.on_change: Hook[[]] = Hook()  # called when the display has changed
-        selects = "low: the display is selected; enabled while rd or wr is low, too"
+        selects = "low: the display is selected, and enabled while rd or wr is low"
         self._bus = BusInterface(self, selects, self._shown, self._take)
         self._cells = bytearray(LINES + 1)
         self._clear()

@@ -313,7 +313,7 @@ class DrivenShaft(Shaft):
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("it turns with the shaft under it")
+        raise NotImplementedError("its driving shaft turns it")
 
     def block(self) -> None:
         """Block the driving shaft."""

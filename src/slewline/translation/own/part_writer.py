@@ -129,7 +129,7 @@ class OwnWriter:
         if theirs is None or mine is None or theirs == mine:
             return []
         ends = [f"{sheet.part} {low}..{high}" for sheet, (low, high) in ((self.source, theirs), (self.sheet, mine))]
-        return [("positions", f"never beyond an end of a counter ({'; '.join(ends)})")]
+        return [("positions", f"never beyond a limit of a counter ({'; '.join(ends)})")]
 
     # ----------------------------------------------------------------------------------------- facts about the program
     def _used(self) -> dict[str, set[int]]:

@@ -134,7 +134,7 @@ class AdaptiveUart(HostUart):
                 self.returns = self.returns + 1 if byte == RETURNS[0] else 0
                 self.adapted = self.returns == len(RETURNS)
                 if self.adapted and self.strapped is None:
-                    self._found(self.baud, "as its two carriage returns had it")
+                    self._found(self.baud, "detected from its two carriage returns")
 
     def send(self, data: str | bytes) -> None:
         """Queue characters, after two carriage returns if the chip does not know the rate.
