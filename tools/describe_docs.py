@@ -104,7 +104,7 @@ def older_page(part: str) -> str:
 
 def cy545_page() -> str:
     """The data sheet of the CY545, what the CY545B does differently, the mode register, and what is not known."""
-    heads = ("bit", "mask", "what it does", "trust")
+    heads = ("bit", "mask", "function", "trust")
     bits = [(f"MB{mask.bit_length() - 1}", f"{mask:02X}", *of) for mask, of in cy545.MODE_BITS.items()]
     quirks = quirk_lines("cy545")
     quirks[:2] = [

@@ -67,4 +67,4 @@ def test_an_interrupt_says_that_nothing_is_kept(call, monkeypatch):
     monkeypatch.setattr("slewline.cli.motors.calibrate.calibrated", interrupt)
     ran = call(*GIVEN, "--pull-out", "2450 steps/s")
     assert ran.status == 1
-    assert ran.err.strip() == "slewline: interrupted; nothing is kept of a calibration: the same command begins again"
+    assert ran.err.strip() == "slewline: interrupted; a calibration stores no results: run the command again"

@@ -86,7 +86,7 @@ def test_rates_in_turns_are_those_of_the_motor_and_its_steps(call):
         ("{ current = ", "--motor: not TOML"),
         ("gone.toml", "gone.toml: cannot be read"),
         ("short.toml", "short.toml: needs resistance (ohm: of a phase)"),
-        ("bench.toml", "bench.toml: is a bench file; allowed the figures of one motor"),
+        ("bench.toml", "bench.toml: is a bench file; allowed: the figures of one motor"),
         ("word.toml", "word.toml: no option 'volts'"),
         ("unit.toml", "unit.toml: torque '0.44 kg'; kg is a unit of mass; allowed 0 and more N m"),
     ],

@@ -95,8 +95,8 @@ def test_files_that_are_no_programs_are_refused(call: Any, tmp_path: Path) -> No
     assert "is not UTF-8 text" in call("translate", str(binary), "--to", "gs-c200s").err
     assert "slewline dis" in call("translate", str(HEX), "--chip", "cy525", "--to", "gs-c200s").err
     assert "--output FOLDER" in call("translate", str(BENCH), "--to", "gs-c200s").err
-    assert "of each chip" in call("translate", str(BENCH), "--to", "gs-c200s", "--chip", "gs-c200").err
-    assert "uses that file already" in call("translate", str(WELD), "--to", "cy512", "-o", str(WELD)).err
+    assert "for each chip" in call("translate", str(BENCH), "--to", "gs-c200s", "--chip", "gs-c200").err
+    assert "already uses the file" in call("translate", str(WELD), "--to", "cy512", "-o", str(WELD)).err
 
 
 @pytest.mark.parametrize("crystal", ["11 MHz", "5.5 MHz"])
@@ -221,5 +221,5 @@ def test_what_is_written_out_is_counted_in_the_report(call: Any, tmp_path: Path)
     program.write_text("P\nS25\nT300\nR60\nL0\n+50\nD2\nL8\nW1\nG0\nE\n")
     found = call("translate", str(program), "--to", "grbl", "--prove")
     assert "G4 P0.2 (8 times)" in found.err
-    assert found.err.splitlines()[-1].strip().startswith("what is missing where a line is not possible")
+    assert found.err.splitlines()[-1].strip().startswith("a line that is not possible counts as a difference")
     assert "positions: never beyond a limit of the counter of the gs-c200 (0..9999999)" in found.err

@@ -84,7 +84,11 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.speed", "NoSuchAttribute", "x has no 'speed'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
     ('x.send("A 0\\r")', "NoSuchAttribute", "x has no 'send'; bench.host(x).send(...)"),
     ("x.move(100)", "NoSuchAttribute", "x has no 'move'; a host sends the command: bench.host(x).send(...)"),
-    ("b.remove(x)", "NoSuchAttribute", "bench has no 'remove'; a bench only grows: make a new one, slewline.Bench()"),
+    (
+        "b.remove(x)",
+        "NoSuchAttribute",
+        "bench has no 'remove'; nothing can be removed from a bench: make a new one, slewline.Bench()",
+    ),
     ('h.sendline("N 10")', "NoSuchAttribute", "has no 'sendline'; write host.send(...)"),
     ('x.pin("abort").set_level(1)', "NoSuchAttribute", "x.abort has no 'set_level'; pin.drive(0) or pin.drive(1)"),
     (
@@ -106,7 +110,11 @@ MISTAKES = [  # the line, the error, the end of its message
         "NoSuchAttribute",
         "x has no 'edges'; bench.record() before time passes, then bench.edges(\"x.PIN\")",
     ),
-    ("x.run_until_idle()", "NoSuchAttribute", "x has no 'run_until_idle'; time is the bench's: bench.run_until_idle()"),
+    (
+        "x.run_until_idle()",
+        "NoSuchAttribute",
+        "x has no 'run_until_idle'; time passes on the bench: bench.run_until_idle()",
+    ),
     (
         "x.position = 0",
         "NoSuchAttribute",
@@ -124,13 +132,13 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'x.pin("slew").level = 0',
         "NoSuchAttribute",
-        "x.slew: level cannot be set: it is what the wire shows; write pin.drive(0)",
+        "x.slew: level cannot be set: it is the state of the wire; write pin.drive(0)",
     ),
     ('x.pin("slew").high()', "NoSuchAttribute", "x.slew has no 'high'; pin.drive(1) drives it, pin.level reads it"),
     ('x.pin("slew").value', "NoSuchAttribute", "x.slew has no 'value'; write pin.level"),
     ('x.pin("slew").toggle()', "NoSuchAttribute", "x.slew has no 'toggle'; write pin.pulse(1, \"10 us\")"),
-    ('x.pin("slew").drive("low")', "UsageError", "x.slew: level 'low'; allowed 0, 1 (release() lets go)"),
-    ('x.pin("slew").drive(2)', "UsageError", "x.slew: level 2; allowed 0, 1 (release() lets go)"),
+    ('x.pin("slew").drive("low")', "UsageError", "x.slew: level 'low'; allowed 0, 1 (release() releases the pin)"),
+    ('x.pin("slew").drive(2)', "UsageError", "x.slew: level 2; allowed 0, 1 (release() releases the pin)"),
     ('x.pin("abort").drive(0, at="0 ms")', "UsageError", "x.abort: 0 ps is in the past; the time is 136.046909 ms"),
     (
         'x.pin("abort").drive(0, at=5)',
@@ -241,7 +249,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.add("cy525", straps={"wait": "high"})',
         "UsageError",
-        "cy525: strap wait='high'; straps put an input to 0 or 1",
+        "cy525: strap wait='high'; a strap sets an input to 0 or 1",
     ),
     ('b.add("cy525", name="x")', "UsageError", "the bench has a 'x' already; names are unique"),
     ('b.add("cy525", name="my chip")', "UsageError", "name 'my chip': allowed letters, digits and underscores"),
@@ -270,12 +278,12 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("eeprom", to=x, image="x.bin")',
         "UsageError",
-        "the content itself; give slewline.read_image('x.bin'), or in a bench file the key file",
+        "the content itself; pass slewline.read_image('x.bin'), or use the key file in a bench file",
     ),
     (
         'b.part("prom", to=x, image="prog.hex")',
         "UsageError",
-        "content itself; give slewline.read_image('prog.hex'), or in a bench file the key file",
+        "content itself; pass slewline.read_image('prog.hex'), or use the key file in a bench file",
     ),
     (
         'b.part("eeprom", size=1000)',
@@ -287,7 +295,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "WiringError",
         "a part of kind inverter has no standard wiring; connect in1, out with bench.wire",
     ),
-    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: both are the same; give two pins"),
+    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: both are the same pin or bus; give two"),
     ('b.wire("x.slew", "slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; there are: x, host"),
     (
@@ -383,8 +391,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "NotRecorded",
         "x.wait is not recorded; call bench.record('x.wait') before time passes",
     ),
-    ('b.figure(axes="y")', "UnknownName", "axes: no axis 'y'; there are x, and numbers from 1 on"),
-    ("b.figure(axes=7)", "UnknownName", "axes: no axis 7; there are x, and numbers from 1 on"),
+    ('b.figure(axes="y")', "UnknownName", "axes: no axis 'y'; allowed x, or numbers from 1"),
+    ("b.figure(axes=7)", "UnknownName", "axes: no axis 7; allowed x, or numbers from 1"),
     ('b.figure(parts="motor")', "UnknownName", "parts: no quantity 'motor'; there are: none"),
     (
         "b.figure(runs=[b])",
@@ -432,7 +440,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.timing("a.svg", between=[("slew falls",)])',
         "UsageError",
-        "between ('slew falls',): expected two edges, or the symbol of a printed time",
+        "between ('slew falls',): expected two edges, or the symbol of a time in the data sheet",
     ),
     ('b.check_timing("x")', "UsageError", "check_timing('x'): expected a list of names of chips, such as ['x']"),
     ('h.query("V 0")', "NoSuchAttribute", "host has no 'query'; write host.ask(...)"),

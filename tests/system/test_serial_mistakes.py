@@ -218,10 +218,10 @@ MISTAKES = (
     row("8N1", rfc2217, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
     row("even parity", rfc2217, b"V1\r", parity="E", words=f"is set to 9600 7E2|{RATE}"),
     row("another rate in the settings", pty, b"V1\r", baudrate=19200, words=f"the program is set to 19200 baud|{RATE}|passes characters at any rate, unlike a cable"),
-    row("a parity fault on the wire", url, b"V1\r", parity="E", words="gs_c200s  E1: b'V1': a parity or framing fault|is set to 9600 baud, 7 data bits, odd parity, 2 stop bits|br0=0|check the line for noise"),
+    row("a parity fault on the wire", url, b"V1\r", parity="E", words="gs_c200s  E1: b'V1': a parity or framing error|is set to 9600 baud, 7 data bits, odd parity, 2 stop bits|br0=0|check the line for noise"),
     row("a rate that the CY545 has not found", url, b"\r\r? P\r? P\r", part="cy545", bytesize=8, parity="E", stopbits=1, words="line is set to 9600 8E1|to 9600 8N1|two carriage returns|set the host to 9600 baud, 8 data bits, no parity, 1 stop bit"),
-    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: not recognised|start with \\r\\r"),
-    row("line feeds while the CY545 looks for the rate", url, b"\r\n\r\n? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words=r"not-adapted: a line feed (\n) between them: not recognised|start with \r\r, without \n"),
+    row("no carriage returns first", url, b"? P\r? R\r? O\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  not-adapted: characters before two carriage returns: no rate is recognised|start with \\r\\r"),
+    row("line feeds while the CY545 looks for the rate", url, b"\r\n\r\n? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words=r"not-adapted: a line feed (\n) between carriage returns: no rate is recognised|start with \r\r, without \n"),
     row("a rate that is none", url, b"\r\r\r", part="cy545", baudrate=1000, bytesize=8, parity="N", stopbits=1, words="cy545  wrong-rate: two carriage returns at 1000 baud|adapts to standard rates from|set the host to one of these"),
     # ends of lines
     row("no carriage return", bench, "V1", words=f"gs_c200s  unfinished: 'V1' {ENDS}"),
@@ -240,7 +240,7 @@ MISTAKES = (
     row("carriage return and line feed", bench, "V1\r\n", "V1\r\n", words=rf"ends its lines with CR LF|treats LF as part of a command|send \r alone|E4: '\nV1' {TEXT}"),
     row("carriage return and line feed", pty, b"V1\r\nV1\r\n", words=rf"ends its lines with CR LF|send \r alone|{TEXT}"
     ),
-    row("carriage return and line feed, CY525", bench, "A 0\r\n", "R 10\r\n", part="cy525", words=r"line-feed: a line feed where a command letter belongs|send \r alone"),
+    row("carriage return and line feed, CY525", bench, "A 0\r\n", "R 10\r\n", part="cy525", words=r"line-feed: a line feed in place of a command letter|send \r alone"),
     # numbers
     row("hexadecimal as in C, CY545", bench, "R 0x40\r", part="cy545", words="RATE 0x40: not a number; ignored; a hexadecimal number|ends with H: 40H"),
     row("hexadecimal as in C, CY525", bench, "R 0x40\r", part="cy525", words="RATE 0x40: not a decimal number; ignored; write 64, in decimal"),
@@ -249,7 +249,7 @@ MISTAKES = (
     row("the letter O", bench, "Po\r", "S1O\r", words="E2: 'S1O' does not fit S<speed>|write S10, in digits: the letters O and l are not digits"),
     row("a query in small letters", bench, "? r\r", part="cy545", words="unknown-query: ? r: no answer|write ? R: letters are upper case"),
     row("no pause between commands", url, b"\r\rD 300\rR 10\rF 1\rS 20\r? R\r", part="cy545b", bytesize=8, parity="N", stopbits=1, words="serial-overrun: 0x|it is lost; pause between commands, or wait for CTS"),
-    row("Ctrl-C in a motion", bench, "Po\r", "S10\r", "T20\r", "R5\r", "+900\r", "E\r", "\x03\r", "!\r", words=r"busy: '\x03', which is no command, while a program runs: B is the answer|or end it with K or Z"),
+    row("Ctrl-C in a motion", bench, "Po\r", "S10\r", "T20\r", "R5\r", "+900\r", "E\r", "\x03\r", "!\r", words=r"busy: '\x03', which is not a command, is answered with B|or end it with K or Z"),
     # checksums
     row("no checksum", bench, "V1\r", chs=1, words=f"E1: b'V1': checksum '1' (0x31), expected 'V' (0x56) after b'V'; V1 arrived without one|{CHECKED}"),
     row("no checksum", url, b"V1\r", part="gs-c200s", words=f"V1 arrived without one|{CHECKED}"),
@@ -275,11 +275,11 @@ MISTAKES = (
     row("a number that is too small", bench, "Po\r", "S0\r", words="E2: S0: speed 0, allowed 1..1000|the nearest is 1"),
     row("a move of nothing", bench, "Po\r", "+0\r", words="E2: +0: steps 0, allowed -999999..999999 without 0|the nearest is +1"),
     row("no number", bench, "V\r", words="gs_c200s  E2: 'V' does not fit V<what>|give what 1..2"),
-    row("a motion before S, T and R", bench, "Po\r", "+100\r", "E\r", words="E4: E with S, T, R never set|set S, T, R at the head of the program"),
-    row("a run of nothing", bench, "E\r", words="E4: E with an empty program|begin program entry with Po"),
-    row("a homing without a speed", bench, "H+\r", words="E4: H without a start-stop speed|set S at the head of the program"),
+    row("a motion before S, T and R", bench, "Po\r", "+100\r", "E\r", words="E4: E is refused without S, T, R;|set S, T, R at the start of the program"),
+    row("a run of nothing", bench, "E\r", words="E4: E is refused, because the program is empty|begin program entry with Po"),
+    row("a homing without a speed", bench, "H+\r", words="E4: H is refused without a start-stop speed|set S at the start of the program"),
     row("a line that is too long", bench, "+100,+200,+300\r", words="gs_c200s  E1: |more than 11 characters|end each command with a carriage return"),
-    row("a program while one runs", bench, "Po\rD9\rE\r", "Po\r", words="busy: Po while a program runs|B is the answer, nothing is done|wait until F is answered with R, or end it with K or Z"),
+    row("a program while one runs", bench, "Po\rD9\rE\r", "Po\r", words="busy: Po is answered with B and ignored while a program runs|wait until F is answered with R, or end it with K or Z"),
     # who is spoken to
     row("no address", bench, "V1\r", sel0=0, words="host  address: a line begins with 'V', which is not the address of a module here|no module answers|begin it with 4 (gs_c200s)|change the address straps"),
     row("a wrong address", bench, "5V1\r", sel0=0, words="a line begins with '5'|begin it with 4 (gs_c200s)"),

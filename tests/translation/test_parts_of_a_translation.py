@@ -85,7 +85,7 @@ def test_loops_are_unrolled_for_a_chipset_that_stores_no_program() -> None:
 def test_an_endless_loop_is_not_possible_there() -> None:
     report = translate_text("A 0\nR 9\nE\nP 9\nP 0\nJ 0\nQ\nX\n", "cy525", "mc1151a").report
     (line,) = [line for line in report if line.code == "J 0"]
-    assert line.kind is LineKind.IMPOSSIBLE and "continues elsewhere" in line.verdicts[0].limit
+    assert line.kind is LineKind.IMPOSSIBLE and "jumps" in line.verdicts[0].limit
 
 
 @pytest.mark.parametrize(
@@ -138,3 +138,34 @@ def test_a_move_of_unknown_length_has_a_bound_below_the_length_of_its_ramps() ->
     report = translate_text(text, "cy545b", "gs-c200s").report
     (line,) = [line for line in report if line.code == "P 8340"]
     assert line.verdicts[0].off > 0.115
+
+
+# ----------------------------------------------------------------------------- what a host sends beside its programs
+RAMP = "A 0\nF 20\nR 60\nS 200\n"
+
+
+@pytest.mark.parametrize(
+    ("source", "code"), [("cy512", "J 3"), ("cy512", "L 3,0"), ("cy500", "T"), ("cy525", "T 4"), ("cy545", "J 0")]
+)
+@pytest.mark.parametrize("to", ["cy525", "cy512", "gs-c200s", "mc1451a", "grbl", "tmcl"])
+def test_a_branch_into_a_program_that_the_text_does_not_enter_is_not_possible(source: str, code: str, to: str) -> None:
+    if source != to:
+        (line,) = translate_text(f"{code}\n", source, to).report.lines
+        assert line.kind is LineKind.IMPOSSIBLE and "add the lines that enter the program" in line.verdicts[0].text
+
+
+@pytest.mark.parametrize("to", ["grbl", "linuxcnc", "klipper", "tmcl", "arduino", "python"])
+@pytest.mark.parametrize("code", ["L 4,0", "T 0"])
+def test_a_host_starts_no_program_of_a_language_by_a_loop_or_branch(code: str, to: str) -> None:
+    done = translate_text(f"{RAMP}E\n+\nN 50\nG\n0\nQ\n{code}\n", "cy525", to)
+    assert done.report.lines[-1].kind is LineKind.IMPOSSIBLE
+
+
+@pytest.mark.parametrize("program", ["E\n+\nN 50\nG\n0\nQ\nJ 1\n", "E\nJ A\n+\nA$N 50\nG\n0\nQ\nX\n"])
+def test_a_direction_that_a_path_leaves_out_is_that_of_the_reset(program: str) -> None:
+    assert prove(translate_text(f"{RAMP}{program}", "cy525", "cy545")).proven  # whose reset sets the other one
+
+
+@pytest.mark.parametrize("to", ["cy525", "cy545", "gs-c200s", "tmcl"])
+def test_a_cy500_moves_clockwise_after_a_reset(to: str) -> None:
+    assert prove(translate_text("R 100\nS 4\nN 50\nG\n", "cy500", to)).proven

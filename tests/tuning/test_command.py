@@ -122,7 +122,7 @@ def test_parameters_beside_the_options_are_the_grid(call: Any) -> None:
 def test_a_bench_file_of_the_user_is_not_replaced(call: Any) -> None:
     Path("own.toml").write_text('[[chip]]\npart = "cy525"\n')
     status, _, err = call("cy525", *QUICK, "--bench", "own.toml")
-    assert status == 2 and "--bench own.toml: this file exists, and tune has not written it; name a new file" in err
+    assert status == 2 and "--bench own.toml: this file exists, and was not written by tune; name a new file" in err
     assert Path("own.toml").read_text() == '[[chip]]\npart = "cy525"\n'
     for _ in range(2):  # its own is
         assert call("cy525", *QUICK, "--bench", "new.toml")[0] == 0
@@ -165,5 +165,5 @@ def test_an_interrupt_while_the_picture_is_drawn_says_that_all_runs_are_kept(
 
     monkeypatch.setattr("slewline.cli.motors.tune.draw", interrupt)
     status, out, err = call("cy525", *QUICK, "--plot", "found.svg", "--store", "log.jsonl", "--jobs", "1")
-    says = "interrupted when all runs were judged; log.jsonl has every run: the same command goes on from there"
+    says = "interrupted after all runs; log.jsonl has every run: the same command continues from there"
     assert (status, out, err.strip()) == (1, "", f"slewline: {says}")

@@ -1,4 +1,4 @@
-"""The ramp calculator from Python: what parameters give, and which parameters give what is wanted.
+"""The ramp calculator from Python: the ramp of given parameters, and the parameters for a required ramp.
 
 ramp = slewline.ramp("cy525", F=3, R=127, S=200, Z=1)
 ramp.time_ps, ramp.steps, ramp.move(5000).time_ps
@@ -87,7 +87,7 @@ def find_ramps(
 
 
 def _wanted(goals: dict[Goal, float | None]) -> Wanted:
-    """The one goal that is given."""
+    """Return the one goal that is given."""
     given = [(goal, value) for goal, value in goals.items() if value is not None]
     if len(given) != 1:
         raise UsageError("no single goal for the ramp; give one of time, acceleration and steps")

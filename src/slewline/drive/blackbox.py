@@ -4,9 +4,9 @@
     <folder>/line.0.jsonl, line.1.jsonl       each read or write: {"ns": ..., "tick": ..., "way": ">", "data": "..."}
     <folder>/made-by-slewline                 in a folder that `new_folder` has made: it may remove it again
 
-The two files of the line are written by turns: when one is full, the other one is begun anew.  So the last megabytes
-are always there, and no more.  `ns` are nanoseconds of the host since the drive was opened, `tick` is what the host
-took the time of the board to be; ">" goes to the board.
+The two files of the line are written alternately: when one is full, the other one is overwritten.  So the last
+megabytes are always available, and no more.  `ns` are nanoseconds of the host since the drive was opened, `tick` is the
+time of the board as estimated by the host; ">" goes to the board.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..gate import from_json, lines_of, opened, read_file
 if TYPE_CHECKING:
     from .board.board_port import BoardPort
 
-MOST_BYTES = 8 << 20  # of each file of the line
+MOST_BYTES = 8 << 20  # size of each file of the line
 KEPT_SESSIONS = 20
 JOURNAL = "journal.jsonl"
 LINES = ("line.0.jsonl", "line.1.jsonl")
@@ -38,12 +38,12 @@ FILES = frozenset({JOURNAL, *LINES, MARK})
 
 
 def new_folder(inside: str | PathLike[str] | None = None) -> Path:
-    """Make a folder for a session, in one that is given or in that of this system.
+    """Make a folder for a session, in a given folder or in that of this system.
 
-    Of the folders made here before only the newest ones are kept; whatever else is there stays.
+    Of the folders made here before, only the newest are kept; all other files are left alone.
 
     Raises:
-        UsageError: it cannot be made.
+        UsageError: the folder cannot be made.
     """
     try:
         place = state_folder() / "drive" if inside is None else Path(inside)
@@ -66,7 +66,7 @@ def new_folder(inside: str | PathLike[str] | None = None) -> Path:
 
 
 def _is_ours(folder: Path) -> bool:
-    """Has `new_folder` made a folder, and has nobody put anything else into it?"""
+    """Return whether `new_folder` has made a folder, and it has no foreign files."""
     with suppress(OSError):
         return not folder.is_symlink() and {each.name for each in folder.iterdir()} <= FILES and _is_marked(folder)
     return False
@@ -78,7 +78,7 @@ def _is_marked(folder: Path) -> bool:
 
 
 def _remove(folder: Path) -> None:
-    """Remove what a session has written, and its folder, which then is empty."""
+    """Remove the files of a session, and its folder, which is then empty."""
     with suppress(OSError):
         for name in sorted(FILES - {MARK}):
             (folder / name).unlink(missing_ok=True)
@@ -87,10 +87,10 @@ def _remove(folder: Path) -> None:
 
 
 def reopen(port: BoardPort) -> None:
-    """Open a port again whose cable was pulled; one that cannot be is left alone.
+    """Reopen a port whose cable was unplugged; do nothing for a port of another kind.
 
     Raises:
-        UsageError: the port is not there, or is used by another program.
+        UsageError: the port does not exist, or is in use by another program.
     """
     call = getattr(port, "reopen", None)
     if call is not None:
@@ -98,14 +98,14 @@ def reopen(port: BoardPort) -> None:
 
 
 class BlackBox:
-    """The port of a board, with a record of what passes.
+    """The port of a board, with a record of all bytes.
 
     Args:
-        port: that of the board.
-        folder: which is there, and is this session's alone.
+        port: the port of the board.
+        folder: an existing folder for this session only.
         clock: nanoseconds of the wall clock.
-        tick: returns the tick of the board that belongs to a time of that clock.
-        most: bytes of each of the two files.
+        tick: returns the tick of the board at a time of that clock.
+        most: the size of each of the two files, bytes.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class BlackBox:
         most: int = MOST_BYTES,
     ) -> None:
         self.port, self.folder, self.most = port, Path(folder), most
-        self.failure = ""  # why nothing is recorded any more
+        self.failure = ""  # reason why the recording has ended
         self._clock, self._tick = clock, tick
         self._began_ns = clock()
         self._number = 0
@@ -127,12 +127,12 @@ class BlackBox:
 
     @property
     def name(self) -> str:
-        """The name of the port."""
+        """Name of the port."""
         return getattr(self.port, "name", "board")
 
     @property
     def heard(self) -> bytes:
-        """What has come last, as far as the port knows."""
+        """Last bytes received, as far as the port stores them."""
         return bytes(getattr(self.port, "heard", b""))
 
     def _begin(self, mode: str = "w") -> None:
@@ -173,7 +173,7 @@ class BlackBox:
             self._begin()
 
     def read(self) -> bytes:
-        """Return what has come since the last call."""
+        """Return the bytes received since the last call."""
         data = self.port.read()
         if data:
             self._note("<", data)
@@ -185,17 +185,17 @@ class BlackBox:
         return self.port.write(data)
 
     def fileno(self) -> int | None:
-        """Return what a loop can wait for; None: nothing."""
+        """Return a descriptor for a loop to wait for; None if there is none."""
         return self.port.fileno()
 
     def reopen(self) -> None:
-        """Open the port again, if it is one that can be; the record goes on."""
+        """Reopen the port, if its kind allows that; the record continues."""
         reopen(self.port)
         if self._file is None and not self.failure:
             self._begin("a")
 
     def close(self) -> None:
-        """Close the port; the record stays."""
+        """Close the port, and keep the record."""
         self.port.close()
         self._let_go()
 
@@ -203,7 +203,7 @@ class BlackBox:
 def recorded(
     port: BoardPort, folder: str | PathLike[str] | bool, clock: Callable[[], int], tick: Callable[[int], int]
 ) -> BoardPort:
-    """Return a port that also records what goes over another one, in a folder; True: a new folder; False: no record."""
+    """Return a port that records the bytes of another one in a folder; True: a new folder; False: no record."""
     if folder is False:
         return port
     place = new_folder() if folder is True else Path(folder)
@@ -212,7 +212,7 @@ def recorded(
 
 
 def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
-    """Return what the black box has of the line: ns, tick, way (">" to the board) and bytes, in order of time.
+    """Return the record of the line: ns, tick, direction (">" to the board) and bytes, in order of time.
 
     Raises:
         UsageError: there is no black box, or a line of it is damaged.
@@ -232,7 +232,7 @@ def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
 
 
 def _exchanged(path: Path, number: int, line: bytes) -> tuple[int, int, str, bytes]:
-    """Return what a line of a file has of the line to the board."""
+    """Return one entry of the record: ns, tick, direction and bytes."""
     try:
         entry = from_json(line)
         ns, tick, way, data = (entry[name] for name in ("ns", "tick", "way", "data"))

@@ -1,10 +1,10 @@
-"""The cable between a model and its motor: while something is under way, what goes out comes out a horizon later.
+"""The cable between a model and its motor: while the motor moves, all output is delayed by a horizon.
 
     model  ---- steps ----> feeder --> board     every step at its instant + horizon
-           ---- calls ----> cable  --> outside   bytes for a host, levels of pins: at once at rest, else that much later
+           ---- calls ----> cable  --> outside   bytes for a host, levels of pins: immediate at rest, else delayed too
 
-So what a host hears is true: "motion complete" comes when the motor has stopped, not a horizon before.  The order never
-changes, for the cable only grows while something is under way.
+So messages to a host are true: "motion complete" comes when the motor has stopped, not a horizon before.  The order
+never changes, because the delay only grows while output is pending.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from collections.abc import Callable
 
 
 class Cable:
-    """Calls on their way out, in order.
+    """Delayed output calls, in order.
 
     Args:
-        horizon: its length, in ticks of the board.
-        present: returns the tick that belongs to the present of the model.
-        moving: returns whether steps are laid, or made by the model, that the board has not come to rest behind.
+        horizon: the delay, in ticks of the board.
+        present: returns the tick at the present of the model.
+        moving: returns whether there are steps, queued or made by the model, after which the board has not come to
+            rest.
     """
 
     def __init__(self, horizon: int, present: Callable[[], int], moving: Callable[[], bool]) -> None:
@@ -28,21 +29,21 @@ class Cable:
 
     @property
     def under_way(self) -> bool:
-        """Is something under way: steps of the motor, or calls?"""
+        """Whether steps of the motor or calls are pending."""
         return bool(self._calls) or self._moving()
 
     def __len__(self) -> int:
         return len(self._calls)
 
     def send(self, call: Callable[[], object]) -> None:
-        """Make a call: now if nothing is under way, else a horizon later."""
+        """Make a call: now if nothing is pending, else a horizon later."""
         if self.under_way:
             self._calls.append((self._present() + self.horizon, call))
         else:
             call()
 
     def send_at(self, tick: int, call: Callable[[], object]) -> None:
-        """Make a call that was due at a tick, in its order: at once if nothing is under way."""
+        """Make a call that was due at a tick, in order: immediately if nothing is pending."""
         if not self.under_way:
             call()
             return
@@ -63,11 +64,11 @@ class Cable:
             self._calls.popleft()[1]()
 
     def due(self) -> int | None:
-        """Return the tick at which the next call is due; None: there is none."""
+        """Return the tick of the next call; None if there is none."""
         return self._calls[0][0] if self._calls else None
 
     def withdraw(self, tick: int) -> int:
-        """Forget the calls that would be made after a tick, as if they had never been sent; return how many."""
+        """Discard the calls due after a tick, as if they had never been sent; return their number."""
         before = len(self._calls)
         while self._calls and self._calls[-1][0] > tick:
             self._calls.pop()

@@ -1,4 +1,4 @@
-"""Looking at a board before it drives anything: link, crystal, this machine, and the board's own pulses."""
+"""Check of a board before it drives a motor: link, crystal, this machine, and the board's own pulses."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ SELF_TEST_S = 1.0
 JOG, JOG_RATE, JOG_S = 10, 50, 5.0  # steps; steps/s; s
 ESTOP_S = 20.0
 SHORT_PAUSE, POLL_S = 1000, 0.001  # ticks; s
-LOADS, LOAD_RECORDS, LOAD_S = 10, 20, 5.0  # rehearsed starts of a motion: records of five frames, and one frame more
+LOADS, LOAD_RECORDS, LOAD_S = 10, 20, 5.0  # simulated starts of a motion: records of five frames, and one more frame
 
 NAP_S = 0.002
 HORIZONS_MS = (20, 50, 100, 250, 500, 1000, 2000)
 LONGEST_LOAD_MS = 200  # for twenty records: a ramp at high rates needs a hundred a second
-LATE_SAFETY, LOAD_SAFETY = 3, 2  # times the worst that was seen in some seconds: a day has worse, a ramp more records
+LATE_SAFETY, LOAD_SAFETY = 3, 2  # factors on the worst of some seconds: a day has worse, a ramp more records
 
 
 class WakingDelays(NamedTuple):
-    """How late this process woke, in ms: half of the times, 99 of 100, and the worst."""
+    """Wake-up delays of this process, in ms: the median, the 99th percentile, and the worst."""
 
     median: float
     p99: float
@@ -37,7 +37,7 @@ class WakingDelays(NamedTuple):
 
 
 def of_many(late_ms: Sequence[float]) -> WakingDelays:
-    """Return the figures of many times, ms, one at least."""
+    """Return the figures of one or more delays, ms."""
     ordered = sorted(late_ms)
     last = len(ordered) - 1
     return WakingDelays(ordered[last // 2], ordered[last * 99 // 100], ordered[last])
@@ -49,12 +49,12 @@ def measured(
     nap: Callable[[float], object] = sleep,
     each: Callable[[], object] = lambda: None,
 ) -> WakingDelays:
-    """Sleep for two milliseconds, over and over, and measure how late each sleep ends.
+    """Sleep for two milliseconds, over and over, and measure the delay of each wake-up.
 
     Args:
-        seconds: of the wall clock.
-        clock, nap: what a sleep is measured with, ns, and what sleeps, s.
-        each: called after each sleep: what else has to go on.
+        seconds: the duration by the wall clock.
+        clock, nap: the clock for the measurement, ns, and the sleep function, s.
+        each: called after each sleep, for other work.
     """
     late: list[float] = []
     end = clock() + round(seconds * 1e9)
@@ -67,11 +67,11 @@ def measured(
 
 
 def recommended_ms(late_ms: float, load_ms: float) -> int | None:
-    """Return the horizon that a machine and a link need, ms; None: no horizon helps, as the link carries too little.
+    """Return the horizon that a machine and a link need, ms; None if no horizon is enough, as the link is too slow.
 
     Args:
-        late_ms: by how much this process woke late, at worst.
-        load_ms: how long the link takes for all that goes before the first step of a motion, at worst.
+        late_ms: the worst wake-up delay of this process.
+        load_ms: the worst transfer time of all frames before the first step of a motion.
     """
     if load_ms > LONGEST_LOAD_MS:
         return None
@@ -80,11 +80,11 @@ def recommended_ms(late_ms: float, load_ms: float) -> int | None:
 
 
 class Checkup(NamedTuple):
-    """What was found: round trips and lateness in ms, ppm of the crystal, pulses that came back; None: no answer.
+    """The results: round trips and delays in ms, ppm of the crystal, pulses that came back; None: no answer.
 
-    `load_ms`: what the link took at worst for all that goes before the first step of a motion; `horizon_ms`: what that
-    needs; None: no horizon is long enough.  `counted`: pulses; None: no answer, or the driver is on.  `jogged`: whether
-    ten steps to and fro were made; `estop`: whether its contact was seen to open; None: that was not tried.
+    `load_ms`: the worst transfer time of all frames before the first step of a motion; `horizon_ms`: the horizon
+    needed; None: no horizon is long enough.  `counted`: pulses; None: no answer, or the driver is on.  `jogged`:
+    whether ten steps each way were made; `estop`: whether its contact opened; None: not tried.
     """
 
     board: BoardModel
@@ -101,13 +101,13 @@ class Checkup(NamedTuple):
 
     @property
     def good(self) -> bool:
-        """Is all as it must be?"""
+        """Whether all results are within limits."""
         moves = self.counted == PULSES if self.jogged is None else self.jogged
         return moves and self.estop is not False and not self.damaged and self.horizon_ms is not None
 
     @property
     def lines(self) -> list[str]:
-        """What a user reads, a line for each thing."""
+        """Report for a user, one line per result."""
         late, (median, worst) = self.late, self.round_trip_ms
         board, step, loop = self.board, self.board.step.printed, self.board.loop.printed
         if self.counted == PULSES:
@@ -150,7 +150,7 @@ class Checkup(NamedTuple):
 
 
 class Check:
-    """A look at a board that is open.
+    """A check of an open board.
 
     Args:
         turn: the turn of the drive.
@@ -170,11 +170,11 @@ class Check:
         self.wall, self.clock, self.link = path.wall, path.clock, path.link
 
     def look(self, seconds: float, priority: str, tell: Callable[[str], object]) -> Checkup:
-        """Look for so many seconds of the wall clock.
+        """Check the board for a number of seconds of the wall clock.
 
         Args:
-            priority: what this process was given.
-            tell: called with what goes on.
+            priority: the priority of this process.
+            tell: called with progress messages.
         """
         tell(f"slewline: looking for {seconds:g} s")
         self.clock.worst_round_trip_ns = 0  # a board that is being opened answers late
@@ -207,7 +207,7 @@ class Check:
         )
 
     def _awaited(self, kind: Happening, seconds: float) -> BoardEvent | None:
-        """Return the next event of a kind, once the board has answered after it; None: there was none in time."""
+        """Return the next event of a kind, once the board has answered after it; None after a timeout."""
         found: list[BoardEvent] = []
 
         def note(event: BoardEvent) -> None:
@@ -220,7 +220,7 @@ class Check:
         return found[0] if found else None
 
     def _pass_while(self, goes_on: Callable[[], bool], end: float) -> None:
-        """Let time pass while something is so, up to a limit on the wall clock (ns)."""
+        """Let time run while `goes_on` returns True, up to a limit on the wall clock (ns)."""
         while goes_on() and self.wall() < end:
             self.turn()
             self.talk.wait(POLL_S)
@@ -235,9 +235,9 @@ class Check:
         return self._awaited(Happening.REST, JOG_S) is not None
 
     def under_load(self) -> float:
-        """Return how long the link takes at worst for all that goes before the first step of a motion, ms.
+        """Return the worst transfer time of all frames before the first step of a motion, ms.
 
-        The records are pauses, which are forgotten again: nothing is started.
+        The records are pauses, which are discarded again: no motion is started.
         """
         worst = 0
         for _ in range(LOADS):

@@ -1,10 +1,10 @@
-"""The state of a drive: one value, which its pieces read, and which is written by its own methods alone.
+"""The state of a drive: one value, which its pieces read, and which only its own methods change.
 
-    DriveState              the present run of the model, the configuration of the board, the phase, what counts mean
-    DrivePath               clock, line, ticks, feeder and cable: what is between model and board
-    Stopping                what can be put in its place
+    DriveState              the present run of the model, the configuration of the board, the phase, the counts
+    DrivePath               clock, line, ticks, feeder and cable: the path between model and board
+    Stopping                interface of the replaceable pieces
 
-No piece has the drive: each gets these, and the pieces that it works with.
+No piece has the drive: each has these, and the pieces that it works with.
 """
 
 from __future__ import annotations
@@ -34,28 +34,28 @@ Phase = Literal["closed", "ok", "halted", "unknown"]
 
 @dataclass(slots=True)
 class DriveState:
-    """What all pieces of a drive go by.
+    """State shared by all pieces of a drive.
 
-    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register is where the
-    motor is, as far as anybody can know.  `undecided`: the model may be taken back to where the motor comes to rest.
+    `final`: the board is at rest after a halt, and its count is known.  `known`: the position register is that of the
+    motor, as far as can be known.  `undecided`: the model may be taken back to the point where the motor comes to rest.
     """
 
     bench: Bench
     chip: Chip
-    number: int  # of the axis, from 1
+    number: int  # number of the axis, from 1
     board: BoardModel
     config: BoardConfig
     horizon_ps: int
     start_stop: int | None  # steps/s
     enable: bool
     keep_count: bool
-    outputs: Mapping[int, str]  # pins that set outputs of the board, by the numbers of those
+    outputs: Mapping[int, str]  # pins that set outputs of the board, by the numbers of the outputs
     phase: Phase = "closed"
     final: bool = False
     known: bool = True
     undecided: bool = False
-    count_origin: int = 0  # the count of the board where the travel of the model is 0
-    counted_from: int = 0  # the count of the board that belongs to a feeder that has fed no step
+    count_origin: int = 0  # count of the board at travel 0 of the model
+    counted_from: int = 0  # count of the board before the feeder has fed a step
     axis: Axis = field(init=False)
     kernel: Kernel = field(init=False)
     horizon: int = field(init=False)  # ticks
@@ -87,15 +87,15 @@ class DriveState:
         self.phase = "ok"
 
     def halt(self, *, final: bool = False) -> None:
-        """The board follows no more; `final`: its count is known."""
+        """Stop following the model; `final`: the count of the board is known."""
         self.phase, self.final = "halted", final
 
     def finish(self) -> None:
-        """The board of a halted drive is at rest, and its count is known."""
+        """Record that the board of a halted drive is at rest, and its count known."""
         self.final = True
 
     def lose(self) -> None:
-        """The board has lost its count."""
+        """Record that the board has lost its count."""
         self.phase, self.known = "unknown", False
 
     def close(self) -> None:
@@ -103,24 +103,24 @@ class DriveState:
         self.phase = "closed"
 
     def trust(self, known: bool = True) -> None:
-        """Record whether the motor is where the position register says."""
+        """Record whether the position register is the position of the motor."""
         self.known = known
 
     def leave_open(self, undecided: bool) -> None:
-        """Record whether the model may be taken back to where the motor comes to rest."""
+        """Record whether the model may be taken back to the point where the motor comes to rest."""
         self.undecided = undecided
 
     def count_from(self, counted: int, travel: int, net: int) -> None:
-        """Let a count of the board belong to a travel of the model, to which `net` steps have been fed."""
+        """Relate a count of the board to a travel of the model, of which `net` steps have been fed."""
         self.count_origin, self.counted_from = counted - travel, travel - net
 
     def correct(self, steps: int) -> None:
-        """Take a count of the board that differs by so many steps for the right one."""
+        """Accept a count of the board that differs by `steps` as the right one."""
         self.counted_from += steps
 
 
 class DrivePath:
-    """What is between the model and its board: clock, line, ticks, feeder and cable.
+    """The path between the model and its board: clock, line, ticks, feeder and cable.
 
     Args:
         wall: returns the wall clock, ns.
@@ -137,38 +137,38 @@ class DrivePath:
         self.cable = Cable(horizon, lambda: ticks.at(state.kernel.now) >> 16, self._under_way)
 
     def _under_way(self) -> bool:
-        """Return whether steps are under way, or it is open where the motor comes to rest."""
+        """Return whether steps are pending, or the rest position of the motor is undecided."""
         return self.feeder.busy or self.state.undecided
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that the model makes at an instant (ps): a horizon later while something is under way."""
+        """Make a call of the model's instant (ps): a horizon later while output is pending."""
         self.cable.send_at((self.ticks.at(ps) >> 16) + self.state.horizon, call)
 
     def _put(self, output: LaidOutput) -> None:
-        """Change outputs by a frame: immediately while the motor is at rest and nothing is under way."""
+        """Change outputs by a frame: immediately while the motor is at rest and nothing is pending."""
         self.cable.send_at(output.tick16 >> 16, lambda: self.link.outputs(output.mask, output.value))
 
     def send_tail(self, entries: list[tuple[int, int]], ps: int) -> None:
-        """Send the stop ramp of a motion that begins at an instant (ps), after the end of the motion before."""
+        """Send the stop ramp of a motion that begins at an instant (ps), after the end of the previous motion."""
         if self.feeder.running:
             self.gate(lambda: self.link.tail(entries), ps)
         else:
             self.link.tail(entries)
 
     def move(self) -> None:
-        """Take the steps of the bench to which the state has been moved."""
+        """Take the steps of the bench in the state from now on."""
         self.feeder.axis, self.feeder.kernel = self.state.axis, self.state.kernel
 
 
 class Stopping(Protocol):
-    """What a drive does when its board stops by itself.
+    """Actions of a drive when its board stops by itself.
 
-    `stopped` comes first, once; `halted` when the board is at rest and its count is final; `turn` again and again
-    meanwhile; `clear` when the user goes on.
+    `stopped` comes first, once; `halted` when the board is at rest and its count is final; `turn` repeatedly meanwhile;
+    `clear` when the user continues.
     """
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return whether the chip itself stops the motor there, by its own law: that is no trouble."""
+        """Return whether the chip itself stops the motor there, by its own law: then it is not a trouble."""
 
     def stopped(self, event: BoardEvent) -> None:
         """Record that the board makes no more steps of the model; a stop ramp may follow."""
@@ -177,33 +177,33 @@ class Stopping(Protocol):
         """Record that the board is at rest; position and tick of the event are those of the last step."""
 
     def turn(self) -> None:
-        """Do what is to be done while the drive is halted; called each turn."""
+        """Do the work of a halted drive; called each turn."""
 
     @property
     def settled(self) -> bool:
-        """Whether the chip is at rest where the motor is."""
+        """Whether the chip is at rest at the position of the motor."""
 
     def clear(self) -> None:
-        """Let the chip go on."""
+        """Release the chip."""
 
 
 class Movable(Protocol):
-    """A motor that can stop, and then continue as another run of the model has it."""
+    """A motor that can stop, and then continue with another run of the model."""
 
     def stop(self, at_once: bool = False) -> None:
         """Stop the motor, by ramping down or immediately."""
 
     def move(self, bench: Bench) -> None:
-        """Go on with another bench, which is at the same instant and has a chip of the same name."""
+        """Continue with another bench, which is at the same instant and has a chip of the same name."""
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a board that has stopped go on: it counts from a position, and makes the steps after an instant (ps)."""
+        """Let a stopped board continue: it counts from a position, and outputs the steps after an instant (ps)."""
 
 
 class FoundBoard(NamedTuple):
-    """What a board was as it was opened.
+    """The state of a board when it was opened.
 
-    Its state, its count, whether it was in motion, and whether the motor may be elsewhere than it has counted.
+    Its state, its count, whether it was in motion, and whether the position of the motor may differ from its count.
     """
 
     state: int

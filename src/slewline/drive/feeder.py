@@ -1,15 +1,15 @@
-"""From the axis of a chip to the records of a board: every step of the model is one of the motor, a horizon later.
+"""Conversion of the steps of a chip's axis into records of a board: each step is output a horizon later.
 
     model     m0 ........ steps that are final .......| present
-    board     | START ... base: all that is laid .....|..... H ....|
-                               [open record, held]
+    board     | START ... base: end of the queue .....|..... H ....|
+                               [open record, kept back]
 
-Each turn fits records to the steps that the model has made since the last one.  The last record is held as long as the
-board has three quarters of the horizon before it, so that steps of the next turns may join it.  Where the model
-makes no steps, pauses lead up to its present, so that a queue that runs dry always means trouble.  Behind the end of
-a motion stands a pause behind which the motor may stand (REST).
+Each turn fits records to the steps that the model has made since the last one.  The last record is kept back as long as
+the board has three quarters of the horizon before it, so that steps of the next turns may join it.  While the model
+is at rest, pauses fill the time up to its present, so that an underrun always means trouble.  The end of a motion
+is followed by a pause after which the motor may stop (REST).
 
-Ticks with the suffix 16 are 1/65536 tick.  `base16` is where the board will be by its own arithmetic: no error adds up.
+Ticks with the suffix 16 are 1/65536 tick.  `base16` is calculated as the board calculates it: errors do not accumulate.
 """
 
 from __future__ import annotations
@@ -31,28 +31,28 @@ if TYPE_CHECKING:
 
 TOLERANCE_TICKS = 8  # of every step
 LEAST_PAUSE = SOONEST_TICKS << 16  # also from a pause to a step
-REST_TICKS = SOONEST_TICKS  # from the last step to the instant from which on the motor may stand
-SLACK_TICKS = 32  # beyond the shortest interval, between a pause and a step that is not known yet
-FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is not known
-FIRST_RECORDS = 5  # that go before START, the others after it: a full queue that stands would wait for ever
+REST_TICKS = SOONEST_TICKS  # from the last step to the instant at which the motor may stop
+SLACK_TICKS = 32  # beyond the shortest interval, between a pause and an unknown step
+FIRST_INTERVAL_TICKS = 4096  # before the first step, while the second one is unknown
+FIRST_RECORDS = 5  # records sent before START, the others after it: a full queue without START would block
 LONGEST_PRODUCT = 1 << 62
 
 
 class RecordSink(Protocol):
-    """What takes records, in order (`Link`)."""
+    """A receiver of records, in order (`Link`)."""
 
     def push(self, records: list[Record]) -> object:
         """Queue records."""
 
     def start(self, tick: int) -> object:
-        """Start what is queued: the first interval begins at a tick."""
+        """Start the queued records: the first interval begins at a tick."""
 
     def restart(self, tick: int) -> object:
-        """Start what is queued, before what waits to be."""
+        """Start the queued records, ahead of the records that wait for slots."""
 
 
 class LaidSteps(NamedTuple):
-    """Steps of one direction: ticks, in 1/65536 tick; way down from the first (-1: not known), and more from each."""
+    """Steps of one direction: ticks, in 1/65536 tick; stop ramp from the first (-1: unknown), and its slope."""
 
     flags: int
     ticks16: NDArray[np.int64]
@@ -61,7 +61,7 @@ class LaidSteps(NamedTuple):
 
 
 class LaidOutput(NamedTuple):
-    """Outputs that change at a tick, in 1/65536 tick: which ones, and their levels."""
+    """Outputs that change at a tick, in 1/65536 tick: a mask, and their levels."""
 
     tick16: int
     mask: int
@@ -69,18 +69,18 @@ class LaidOutput(NamedTuple):
 
 
 class Feeder:
-    """Feeds the steps of one axis to a board.
+    """Converter of the steps of one axis into records for a board.
 
     Args:
-        axis: of the chip.
-        kernel: of its bench; it is asked between two runs.
+        axis: the axis of the chip.
+        kernel: the kernel of its bench, which is idle during a turn.
         link: takes the records.
-        ticks: instants as ticks.
+        ticks: converts instants into ticks.
         horizon: ticks from a step of the model to that of the motor.
         shortest: the least interval between two steps, in ticks.
-        put: called with outputs that change while the motor stands, or between steps too close for a pause.
+        put: called with outputs that change while the motor is at rest, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
-        ways: yields the steps of a stretch in pieces: first, end, way down from the first, more from each (`WayPiece`).
+        ways: yields the steps of a stretch in pieces (`WayPiece`): first, end, stop ramp, its change per step.
         wake: called before a motion is started.
     """
 
@@ -103,32 +103,32 @@ class Feeder:
         self._put, self._half, self.ways, self.wake, self.shortest = put, half, ways, wake, shortest
         self._none: NDArray[np.int64] = np.empty(0, np.int64)
         self.taken_ps = kernel.now  # the steps before this instant are taken
-        self.running = False  # something is laid that the board has not come to rest behind
-        self.stopped = False  # steps are not laid: the board is in HALT, or nobody knows where the motor is
-        self.lost = 0  # net steps that the model has made since the count of the board was last taken over
-        self.steps = self.records = 0  # that were laid
-        self.net = 0  # steps up minus steps down that were laid
-        self.first_interval16 = 0  # of the motion that was laid last: from its first step to the second one
+        self.running = False  # there are queued steps after which the board has not come to rest
+        self.stopped = False  # steps are not queued: the board is in HALT, or the position of the motor is unknown
+        self.lost = 0  # net steps of the model since the count of the board was last taken over
+        self.steps = self.records = 0  # queued so far
+        self.net = 0  # steps up minus steps down queued so far
+        self.first_interval16 = 0  # of the last motion queued: from its first step to the second one
         self._changes: list[tuple[int, int, int]] = []
         self._forget()
 
     def _forget(self) -> None:
         self.base16 = 0
-        self.running = self._rested = False  # the last record that is laid is REST
+        self.running = self._rested = False  # the last record queued is REST
         self._flags = 0
         self._items: deque[LaidSteps | LaidOutput] = deque()
         self._open, self._record = self._none, Record(0, 0, 0, 0, 0)
-        self._interval16 = self._add = 0  # with which the last record would go on; 0: not known
+        self._interval16 = self._add = 0  # continuation of the last record; 0: unknown
         self._way, self._slope = -1, 0  # of the first open step
         self._rests: deque[int] = deque()
         self._batch: list[Record] = []
         self._start: int | None = None
         self.started: int | None = None  # the tick of the last START; None: none since the board was opened or halted
 
-    # ------------------------------------------------------------------------------------------------ what is outside
+    # ----------------------------------------------------------------------------------------------------- interface
     @property
     def busy(self) -> bool:
-        """Are there steps, laid or made by the model, that the board has not come to rest behind?"""
+        """Whether there are steps, queued or made by the model, after which the board has not come to rest."""
         if self.stopped:
             return False
         now = self.kernel.now
@@ -136,12 +136,12 @@ class Feeder:
 
     @property
     def interval16(self) -> int:
-        """The last interval that was laid, in 1/65536 tick; 0: none since a pause."""
+        """Last interval queued, in 1/65536 tick; 0: none since a pause."""
         return self._record.last if len(self._open) else self._interval16
 
     @property
     def shortest(self) -> int:
-        """The least interval between two steps, in ticks."""
+        """Least interval between two steps, in ticks."""
         return self._shortest16 >> 16
 
     @shortest.setter
@@ -150,11 +150,11 @@ class Feeder:
         self._margin16 = (max(ticks, SOONEST_TICKS) + SLACK_TICKS) << 16
 
     def change(self, mask: int, value: int) -> None:
-        """Outputs of the board change at this instant of the model; those of `mask`, to the bits of `value`."""
+        """Change outputs of the board at this instant of the model: those of `mask`, to the bits of `value`."""
         self._changes.append((self.kernel.now, mask, value))
 
     def turn(self, tick: int) -> None:
-        """Lay what the model has done; `tick` is the present of the board."""
+        """Queue the new steps and outputs of the model; `tick` is the present of the board."""
         self._take()
         if not self.stopped:
             self._lay()
@@ -162,13 +162,13 @@ class Feeder:
         self._send()
 
     def rest(self, tick: int) -> None:
-        """Take note that the board has come to rest at a tick, behind a REST record."""
+        """Record that the board has come to rest at a tick, after a REST record."""
         while self._rests and self._rests[0] < tick:
             self._rests.popleft()
         if not self._rests or self._rests[0] != tick:
             return
         self._rests.popleft()
-        if self._rests or not self._rested:  # what has been laid behind it came too late to join
+        if self._rests or not self._rested:  # records after it came too late to join
             self._send()
             self.started = tick
             self.link.start(tick)
@@ -176,7 +176,7 @@ class Feeder:
             self.running = False
 
     def delay(self, ticks: int) -> None:
-        """Let all that is to come be so many ticks later: the board could not start in time."""
+        """Delay all further output by a number of ticks: the board could not start in time."""
         more = ticks << 16
         self.ticks.origin16 += more
         self.base16 += more
@@ -191,35 +191,35 @@ class Feeder:
         )
 
     def restart(self, tick: int) -> None:
-        """Start at a tick what the board has queued, because it was told too late; all that is to come is later."""
+        """Start the records queued on the board at a tick, because START came too late; delay all further output."""
         if self.started is not None:
             self.delay(tick - self.started)
             self.started = tick
             self.link.restart(tick)
 
     def counted(self) -> None:
-        """Count lost steps from now on: the model is where the motor is."""
+        """Count lost steps from now on: the model has the position of the motor."""
         self._take()
         self.lost = 0
 
     def halt(self) -> None:
-        """Forget what is laid, and lay no more steps: the board has halted."""
+        """Clear the queue, and queue no more steps: the board has halted."""
         self._forget()
         self.stopped, self.lost = True, 0
 
     def go_on(self) -> None:
-        """Lay the steps that the model makes from now on."""
+        """Queue the steps that the model makes from now on."""
         self._take()
         self.stopped = False
 
     def resume(self, since_ps: int) -> None:
-        """Lay the steps that the model makes from an instant on (ps): one of its past, after another run took over."""
+        """Queue the steps that the model makes from an instant on (ps): a past one, after another run took over."""
         self._changes.clear()
         self.stopped, self.lost, self.taken_ps = False, 0, since_ps
 
     # ------------------------------------------------------------------------------------------------ from the model
     def _take(self) -> None:
-        """Take what the model has done since the last time: what lies before its present is final."""
+        """Take the steps and outputs of the model since the last time: those before its present are final."""
         start, now = self.taken_ps, self.kernel.now
         if now <= start:
             return
@@ -229,7 +229,7 @@ class Feeder:
         outputs = deque(LaidOutput(self.ticks.at(ps) + horizon16, mask, value) for ps, mask, value in changes)
         for stretch, train, a, b in self.axis.played(start, now - 1):
             if self.stopped:
-                self.lost += stretch.sign * (b - a)  # it goes on, and the motor does not
+                self.lost += stretch.sign * (b - a)  # the model continues, the motor does not
                 continue
             flags = half | (DOWN if stretch.sign < 0 else 0)
             for first, end, way, slope in self.ways(stretch, a, b):
@@ -246,7 +246,7 @@ class Feeder:
     # -------------------------------------------------------------------------------------------------- to the board
     @property
     def _present16(self) -> int:
-        """Up to here nothing more can come, and a step that comes then is far enough behind."""
+        """Tick up to which no more output can come; a step that comes then is far enough after it."""
         return self.ticks.at(self.taken_ps) + (self.horizon << 16) - self._margin16
 
     def _lay(self) -> None:
@@ -276,7 +276,7 @@ class Feeder:
                 self._fit(part)
 
     def _begin(self, ticks16: NDArray[np.int64]) -> None:
-        """Start the board, or go on behind a rest, with an interval before the first step as after it."""
+        """Start the board, or continue after a rest, with the same interval before the first step as after it."""
         first = int(ticks16[0])
         interval = int(ticks16[1]) - first if len(ticks16) > 1 else FIRST_INTERVAL_TICKS << 16
         self.first_interval16 = interval if len(ticks16) > 1 else 0
@@ -289,9 +289,9 @@ class Feeder:
         self._rested, self._interval16 = False, 0
 
     def _join(self, ticks16: NDArray[np.int64]) -> bool:
-        """Let steps join the open record, or go on as the last one did, if all of them do; else return false.
+        """Append steps to the open record, or continue the last one, if all of them fit; else return False.
 
-        So a long slew costs a few operations on arrays.  In a ramp a new fit makes longer records.
+        So a long slew costs only a few array operations.  In a ramp a new fit makes longer records.
         """
         import numpy as np
 
@@ -326,7 +326,7 @@ class Feeder:
         self._open = steps[len(steps) - self._record.count :]
 
     def _lay_output(self, output: LaidOutput) -> bool:
-        """Change outputs in a pause; return false if it is too early to say where."""
+        """Change outputs in a pause; return False if it is too early to know where."""
         if not self.running:
             self._put(output)
             return True
@@ -344,7 +344,7 @@ class Feeder:
         return True
 
     def _keep_up(self, tick: int) -> None:
-        """Push what the board needs soon, and lead it up to the present of the model."""
+        """Push the records that the board needs soon, and fill its queue up to the present of the model."""
         if not self.running or self._items:
             return
         if not self.axis.moving:
@@ -360,7 +360,7 @@ class Feeder:
                 self._pause(self._present16)
 
     def _low(self, tick: int) -> bool:
-        """Has the board less than three quarters of the horizon before it?"""
+        """Return whether the queue of the board is shorter than three quarters of the horizon."""
         return (self.base16 >> 16) - tick < 3 * self.horizon // 4
 
     def _close(self) -> None:
@@ -380,7 +380,7 @@ class Feeder:
         """Push a record that is a fit to steps."""
         if self._way < 0:
             self._batch.append(record)
-        else:  # where steps are fast a brake makes one more of them, and is shorter by that
+        else:  # at fast steps a brake makes one more of them, so the ramp is one shorter
             more = 1 + self._slope if record.interval < FAST_TICKS else 0
             self._batch.append(record.with_way(max(self._way - more, 0), self._slope))
             self._way += self._slope * record.count
@@ -388,7 +388,7 @@ class Feeder:
         self._interval16, self._add = record.last + record.add, record.add
 
     def _send(self) -> None:
-        """Hand over what has been laid in this turn."""
+        """Pass on the records queued in this turn."""
         batch, self._batch = self._batch, []
         self.records += len(batch)
         if batch and self._start is not None:

@@ -1,6 +1,6 @@
-"""The motor follows the model: from the present on, on another bench, from an instant of the past, until it is stopped.
+"""The motor follows the model: from the present on, on another bench, from a past instant, until it is stopped.
 
-A bench is listened to while it is followed: its inputs from outside, and the pins that set outputs of the board.
+While a bench is followed, its inputs from outside are observed, and the pins that set outputs of the board.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from .stopping.troubles import Troubles
     from .talk import Talk
 
-SILENT = ("drive", "run", "power", "conclude")  # inputs after which no chip moves
+SILENT = ("drive", "run", "power", "conclude")  # inputs that never move a chip
 STEADY_TURNS = 20
 
 
 class Alignment:
-    """How far the model is ahead of the board, and which of its instants is the present of that.
+    """The lead of the model over the board, and the instant of the model at the board's present.
 
     `near`: at the last turn it was less than a quarter of the horizon off.
     """
@@ -31,26 +31,26 @@ class Alignment:
     def __init__(self, state: DriveState, path: DrivePath) -> None:
         self.state = state
         self.wall, self.clock, self.ticks, self.cable = path.wall, path.clock, path.ticks, path.cable
-        self._steady = 0  # turns since which the model is as far off as now
-        self._looked_ps, self._off = -1, 0  # where the model was at the last turn, and how far off, ticks
+        self._steady = 0  # number of turns with the same offset
+        self._looked_ps, self._off = -1, 0  # instant of the model at the last turn, and its offset, ticks
         self.near = True
         self.jumps = self.clock.jumps
 
     def align(self) -> None:
-        """Let the present of the model be that of the board."""
+        """Align the present of the model with that of the board."""
         self.ticks.align(self.state.kernel.now, self.clock.ticks(self.wall()))
         self._steady, self._looked_ps, self._off = 0, -1, 0
         self.near, self.jumps = True, self.clock.jumps
 
     def catch_up(self) -> None:
-        """Align the model if, at rest, the program has done something else meanwhile."""
+        """Align the model if, at rest, the program has done other work meanwhile."""
         if self.state.phase == "ok" and not self.cable.under_way:
             off = self._ahead(self.clock.ticks(self.wall()))
             if abs(off) > self.state.horizon // 4:
                 self.align()
 
     def turn(self, tick: int) -> None:
-        """Align the model if, at rest, its time is frozen or steadily off: a server was paused, or gave up a lag."""
+        """Align the model if, at rest, its time is frozen or steadily off: a server was paused, or skipped a lag."""
         before_ps, before = self._looked_ps, self._off
         self._looked_ps, self._off = self.state.kernel.now, self._ahead(tick)
         self.near = abs(self._off) <= self.state.horizon // 4
@@ -62,7 +62,7 @@ class Alignment:
             self.align()
 
     def _ahead(self, tick: int) -> int:
-        """How many ticks the model is ahead of the board."""
+        """Return the lead of the model over the board, in ticks."""
         return (self.ticks.at(self.state.kernel.now) >> 16) - tick
 
     def present_ps(self) -> int:
@@ -71,11 +71,11 @@ class Alignment:
 
 
 class Following:
-    """Lets the motor follow the model.
+    """Makes the motor follow the model.
 
     Args:
         self_start: a program that the chip starts by itself may move the motor.
-        wake: called when something comes from outside while nothing is to be done.
+        wake: called when an input comes from outside while the drive is idle.
     """
 
     def __init__(
@@ -91,19 +91,19 @@ class Following:
         self.state, self.talk, self.watch, self.alignment = state, talk, watch, alignment
         self.path, self.link, self.ticks, self.feeder = path, path.link, path.ticks, path.feeder
         self._wake = wake
-        bench = state.bench  # has a chip received anything, so that it may move?
+        bench = state.bench  # a chip may move once it has received an input
         self.spoken = self_start or bench.now_ps > 0 or any(not part.idle for part in bench.parts.values())
         self.to_stop = False  # ordered by the user, and not yet stopped by the board
 
     # ----------------------------------------------------------------------------------------------------- on a bench
     def attach(self) -> None:
-        """Listen to the bench."""
+        """Observe the bench."""
         for net, _ in self.state.nets():
             net.watch(self._output)
         self.state.kernel.outside.on_input.add(self._input)
 
     def detach(self) -> None:
-        """Listen no more."""
+        """Stop observing the bench."""
         for net, _ in self.state.nets():
             with suppress(ValueError, KeyError):
                 net.unwatch(self._output)
@@ -117,7 +117,7 @@ class Following:
         self.attach()
 
     def _input(self, do: str, _what: object) -> None:
-        """Something comes from outside; levels and time do not let a chip move."""
+        """Record an input from outside; levels and time do not let a chip move."""
         if do not in SILENT:
             self.spoken = True
         if self.link.at_rest:
@@ -125,7 +125,7 @@ class Following:
             self._wake()
 
     def _output(self, net: Net) -> None:
-        """A pin of the chip that programs set has changed."""
+        """Handle the change of a pin that programs set."""
         for each, number in self.state.nets():
             if each is net:
                 self.feeder.change(1 << number, (net.level or 0) << number)
@@ -138,7 +138,7 @@ class Following:
         self._continue()
 
     def resume(self, position: int, since_ps: int) -> None:
-        """Let a board that has stopped go on: it counts from a position, and makes the steps after an instant (ps).
+        """Let a stopped board continue: it counts from a position, and outputs the steps after an instant (ps).
 
         Raises:
             UsageError: the board does not follow: an emergency stop is active.
@@ -165,7 +165,7 @@ class Following:
         self.talk.say(self.path.wall())
 
     def stop_chip(self) -> None:
-        """Stop the chip too where the board has nothing to stop: before a motion, between two, or while it is held."""
+        """Stop the chip too if the board has nothing to stop: before a motion, between two, or in a hold."""
         self.to_stop = self.to_stop and self.state.phase == "ok"
         answer = self.link.answer
         if self.to_stop and answer is not None and answer.state == BoardState.IDLE:

@@ -28,8 +28,8 @@ LEAST_WAIT_S = 0.0005
 class Live:
     """The turns of a drive, in which board and model are kept together.
 
-    `rewind` takes the model back where an input of the board has stopped the motor; None: the chip is stopped at the
-    present.
+    `rewind` takes the model back to the instant at which an input of the board stopped the motor; None: the chip is
+    stopped at the present.
     """
 
     def __init__(
@@ -51,9 +51,9 @@ class Live:
 
     # ----------------------------------------------------------------------------------------------------------- turns
     def turn(self) -> None:
-        """Receive from the board, feed it the steps of the model, let what is due leave the cable, and send.
+        """Receive from the board, feed it the steps of the model, make due calls of the cable, and send.
 
-        It is called each 5 ms, and when bytes have come; the bench is between two runs.
+        It is called every 5 ms, and when bytes have come; the bench is between two runs.
         """
         state, rewind, watch, now = self.state, self.rewind, self.watch, self.wall()
         if rewind is not None:
@@ -80,13 +80,13 @@ class Live:
         self.talk.say(now)
 
     def _feed(self, now: int) -> int:
-        """Feed the steps of the model to the board; return the present of that, as a tick."""
+        """Feed the steps of the model to the board; return the model's present, as a tick."""
         feeder, tick = self.feeder, self.clock.ticks(now)
         self.alignment.turn(tick)
         self.ways.turn(feeder)
         try:
             feeder.turn(tick)
-        except UsageError as error:  # faster than the board can
+        except UsageError as error:  # too fast for the board
             self.watch.too_fast(error)
         started = feeder.started
         if started is not None and self.link.starting and tick > started + self.state.horizon:
@@ -94,7 +94,7 @@ class Live:
         return tick
 
     def _rests(self) -> bool:
-        """Is nothing to be done until something comes from outside?"""
+        """Return whether the drive is idle until an input comes from outside."""
         state = self.state
         if state.phase != "ok" or state.axis.moving or self.cable.under_way or not self.alignment.near:
             return False
@@ -106,14 +106,14 @@ class Live:
         return not [part for part in state.bench.parts.values() if not part.idle]
 
     def due(self) -> float:
-        """Return in how many seconds the next turn is due at the latest, unless it is to wake before (`on_wake`)."""
+        """Return the seconds until the next turn is due at the latest, unless it is woken earlier (`on_wake`)."""
         kernel = self.state.kernel
         due, following = self.talk.due(), kernel.next_time() if self.link.at_rest else None
         return due if following is None else min(due, max(following - kernel.now, 0) / PS_PER_S)
 
     # -------------------------------------------------------------------------------------------------------- at length
     def keep_up(self, until: int, wait: Wait | None) -> bool:
-        """Let the model keep up with the board up to an instant (ps); return whether a wait was met before."""
+        """Let the model keep up with the board up to an instant (ps); return whether a wait was met earlier."""
         state = self.state  # a turn may exchange its kernel
         self.alignment.catch_up()
         self.turn()
@@ -148,7 +148,7 @@ class Live:
             raise Timeout(f"waited {readable(picoseconds(timeout))} for {condition}; the drive is {state.phase}")
 
     def _pass(self, goal: int, wait: Wait | None) -> bool:
-        """Run the bench up to an instant (ps), or until a wait is met; return whether it is."""
+        """Run the bench up to an instant (ps), or until a wait is met; return whether it is met."""
         kernel = self.state.kernel
         if wait is None:
             kernel.run(goal)
@@ -178,7 +178,7 @@ class Live:
         """Continue after a halt, from the position of the chip; the chip is released.
 
         Raises:
-            UsageError: the drive is not halted, the chip is in motion, the board does not leave its halt.
+            UsageError: the drive is not halted, the chip is in motion, or the board does not leave its halt.
         """
         state, feeder, stopping = self.state, self.feeder, self.watch.stopping
         if state.phase == "ok":
@@ -200,7 +200,7 @@ class Live:
         self.motor.stop(at_once, of_chip=self.rewind is not None and self.rewind.command is not None)
 
     def close(self) -> None:
-        """Let the motor come to rest, and the board take what it has been sent; then nothing follows the model."""
+        """Let the motor come to rest, and the board take all pending commands; then stop following the model."""
         state = self.state
         if state.phase == "closed":
             return
@@ -210,11 +210,11 @@ class Live:
             self.talk.finish()
         finally:
             self.motor.detach()
-            state.bench.run(0)  # a journal learns how far time has gone
+            state.bench.run(0)  # record the present instant in the journal
             state.close()
 
     def _come_to_rest(self) -> None:
-        """Ramp down what moves, switch the driver off, and let the register of the chip be where the motor is."""
+        """Ramp down a moving motor, switch the driver off, and set the chip's register to the position of the motor."""
         state, wall = self.state, self.wall
         if state.phase == "ok" and self.feeder.busy and not (state.chip.idle and not state.axis.moving):
             self.stop()
@@ -225,11 +225,11 @@ class Live:
         self._pass_while(lambda: state.phase == "halted" and not self.watch.stopping.settled, limit)
 
     def _motor_moves(self) -> bool:
-        """May the board still make steps?"""
+        """Return whether the board may still output steps."""
         state = self.state
         return self.cable.under_way if state.phase == "ok" else state.phase == "halted" and not state.final
 
     def _pass_while(self, goes_on: Callable[[], bool], limit: int) -> None:
-        """Let time pass while something is so, up to a limit on the wall clock (ns)."""
+        """Let time run while `goes_on` returns True, up to a limit on the wall clock (ns)."""
         while goes_on() and self.wall() < limit:
             self.keep_up(self.state.kernel.now + picoseconds("5 ms"), None)

@@ -1,12 +1,12 @@
-"""A drive: a board makes the steps of one axis of a chip, while the model lives in the present.
+"""A drive: a board outputs the steps of one axis of a chip; the model runs in real time.
 
     host -> chip on a bench -> Feeder -> Link -> port -> board -> driver -> motor
          <-     Cable       <-  events of the board, its count, its clock
 
 The crystal of the board paces the model.  Each turn, every 5 ms, the bench is at the present; steps that are final go
-to the board, and what is due leaves the cable.  When the board stops by itself, the drive is `halted`: the chip is
-stopped as well (`halting.py`), and nothing moves until `clear`.  A board that was reset has lost its count: the drive
-is `unknown`.
+to the board, and due calls of the cable are made.  When the board stops by itself, the drive is `halted`: the chip is
+stopped as well (`halting.py`), and the motor does not move until `clear`.  A board that was reset has lost its count:
+the drive is `unknown`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 class Drive:
-    """A real motor on a board, which makes the steps of one axis of a chip.
+    """A real motor on a board, which outputs the steps of one axis of a chip.
 
     Args:
         bench: the bench with the chip.
@@ -60,30 +60,32 @@ class Drive:
         horizon: the delay from a step of the chip to that of the motor, 10 ms to 2 s; a pause of this computer does no
             harm as long as it is shorter.
         axis: the number of the axis, counted from 1.
-        enable: switch the driver on, which is to be named; without it the drive is a dry run: the board counts the
-            steps, and STEP has no edges.
-        pulses: let STEP have edges in a dry run too; a driver whose ENABLE is not wired moves the motor then.
+        enable: switch the driver on, which must be named; without it the drive is a dry run: the board counts the
+            steps,
+            and STEP has no edges.
+        pulses: output edges on STEP in a dry run too; a driver whose ENABLE is not wired moves the motor then.
         enable_off: when the board switches the driver off by itself, after `enable_hold`: "rest", whenever the motor is
             at rest; "halt", after a halt, and at rest when its host is silent; "never".  An emergency stop always
             does, immediately.  So does the end of a session, unless "never", when the motor is at rest.
         enable_hold: the time for which the driver stays on then, up to 268 s; with "rest" at least the horizon.
         stop: how the chip is stopped when the board has stopped by itself: "abort", "kill" (K of a GS-C), "reset" or
             "power"; by default the first of these that the chip has.
-        start_stop: the rate from which the motor can stop at once, such as "500 steps/s"; by default the first rate of
-            the motion.
-        driver: the name of the driver, such as "DM542", which gives the level of ENABLE and minimum pulse times;
+        start_stop: the highest rate from which the motor can stop without a ramp, such as "500 steps/s"; by default the
+            first rate of the motion.
+        driver: the name of the driver, such as "DM542", which determines the level of ENABLE and minimum pulse times;
             without it ENABLE has no level.
-        invert_dir: let DIR have the other level than the direction pin of the chip.
+        invert_dir: invert DIR against the direction pin of the chip.
         inputs: the wiring of inputs of the board, by their printed names: a pin of the chip, or "estop"; "!" before it
             inverts the level.
-        filter: how often an input is looked at, 4 us apart, before a change counts, 0 to 15; an emergency stop is not
-            filtered.
-        outputs: what outputs of the board show, by their printed names: pins of the chip, "fault" (the board has
+        filter: the number of equal samples of an input, 4 us apart, before a change counts, 0 to 15; an emergency stop
+            is
+            not filtered.
+        outputs: the signals of outputs of the board, by their printed names: pins of the chip, "fault" (the board has
             halted) or "energised"; by default the pins that programs set.
         self_start: allow a program that the chip starts by itself to move the motor.
         keep_count: take over the count of a board that has kept running since an earlier session, as the position
-            register; refused where the motor may be elsewhere.
-        homed: the user says that the motor is where the board has counted it to be.
+            register; refused if the position of the motor is uncertain.
+        homed: the user confirms that the count of the board is the position of the motor.
         config: the configuration of the board, instead of the one that follows from chip and driver.
         black_box: the folder for the record of the session; True: a new folder in the state directory of this system;
             False: no record.
@@ -91,12 +93,12 @@ class Drive:
         wait: a function that waits for a number of seconds, or until bytes have come.
 
     Attributes:
-        board: the model of the board, which is looked up by what the board reports.
+        board: the model of the board, according to its IDENT.
         port: the open port of the board, which may have another file number after `clear`.
         power: the current of the driver: `power.on`, and `power.known`, whether the position is.
-        troubles: what has gone wrong since the start, in words.
+        troubles: texts of all troubles since the start.
         on_event: hook, called with each event that the board reports.
-        on_wake: hook, called when something comes from outside while nothing is to be done: a turn is due now.
+        on_wake: hook, called when an input comes from outside while the drive is idle: a turn is due now.
 
     Raises:
         UsageError: an argument is out of range or does not fit chip or board; `enable` without `driver`; the port does
@@ -123,7 +125,7 @@ class Drive:
         driver: str | None = None,
         invert_dir: bool = False,
         inputs: Mapping[str, str] | None = None,
-        filter: int = 0,  # the word of data sheets
+        filter: int = 0,  # the term of data sheets
         outputs: Mapping[str, str] | None = None,
         self_start: bool = False,
         keep_count: bool = False,
@@ -138,7 +140,7 @@ class Drive:
             raise UsageError(f"chip {chip!r}: is an axis; give its chip, and axis={number}")
         if not hasattr(model, "axis"):
             raise UsageError(f"chip {chip!r}: expected a chip of the bench, or its name; axis=2 names another axis")
-        model.axis(axis)  # there is one
+        model.axis(axis)  # check that it exists
         for name, given in (("inputs", inputs), ("outputs", outputs)):
             if given is not None and not isinstance(given, Mapping):
                 raise UsageError(f"{name} {given!r}: expected pins by names of the board, such as {{'A1': 'home'}}")
@@ -171,7 +173,7 @@ class Drive:
             undo.pop_all()
 
     def _compose(self, off: EnableOff, how: str, self_start: bool, wait: Callable[[float], object] | None) -> None:
-        """Make what lets the board follow the model; each is handed what it needs."""
+        """Make the pieces that let the board follow the model; each receives only the objects that it needs."""
         state, path = self._state, self._path
         self.power = Power(state, path.link, path.cable, off)
         ways = WaysDown(state, path.link, path.send_tail)
@@ -188,25 +190,25 @@ class Drive:
         state, dry = self._state, "" if self._state.enable else ", a dry run"
         return f"<Drive of {state.chip.name} axis {state.number}, {self.board.name}: {state.phase}{dry}>"
 
-    # -------------------------------------------------------------------------------------------------- what is asked
+    # ------------------------------------------------------------------------------------------------------- queries
     @property
     def bench(self) -> Bench:
-        """The bench; another one after an input of the board has stopped the motor."""
+        """Present bench; another one after an input of the board has stopped the motor."""
         return self._state.bench
 
     @property
     def chip(self) -> Chip:
-        """The chip, on the present bench."""
+        """Chip on the present bench."""
         return self._state.chip
 
     @property
     def state(self) -> Phase:
-        """The state: "ok", "halted", "unknown" (the board has lost its count) or "closed"."""
+        """State of the drive: "ok", "halted", "unknown" (the board has lost its count) or "closed"."""
         return self._state.phase
 
     @property
     def count(self) -> int | None:
-        """The steps counted by the board, up minus down, as it last reported; None while it is unknown."""
+        """Steps counted by the board, up minus down, as last reported; None while unknown."""
         return self._path.link.counted
 
     @property
@@ -214,20 +216,20 @@ class Drive:
         return any(not each.pin for each in self._inputs)
 
     def introduction(self) -> str:
-        """Return what is driven, and whether its driver is enabled, in a line."""
+        """Return one line with the chip, the board, and whether the driver is enabled."""
         return introduction(self._state, self._has_estop)
 
     def status(self) -> str:
-        """Return the state in a line: count, driver, how long the board has something to do, link, last trouble."""
+        """Return the state as one line: count, driver, length of the board's queue, link, last trouble."""
         return as_line(self._state, self._path, self.power.on, self.troubles)
 
     def check(self, seconds: float, priority: str = "", tell: Callable[[str], object] = lambda _text: None) -> Checkup:
-        """Measure link, computer and board of a drive that is open; make pulses, with `enable` ten steps to and fro.
+        """Measure link, computer and board of an open drive; output test pulses, or with `enable` ten steps each way.
 
         Args:
-            seconds: of the wall clock.
-            priority: what this process was given, for the report.
-            tell: called with what goes on, and with what is to be done by hand.
+            seconds: the duration by the wall clock.
+            priority: the priority of this process, for the report.
+            tell: called with progress messages, and with instructions for the user.
 
         Raises:
             UsageError: the drive is closed.
@@ -268,7 +270,7 @@ class Drive:
         Without this the chip is stopped at the present instant, and its position register takes the count of the board.
 
         Args:
-            past: the past of the bench; that of a server, where hosts are to go on with another bench.
+            past: the past of the bench; that of a server, if hosts are to continue with another bench.
 
         Raises:
             UsageError: the bench writes no journal, which going back needs.
@@ -280,8 +282,8 @@ class Drive:
     def close(self) -> None:
         """Let the motor come to rest, take its count over, switch the driver off as `enable_off` says, close the port.
 
-        A motion that is under way is stopped by ramping down.  The current is not taken from a motor that moves: if it
-        does not come to rest, or this is interrupted, the board stops it, and switches off by itself.
+        A motion in progress is stopped by ramping down.  The current of a moving motor is not cut: if it does not come
+        to rest, or this is interrupted, the board stops it, and switches off by itself.
         """
         try:
             self._live.close()
@@ -294,26 +296,26 @@ class Drive:
         return self._path.clock.nanoseconds(self._path.wall())
 
     def align(self) -> None:
-        """Let the present of the model be that of the board."""
+        """Align the present of the model with that of the board."""
         self._alignment.align()
 
     def turn(self) -> None:
-        """Receive from the board, feed it the steps of the model, let what is due leave the cable, and send.
+        """Receive from the board, feed it the steps of the model, make due calls of the cable, and send.
 
-        It is called each 5 ms, and when bytes have come; the bench is between two runs.
+        It is called every 5 ms, and when bytes have come; the bench is between two runs.
         """
         self._live.turn()
 
     def due(self) -> float:
-        """Return in how many seconds the next turn is due at the latest, unless it is to wake before (`on_wake`)."""
+        """Return the seconds until the next turn is due at the latest, unless it is woken earlier (`on_wake`)."""
         return self._live.due()
 
     def gate(self, call: Callable[[], object], ps: int) -> None:
-        """Make a call that the model makes at an instant (ps): a horizon later while something is under way."""
+        """Make a call of the model's instant (ps): a horizon later while output is pending."""
         self._path.gate(call, ps)
 
     def run(self, duration: Time) -> None:
-        """Let time pass, in step with the board.
+        """Let time run, in step with the board.
 
         Args:
             duration: "2 s", or picoseconds.
@@ -327,7 +329,7 @@ class Drive:
         self._state.bench.run(0)
 
     def run_until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Let time pass until the chip meets a condition; the motor follows a horizon later.
+        """Let time run until the chip meets a condition; the motor follows a horizon later.
 
         Args:
             condition: a condition such as x.reaches(40), or a function that returns true when it is met.
@@ -342,7 +344,7 @@ class Drive:
         self._live.until(condition, timeout)
 
     def run_until_rest(self, timeout: Time = "60 s") -> None:
-        """Let time pass until the motor is at rest, and nothing is on its way to the board.
+        """Let time run until the motor is at rest, and no data is in transit to the board.
 
         Raises:
             Timeout: the motor does not come to rest in time.
@@ -376,17 +378,17 @@ class Drive:
         self._live.stop(at_once)
 
     def clear(self, *, homed: bool = False, homing: bool = False) -> None:
-        """Continue after a halt: the board counts on from the position of the chip, and the chip is released.
+        """Continue after a halt: the board counts from the position of the chip, and the chip is released.
 
-        A driver that the board has switched off remains off, unless the user says one of these:
+        A driver that the board has switched off remains off, unless one of these is given:
 
         Args:
-            homed: the motor is where the position register says.
-            homing: the motor is homed now; until that has ended the position is unknown (`power.known`).
+            homed: the position register is the position of the motor.
+            homing: the motor is homed now; until homing has ended the position is unknown (`power.known`).
 
         Raises:
             UsageError: the drive is closed or not halted, the chip is in motion, the port is still missing, or an
-                emergency stop is active; homed and homing.
+                emergency stop is active; homed and homing are both given.
         """
         self._check_open()
         if homed and homing:

@@ -1,12 +1,12 @@
-"""The current of the driver, as the host asks for it; the board decides (`board/twin_power.py` has its rules).
+"""The current of the driver, as requested by the host; the board decides (`board/twin_power.py` has its rules).
 
-    open    on, if the drive is to enable its driver: a word of the user
-    clear   unchanged; on again only if the user says that the position is known (homed), or homes now (homing)
+    open    on, if the user enables the driver
+    clear   unchanged; on again only if the user confirms the position (homed), or homes now (homing)
     close   off when the motor has come to rest and is counted; "never" leaves it on
 
-A position is unknown where steps may have been lost, where they were made without current, and where the board has
-switched the driver off by itself.  It is known again when the user says so, or when a homing has ended: one of the
-chip's own, or the host's, which sets the position register at rest.
+A position is unknown if steps may have been lost or were made without current, or if the board has switched the driver
+off by itself.  It is known again when the user confirms it, or when a homing has ended: the chip's own, or one by the
+host, which sets the position register at rest.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ class Power:
 
     @property
     def known(self) -> bool:
-        """Whether the position register is where the motor is, as far as anybody can know."""
+        """Whether the position register is the position of the motor, as far as can be known."""
         return self.state.known
 
     @property
     def flags(self) -> int:
-        """The flags of the last answer of the board: PowerFlag."""
+        """Flags of the last answer of the board: PowerFlag."""
         answer = self.link.answer
         return 0 if answer is None else answer.flags
 
@@ -48,13 +48,13 @@ class Power:
 
     @property
     def bears_silence(self) -> bool:
-        """Whether the board would leave the driver on though its host sends nothing for a second."""
+        """Whether the board would leave the driver on, even if its host sends no message for a second."""
         state, off = self.state, self.off
         hold = state.config.enable_hold * HOLD_TICKS
         return not self.on or off == EnableOff.NEVER or (off == EnableOff.HALT and hold > state.board.hz)
 
     def began(self, *, known: bool) -> None:
-        """Note that the board has been set up, and whether the user says that the position is known."""
+        """Record that the board has been set up, and whether the user confirms the position."""
         self._was_on = self.on
         self.state.trust(known or (self.known and not self.flags & PowerFlag.UNSURE))
         self._homed_from = self._seen()
@@ -65,7 +65,7 @@ class Power:
             self.link.outputs(ENABLE, ENABLE)
 
     def turn(self) -> bool:
-        """Look whether a homing has ended; return whether the board has switched the driver off by itself."""
+        """Check whether a homing has ended; return whether the board has switched the driver off by itself."""
         if self.state.phase != "ok":
             return False
         if not self.state.known and self.on:
@@ -77,7 +77,7 @@ class Power:
         return True
 
     def _look_for_homing(self) -> None:
-        """The position is known when the motor rests, and a homing has ended at 0, or the register was set."""
+        """Trust the position when the motor is at rest, and a homing has ended at 0, or the register was set."""
         axis, (homing, offset) = self.state.axis, self._homed_from
         if axis.homing:
             self._homed_from = axis.homing, offset
@@ -89,12 +89,12 @@ class Power:
             self._homed_from = seen
 
     def _seen(self) -> tuple[int, int]:
-        """The direction of the chip's homing, 0 for none, and its register minus its travel."""
+        """Return the direction of the chip's homing, 0 for none, and its register minus its travel."""
         axis = self.state.axis
         return axis.homing, (axis.position - axis.travel) % axis.modulus
 
     def switch_off(self) -> None:
-        """Switch the driver off at the end of a session, if it is to be."""
+        """Switch the driver off at the end of a session, if the configuration says so."""
         self._was_on = False
         if self.off != EnableOff.NEVER and self.on:
             self.link.outputs(ENABLE, 0)

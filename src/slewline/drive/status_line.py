@@ -1,4 +1,4 @@
-"""The state of a drive, in a line for a terminal."""
+"""The state of a drive, as one line for a terminal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def introduction(state: DriveState, estop: bool) -> str:
-    """Return what is driven, for the user.
+    """Return a line for the user with chip, board and driver.
 
     Args:
         estop: an input of the board is an emergency stop.
@@ -32,7 +32,7 @@ def introduction(state: DriveState, estop: bool) -> str:
 
 
 def as_line(state: DriveState, path: DrivePath, on: bool, troubles: Sequence[str]) -> str:
-    """Return the state: lead, credit, round trips, and the last trouble.
+    """Return the state: lead, queue length, round trips, and the last trouble.
 
     Args:
         on: whether the driver is enabled.

@@ -1,6 +1,6 @@
-"""Step drivers: how long a pulse must be, how long DIR must stand before and after it, and which level enables.
+"""Step drivers: minimum pulse times, set-up and hold of DIR, and the level that enables.
 
-The figures are those that the data sheets guarantee, at the pins of the driver.  Modules with optocouplers are wired as
+The figures are guaranteed by the data sheets, at the pins of the driver.  Modules with optocouplers are wired as
 on the page of each board: the inputs marked - to ground, those marked + to the board.
 """
 
@@ -24,8 +24,8 @@ OWN = "high 30 us, low 30 us, setup 5 us, hold 5 us"
 class StepDriver(NamedTuple):
     """A driver with inputs STEP and DIR.
 
-    `high_ps`, `low_ps`: the least time that STEP must be high and low; `setup_ps`, `hold_ps`: how long DIR must stand
-    before STEP rises, and after; `enabled`: the level at which it drives the motor; `source`: the data sheet.
+    `high_ps`, `low_ps`: the least time that STEP must be high and low; `setup_ps`, `hold_ps`: how long DIR must be
+    stable before STEP rises, and after; `enabled`: the level at which it drives the motor; `source`: the data sheet.
     """
 
     name: str
@@ -65,14 +65,14 @@ STEP_DRIVERS: Mapping[str, StepDriver] = MappingProxyType(
 def step_driver(
     name: str, remedy: str = "leave it out, and compare its data sheet with the times of the board"
 ) -> StepDriver:
-    """Return a driver by its name; capitals do not count.
+    """Return a driver by its name, in either case.
 
     Args:
         name: the driver.
-        remedy: what to do with another one, for the message.
+        remedy: the remedy for an unknown driver, for the message.
 
     Raises:
-        UnknownName: there is none of this name.
+        UnknownName: there is no driver of this name.
     """
     for known, row in STEP_DRIVERS.items():
         if known.lower() == name.lower():
@@ -85,8 +85,8 @@ def own_driver(text: str) -> StepDriver:
     """Return a driver by the times of its data sheet: "high 30 us, low 30 us, setup 5 us, hold 5 us".
 
     Raises:
-        UsageError: another key, one that is given twice, or neither `high` nor `low`.
-        TimeError: what follows a key is not a time.
+        UsageError: an unknown key, a key that is given twice, or neither `high` nor `low`.
+        TimeError: the text after a key is not a time.
     """
     found: dict[str, int] = {}
     for each in text.split(","):
@@ -101,7 +101,7 @@ def own_driver(text: str) -> StepDriver:
 
 
 def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, hold_ps: int) -> None:
-    """Check that what a board guarantees is enough for a driver.
+    """Check that the times of a board are long enough for a driver.
 
     Args:
         high_ps, low_ps, setup_ps, hold_ps: the least times that the board guarantees, ps.

@@ -1,4 +1,4 @@
-"""The bytes between a drive and its board: which board it is, the handshake, receiving, sending, and silence."""
+"""The communication of a drive with its board: identification, handshake, receiving, sending, and silence."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
 UNANSWERED = "; is this its port, and was the firmware written to it (make boards builds it, avrdude writes it)?"
-WAY_DOWN_S = 20.0  # of a motion whose host is gone
-SAMPLES = 8  # round trips before the clock of the board is believed
+WAY_DOWN_S = 20.0  # for a motion whose host is gone
+SAMPLES = 8  # round trips before the clock of the board is trusted
 SILENT_NS = 500_000_000
 HELLO_NS = 250_000_000  # between attempts to identify a board: its boot loader takes 1.6 s
 
 
 class Talk:
-    """Bytes of a drive to its board and back.
+    """Bytes between a drive and its board.
 
     Args:
-        wait: what waits for seconds, or until bytes have come.
+        wait: waits for a number of seconds, or until bytes have come.
     """
 
     def __init__(
@@ -50,16 +50,16 @@ class Talk:
         self.state, self.port, self.power, self.watch, self.wait = state, port, power, watch, wait or self._wait
         self.wall, self.clock, self.link, self.feeder = path.wall, path.clock, path.link, path.feeder
         self.nap = wait or sleep  # whatever comes meanwhile
-        self._since_ns = 0  # the session goes on: whatever was unanswered before is not the board's silence
+        self._since_ns = 0  # start of the session: earlier unanswered frames do not count as silence
         self._silent = self._gone = False  # the board; its port
 
     # ----------------------------------------------------------------------------------------------------- each turn
     def begin(self) -> None:
-        """Note that the board has just been heard."""
+        """Record that the board has just answered."""
         self._since_ns, self._silent = self.wall(), False
 
     def hear(self, now: int) -> None:
-        """Take what the board has said; report that it is silent, once."""
+        """Receive bytes from the board; report once if it is silent."""
         try:
             data = b"" if self._gone else self.port.read()
         except OSError as error:
@@ -77,7 +77,7 @@ class Talk:
         return min(self.link.unanswered_ns(now), now - self._since_ns) > SILENT_NS
 
     def say(self, now: int) -> None:
-        """Send what is to be sent."""
+        """Send pending bytes."""
         data = self.link.outgoing(now)
         if data and not self._gone:
             try:
@@ -87,11 +87,11 @@ class Talk:
 
     def _lost(self, error: OSError) -> None:
         self._gone = True
-        self.port.close()  # or the system would give it another name when the cable is put back
+        self.port.close()  # or the system would assign another name when the cable is reconnected
         self.watch.port_lost(error)
 
     def reopen(self) -> None:
-        """Open the port again, if it is gone.
+        """Reopen the port, if it is gone.
 
         Raises:
             UsageError: it is still gone.
@@ -99,10 +99,10 @@ class Talk:
         if self._gone:
             reopen(self.port)
             self._gone = False
-            self.clock.restart()  # its supply comes through the cable
+            self.clock.restart()  # the cable supplies the board
 
     def due(self) -> float:
-        """Return in how many seconds the next turn is due at the latest, if nothing comes from outside before."""
+        """Return the seconds until the next turn is due at the latest, if no input comes from outside before."""
         due, most = self.link.due_ns(), IDLE_S if self.link.at_rest else TURN_S
         return most if due is None else min(max(due - self.wall(), 0) / 10**9, most)
 
@@ -115,10 +115,10 @@ class Talk:
 
     # ------------------------------------------------------------------------------------------------------ at length
     def until(self, met: Callable[[], bool], seconds: float, what: str, remedy: str = "") -> None:
-        """Talk until something is so.
+        """Send and receive until `met` returns True.
 
         Raises:
-            UsageError: it does not come.
+            UsageError: it does not within `seconds`.
         """
         limit = self.wall() + int(seconds * 10**9)
         while not self._comes(met):
@@ -133,24 +133,25 @@ class Talk:
         return met()
 
     def finish(self) -> None:
-        """Let the board take what it has been sent, for a second at most."""
+        """Let the board take all pending commands, for a second at most."""
         limit = self.wall() + int(FINISH_S * 10**9)
         while not (self._gone or self._comes(lambda: self.link.idle)) and self.wall() < limit:
             self.wait(POLL_S)
 
     def set_up(self, position: int | None = None, *, known: bool = False, power: bool = False) -> FoundBoard:
-        """Configure the board, and return what it was; a board that has a count keeps it.
+        """Configure the board, and return its former state; a board that has a count keeps it.
 
         The driver is switched on last, once the board is known to be idle, or not at all.
 
         Args:
             position: the travel of the model that belongs to this count; None: its travel now.
-            known: the user says that the motor is where the count says.
+            known: the user confirms that the count is the position of the motor.
             power: the driver may be switched on.
 
         Raises:
-            UsageError: nothing answers as a board, or another version of it; it does not leave its halt, or does not
-                switch the driver on; its count is to be kept, and is not that of the motor.
+            UsageError: no board answers, or one with another version; it does not leave its halt, or does not switch
+                the
+                driver on; its count is to be kept, and is not that of the motor.
         """
         found = self._shake_hands(known)
         if self.state.keep_count and found.unsure:
@@ -159,7 +160,7 @@ class Talk:
                 "current, or has switched the driver off by itself, so the motor may be elsewhere; home it, or say "
                 "that it is there (--homed)"
             )
-        # A new board counts from 0, as its chip does; another one goes on: its count is that of the motor.
+        # A new board counts from 0, as its chip does; another one continues: its count is that of the motor.
         travel = self.state.axis.travel if position is None else position
         self.state.count_from(found.counted, travel, self.feeder.net)
         power = power and self.state.enable
@@ -170,7 +171,7 @@ class Talk:
         return found
 
     def _shake_hands(self, known: bool) -> FoundBoard:
-        """Send the configuration to a board, and return what it was; one that moves for a host that is gone stops."""
+        """Send the configuration to a board, and return its former state; stop a motion of an earlier host."""
         link = self.link
         self._open()
         if link.ident is not None:
@@ -187,7 +188,7 @@ class Talk:
         self.until(lambda: self.link.is_open, SET_UP_S, "no board answers", UNANSWERED)
 
     def _leave_halt(self, counted: int, *, known: bool, power: bool) -> None:
-        """Let the board count on from its count, and set its outputs."""
+        """Let the board count from its count, and set its outputs."""
         link, nets = self.link, self.state.nets()
         link.reset(signed(counted), known=known, power=power)
         value = sum((net.level or 0) << number for net, number in nets)
@@ -210,7 +211,7 @@ class Talk:
             )
 
     def _synchronise(self) -> None:
-        """Measure some round trips, from which the clock of the board is known."""
+        """Measure some round trips, to synchronise with the clock of the board."""
         link = self.link
         for _ in range(SAMPLES):
             link.ask()
@@ -218,12 +219,12 @@ class Talk:
             self.until(lambda: link.answer is not before, SETTLE_S, "the board does not answer")  # noqa: B023
 
     def _state(self) -> int:
-        """The state of the board in its last answer."""
+        """Return the state of the board in its last answer."""
         answer = self.link.answer
         return BoardState.BOOT if answer is None else answer.state
 
     def _check(self, ident: Ident) -> None:
-        """Check that the board is still the one that was there when the drive was made."""
+        """Check that the board is still the one for which the drive was made."""
         board, was = board_of(ident), self.state.board
         if board is not was:
             raise UsageError(f"the board is an {board.title} now, and was an {was.title}; make a new drive")
@@ -231,7 +232,7 @@ class Talk:
 
 
 def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float], object] = sleep) -> BoardModel:
-    """Return which board is on a port; it is not configured yet, and a motion goes on.
+    """Return the model of the board on a port; it is not configured yet, and a motion continues.
 
     Args:
         wall: returns the nanoseconds of the wall clock.
@@ -244,7 +245,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
     while (passed := wall() - begun) <= SET_UP_S * 10**9:
         try:
             if passed >= hellos * HELLO_NS:
-                port.write(encode(0, FrameKind.HELLO))  # 0: no number of a link
+                port.write(encode(0, FrameKind.HELLO))  # 0 is not a number of a link
                 hellos += 1
             data = port.read()
         except OSError as error:
@@ -258,7 +259,7 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
 
 
 def _heard(port: BoardPort) -> str:
-    """Return what has been received, and what was expected."""
+    """Return a text with the received bytes and the expected ones."""
     data = bytes(getattr(port, "heard", b""))
     received = f"heard {len(data)} bytes, {data[:16].hex(' ')}" if data else "heard nothing"
     titles = " or ".join(f"an {board.title}" for board in BOARDS.values())

@@ -1,4 +1,4 @@
-"""What is wired to a board, in the user's words: outputs, driver, phases; and how the board is configured for it."""
+"""The wiring of a board, in the user's words: outputs, driver, phases; and the configuration that follows from it."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from ..core.chip import Chip
     from .board.boards import BoardModel
 
-START_STOP = 500  # steps/s, of the way down of a board that has no table
-WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a word from the host
+START_STOP = 500  # steps/s, for the stop ramp of a board without a table
+WATCHDOG_PS = 50 * 10**9  # beyond the horizon, without a message from the host
 ENABLE_OFF: Mapping[str, EnableOff] = {"rest": EnableOff.REST, "halt": EnableOff.HALT, "never": EnableOff.NEVER}
 USUAL_OFF, USUAL_HOLD = "halt", "60 s"
 HOLD_TICKS = 1 << 16
 LEAST_HORIZON_PS, MOST_HORIZON_PS = 10 * 10**9, 2 * PS_PER_S
-LAMPS = ("fault", "energised")  # what an output of the board can show by itself
+LAMPS = ("fault", "energised")  # signals that the board itself can output
 
 
 def steps_a_second(rate: str | int) -> int:
     """Return the steps/s of a rate such as "500 steps/s", or of an int.
 
     Raises:
-        UsageError: no such rate, a number in text without its unit, or 0.
+        UsageError: not a rate, a number in text without its unit, or 0.
     """
     text = f"{rate} steps/s" if isinstance(rate, int) and not isinstance(rate, bool) else str(rate)
     found = re.fullmatch(r"\s*(\d{1,7})\s*steps/s\s*", text)
@@ -42,7 +42,7 @@ def steps_a_second(rate: str | int) -> int:
 
 
 def exchanged(name: str, wired: str, names: Iterable[str]) -> str:
-    """Return that the names of a board and of a chip are in each other's place; empty: they are not."""
+    """Return a message that the names of a board and of a chip are exchanged; empty if they are not."""
     return f"; the pin of the board comes first: {wired}={name}" if str(wired).upper() in names else ""
 
 
@@ -86,14 +86,14 @@ def checked_driver(driver: str | None, enable: bool) -> None:
 
 
 def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) -> dict[int, str]:
-    """Return what the outputs of a board show, by their numbers: pins of a chip, or lamps.
+    """Return the signals of a board's outputs, by their numbers: pins of a chip, or lamps.
 
     Args:
         wiring: pins by the printed names of outputs, such as {"D2": "uo1"}, "fault" or "energised"; None: the pins
             that programs set.
 
     Raises:
-        UsageError: no such output of the board, or no such output of the chip.
+        UsageError: there is no such output of the board, or no such output of the chip.
     """
     printed = [pin.printed for pin in board.outputs]
     rows = {row.name: row for row in chip.sheet.pins if row.way in ("out", "both")}
@@ -134,7 +134,7 @@ def pins_of(outputs: Mapping[int, str]) -> dict[int, str]:
 def direction_polarity(chip: Chip, axis: int, *, invert: bool = False) -> int:
     """Return the polarity of DIR: the level of the chip's own pin in each direction, or the other one.
 
-    A chip without such a pin has DIR high clockwise, that is upwards.
+    For a chip without such a pin, DIR is high clockwise, that is upwards.
     """
     row = next((row for row in chip.sheet.pins if row.plays("direction", axis)), None)
     clockwise = 1 if row is None or row.sense is None else row.sense
@@ -145,7 +145,7 @@ def driver_polarity(board: BoardModel, driver: str | None) -> int:
     """Return the polarity of ENABLE for a driver.
 
     Raises:
-        UnknownName: no such driver.
+        UnknownName: there is no such driver.
         UsageError: the pulses of the board are too short for it.
     """
     if driver is None:
@@ -166,12 +166,12 @@ def pattern_of(chip: Chip) -> tuple[int, ...]:
 
 
 def lamp(outputs: Mapping[int, str], name: str) -> int:
-    """Return the number + 1 of the output that is a lamp; 0: none is."""
+    """Return the number + 1 of the output that is a lamp; 0 if none is."""
     return next((number + 1 for number, shows in outputs.items() if shows == name), 0)
 
 
 def off_policy(word: str) -> EnableOff:
-    """Return when a board is to switch the driver off by itself.
+    """Return the policy by which a board switches the driver off by itself.
 
     Raises:
         UsageError: not one of "rest", "halt" and "never".
@@ -182,7 +182,7 @@ def off_policy(word: str) -> EnableOff:
 
 
 def hold_of(board: BoardModel, hold: Time) -> int:
-    """Return how long the driver stays on, as the board counts it: in 65,536 ticks.
+    """Return how long the driver stays on, in the board's units of 65,536 ticks.
 
     Raises:
         TimeError: it is not a time.
@@ -195,7 +195,7 @@ def hold_of(board: BoardModel, hold: Time) -> int:
 
 
 def least_hold(off: EnableOff, horizon: int) -> int:
-    """Return the shortest `enable_hold` of CONFIG: a driver that goes off at rest is on until the first step.
+    """Return the shortest `enable_hold` of CONFIG: a driver that is switched off at rest is on until the first step.
 
     Args:
         horizon: from a message of the host to that step, in ticks.
@@ -221,9 +221,9 @@ def usual_config(
     """Return the configuration of a board for a chip and a driver, without inputs.
 
     Args:
-        start_stop: steps/s; None: the usual one.
+        start_stop: steps/s; None: the usual rate.
         driver: its name; None: its ENABLE is left alone.
-        dry: no step makes an edge.
+        dry: STEP has no edges.
         off: when the board switches the driver off by itself, after `hold`.
         invert_dir: DIR has the other level than the chip's own pin.
     """

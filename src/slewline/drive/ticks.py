@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class TickMap:
-    """Instants of a model as ticks of a board, and back; exact, rounded down.
+    """Conversion between instants of a model and ticks of a board; exact, rounded down.
 
     `origin16` is the tick of instant 0, in 1/65536 tick.
     """
@@ -24,7 +24,7 @@ class TickMap:
         self.hz, self.origin16 = hz, 0
 
     def align(self, ps: int, tick: int) -> None:
-        """Let an instant of the model (ps) be at a tick of the board from now on."""
+        """Map an instant of the model (ps) to a tick of the board from now on."""
         self.origin16 = (tick << 16) - ps * self._n // self._d
 
     def at(self, ps: int) -> int:
@@ -38,5 +38,5 @@ class TickMap:
         return ticks
 
     def ps(self, tick: int) -> int:
-        """Return the last instant of the model (ps) at a tick of the board, or before it."""
+        """Return the last instant of the model (ps) at or before a tick of the board."""
         return (((tick << 16) - self.origin16 + 1) * self._d - 1) // self._n

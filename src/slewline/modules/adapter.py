@@ -1,7 +1,7 @@
-"""How a part on a bus is spoken to, through an adapter that does the handshake and takes lines of text.
+"""The protocol of a part on a bus, through an adapter that does the handshake and takes lines of text.
 
 It is the framing of `slewline serve --framing` (links/lines/framing.py): commands as they are written, `?0` to `?3`
-for the verify groups, `?` for whether the part takes commands.  Commands are not answered.
+for the verify groups, `?` to query whether the part takes commands.  Commands are not answered.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from .spoken import Speech
 
 RATES = (115200, 57600, 38400, 19200, 9600, 4800, 2400, 1200)
 USUAL_BAUD = 9600
-END = b"\r\n"  # of an answer
+END = b"\r\n"  # bytes of an answer
 READY = "?"
 POSITION, PROGRAM, STATUS, PARAMETERS = range(4)  # the verify groups
-DIGITS = 5  # of a position, in text
+DIGITS = 5  # text of a position
 BYTE = "[0-9A-F]{2}"
 
 
 class FramedSpeech(Speech):
-    """A part on a bus, behind an adapter with framing.
+    """The protocol of a part on a bus, connected by an adapter with framing.
 
     Raises:
         UsageError: the part cannot be read back.
     """
 
     ends = b"\r\n"
-    wake = b"\xff\r"  # what an earlier host has left of a line is no ASCII now, and not sent; the adapter says so
+    wake = b"\xff\r"  # the rest of an earlier host's line is no longer ASCII, so the adapter refuses it
     answers_all: ClassVar[bool] = False
     is_timed: ClassVar[bool] = False
     shows_entry: ClassVar[bool] = False
@@ -62,7 +62,7 @@ class FramedSpeech(Speech):
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The values that can be read, each with the question for its group and the pattern of its bytes."""
+        """Values that can be read, each with the query for its group and the pattern of its bytes."""
         sizes = self.bus.verify_bytes
         found = {
             "adapter": (READY, rf"\{READY} (ready)"),
@@ -77,7 +77,7 @@ class FramedSpeech(Speech):
         return MappingProxyType(found | {"direction": (f"?{STATUS}", _part(STATUS, last + 1, last, 1))})
 
     def value(self, what: str, said: str) -> str:
-        """Return a value as it is written: bytes as a number, the direction as the command that sets it."""
+        """Return a value as text: bytes as a number, the direction as the command that sets it."""
         if what == "adapter":
             return said
         data = bytes.fromhex(said)
@@ -87,10 +87,10 @@ class FramedSpeech(Speech):
         return data.decode("ascii") if len(data) == DIGITS else str(int.from_bytes(data, "big"))
 
     def group(self, number: int, answer: str) -> bytes:
-        """Return the bytes of a verify group, of the answer to its question.
+        """Return the bytes of a verify group, from the answer to its query.
 
         Raises:
-            DamagedAnswer: it is none.
+            DamagedAnswer: the answer is not a verify group.
         """
         shape = rf"\?{number} {_bytes(self.bus.verify_bytes[number])}"
         if not re.fullmatch(shape, answer):
@@ -104,11 +104,11 @@ class FramedSpeech(Speech):
         return command.encode("ascii") + b"\r"
 
     def answers(self, command: str) -> bool:
-        """Return whether a command is answered: a question is, and the one that forgets."""
+        """Return whether a command is answered: a query is, and the command that discards all others."""
         return self.is_question(command) or command == "!"
 
     def is_question(self, command: str) -> bool:
-        """Return whether a line only asks: an adapter sends none that begins so."""
+        """Return whether a line is only a query: an adapter does not pass such a line on."""
         return command.startswith(READY)
 
     def moves(self, command: str) -> bool:
@@ -116,7 +116,7 @@ class FramedSpeech(Speech):
         return not self.answers(command) and super().moves(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a line with one command; None: it has none, or several, or is for the adapter."""
+        """Return the row of a line with one command; None if it has none, or several, or is for the adapter."""
         if self.answers(command):
             return None
         decoder = self.dialect.decoder(self.sheet)
@@ -125,11 +125,11 @@ class FramedSpeech(Speech):
         return found[0] if len(found) == 1 else None
 
     def longest(self, command: str) -> int:
-        """Return how many characters an answer may have: those of the largest verify group."""
+        """Return the greatest number of characters of an answer: those of the largest verify group."""
         return super().longest(command) + 3 * max(self.bus.verify_bytes)
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the line of an answer is over."""
+        """Return whether the line of an answer is complete."""
         return received.endswith(END)
 
     def lines(self, received: bytes) -> list[str]:
@@ -137,13 +137,13 @@ class FramedSpeech(Speech):
         return [self.stripped(line) for line in received.removesuffix(END).split(END)]
 
     def refusal(self, line: str) -> str:
-        """Return why an adapter has not sent a line, or that the part takes none; empty: it is no refusal."""
+        """Return the reason why an adapter has not sent a line, or the part takes none; empty if not a refusal."""
         if line == self.busy:
             return "the part is at work, or lines wait for it"
         return line[2:] if self.is_garbled(line) else ""
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an adapter has not sent a line, and says why: of a question, that it came damaged."""
+        """Return whether an adapter has refused a line; for a query, this means that it arrived damaged."""
         return line.startswith("! ")
 
 
@@ -153,6 +153,6 @@ def _bytes(number: int, byte: str = BYTE) -> str:
 
 
 def _part(group: int, size: int, at: int, number: int) -> str:
-    """Return the pattern of the answer with a group, of which it finds so many bytes."""
+    """Return the pattern of the answer with a group, which captures `size` bytes of it."""
     before, after = (_bytes(count) for count in (at, size - at - number))
     return rf"\?{group} " + " ".join(filter(None, (before, f"({_bytes(number)})", after)))

@@ -1,7 +1,7 @@
-"""A person's conversation with a module: a line and its answer, what the manual says of both, and what was odd.
+"""A user's conversation with a module: a line and its answer, the manual's text for both, and findings.
 
-The lines go to the model as well, at the same times; what it finds stands beside the line that caused it.  The model
-begins as after power-up, and knows nothing of what the module held before.
+The lines go to the model as well, at the same times; its findings are printed next to the line that caused them.  The
+model begins in the state after power-up, not in the state of the module.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ if TYPE_CHECKING:
     from .comparing.model import ModelLine
     from .module import Module
 
-VERB = ":"  # no command of a part begins so
+VERB = ":"  # no command of a part begins with it
 VERBS = {
     ":help": "the manual's words on a command, such as :help R; alone: all commands",
     ":values": "ask for all values for which there is a question",
     ":send": "send characters as they are, such as :send V1\\r",
     ":quit": "leave; so does Ctrl-D",
 }
-SHOWN_S = 1.0  # after which is shown what has come, even if more does
+SHOWN_S = 1.0  # time after which received characters are shown, even if more arrive
 MEANT = {"exit": ":quit", "bye": ":quit", **{verb[1:]: verb for verb in VERBS}}  # without the colon
-LONGEST_S = 600  # of virtual time that the model may catch up with at a line
+LONGEST_S = 600  # virtual time that the model may catch up per line
 
 
 @dataclass
 class Reply:
-    """What a line has led to: lines of an answer, what they mean, and what was odd.
+    """The result of a line: lines of an answer, their meaning, and findings.
 
-    `findings` are about this line, `since` about what has gone on since the line before.
+    `findings` are about this line, `since` about the time since the previous line.
     """
 
     lines: Sequence[str] = ()
@@ -48,13 +48,13 @@ class Reply:
     findings: Sequence[str] = ()
     since: Sequence[str] = ()
     failure: str = ""
-    text: str = ""  # of a verb
-    over: bool = False  # the person wants to leave
+    text: str = ""  # output of a verb
+    over: bool = False  # the user leaves
     answered_ms: float | None = None
 
 
 class Suggestion(NamedTuple):
-    """What a line may become, and what that means."""
+    """A completion of a line, and its meaning."""
 
     text: str
     says: str
@@ -62,7 +62,7 @@ class Suggestion(NamedTuple):
 
 @dataclass
 class ShadowModel:
-    """The model, which gets the same lines at the same times, whose answers nobody waits for.
+    """The model, which receives the same lines at the same times; its answers are ignored.
 
     Args:
         line: the model.
@@ -79,7 +79,7 @@ class ShadowModel:
         self.began_s, self.began_ps = self.clock(), self.line.kernel.now
 
     def take(self, data: bytes) -> tuple[list[str], list[str]]:
-        """Send what was sent to the module; return what was odd since the line before, and about this one."""
+        """Send the module's data to the model; return the findings since the previous line, and about this one."""
         self.catch_up()
         since = self._found()
         line_ps = round((len(data) + 4) * self.line.speech.character_s * PS_PER_S)
@@ -88,13 +88,13 @@ class ShadowModel:
         return since, self._found()
 
     def _found(self) -> list[str]:
-        """Return the findings that nobody has been given yet."""
+        """Return the findings since the last call."""
         found = [f"{each.code}: {each.text}" for each in self.line.found]
         self.line.found.clear()
         return list(dict.fromkeys(found))
 
     def catch_up(self) -> None:
-        """Let as much time pass as has passed outside, unless that is very much."""
+        """Let as much time pass as on the wall clock, within a limit."""
         due_ps = self.began_ps + round((self.clock() - self.began_s) * PS_PER_S)
         now_ps = self.line.kernel.now
         self.line.run(min(due_ps, now_ps + LONGEST_S * PS_PER_S))
@@ -103,11 +103,11 @@ class ShadowModel:
 
 
 class Conversation:
-    """Lines of a person, and what they lead to.
+    """Lines of a user, and their results.
 
     Args:
-        module: which may move, for that is the person's business.
-        shadow: None: nothing is found in the lines.
+        module: it may move the motor: the user is responsible.
+        shadow: None: no findings.
     """
 
     def __init__(self, module: Module, shadow: ShadowModel | None = None) -> None:
@@ -117,7 +117,7 @@ class Conversation:
 
     # ---------------------------------------------------------------------------------------------------------- a line
     def say(self, line: str) -> Reply:
-        """Send a line, or obey a verb; return what comes of it.
+        """Send a line, or execute a verb; return the result.
 
         Raises:
             PortLost: the port is gone.
@@ -147,11 +147,11 @@ class Conversation:
         return ([], []) if self.shadow is None else self.shadow.take(data)
 
     def meaning(self, lines: Sequence[str]) -> str:
-        """Return what the manual says of an answer; empty: nothing."""
+        """Return the manual's text for an answer; empty if none."""
         return dialect_of(self.sheet).answers.get(lines[-1], "") if lines else ""
 
     def unasked(self) -> str:
-        """Return what the module has said without being asked."""
+        """Return unsolicited characters of the module."""
         data, came_ns = self.module.port.waiting(), time.monotonic_ns()
         if not data:
             return ""
@@ -159,7 +159,7 @@ class Conversation:
         return (data + self._until_silence(TIDY_S)).decode("latin-1")
 
     def _until_silence(self, silence: float) -> bytes:
-        """Return what comes until there is silence for so many seconds, or else for `SHOWN_S`: it has to be shown."""
+        """Return the characters received until a silence of `silence` seconds, for `SHOWN_S` at most."""
         try:
             return b"".join(chunk.data for chunk in self.module.chunks(silence, SHOWN_S))
         except EndlessInput as endless:
@@ -197,9 +197,9 @@ class Conversation:
         lines = answer.decode("latin-1").removesuffix("\r").split("\r") if answer else []
         return Reply([each.encode("unicode_escape").decode() for each in lines], "", findings, since)
 
-    # ------------------------------------------------------------------------------------------------- manual's words
+    # ---------------------------------------------------------------------------------------------- text of the manual
     def manual(self, command: str = "") -> str:
-        """Return what the manual says of a command; without one, a row of each command and of each verb."""
+        """Return the manual's text for a command; without one, a row for each command and each verb."""
         if command:
             try:
                 return describe_command(self.sheet, command)
@@ -210,7 +210,7 @@ class Conversation:
         return "\n".join(f"{name:<{width}}  {says}" for name, says in rows)
 
     def hint(self, line: str) -> str:
-        """Return the manual's words on the line that is being written; empty: it is nothing yet."""
+        """Return the manual's text for the line being typed; empty if it is not a command yet."""
         line = line.strip()
         if line.startswith(VERB):
             return VERBS.get(line.partition(" ")[0], "")
@@ -219,7 +219,7 @@ class Conversation:
 
     @cached_property
     def heads(self) -> dict[str, str]:
-        """How commands begin, with the manual's words; questions are whole."""
+        """Beginnings of commands, with the manual's text; queries are complete."""
         found: dict[str, str] = {}
         for row in self.sheet.commands:
             says = f"{syntax(row)}: {row.says}"
@@ -228,7 +228,7 @@ class Conversation:
         return found | {command: f"asks for {what}" for what, (command, _) in self.speech.questions.items()}
 
     def suggestions(self, begun: str) -> list[Suggestion]:
-        """Return what a line that has begun may become."""
+        """Return the completions of a line."""
         verb, space, rest = begun.partition(" ")
         if begun.startswith(VERB) and not space:
             return [Suggestion(name, says) for name, says in VERBS.items() if name.startswith(begun)]

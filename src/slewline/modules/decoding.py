@@ -16,11 +16,11 @@ from .dialogue import DialogueHeader, Gathered, RecordedDialogue, Said, Speaker
 from .speech import speech_of
 
 PS_PER_US = 10**6
-MOST_DAMAGED = 0.2  # of the characters: beyond that this is another rate, or another signal
+MOST_DAMAGED = 0.2  # of the characters: beyond that it is another rate, or another signal
 
 
 class DamagedCharacter(NamedTuple):
-    """A character with a wrong parity or stop bit: which signal, when its start bit began (ps), and what it reads."""
+    """A character with a wrong parity or stop bit: the signal, the start of its start bit (ps), and its value."""
 
     signal: str
     at_ps: int
@@ -33,7 +33,7 @@ class DamagedCharacter(NamedTuple):
 
 
 class Decoded(NamedTuple):
-    """A dialogue, and the characters of it that are damaged."""
+    """A dialogue, and its damaged characters."""
 
     dialogue: RecordedDialogue
     damaged: tuple[DamagedCharacter, ...]
@@ -51,18 +51,18 @@ def decode_dialogue(
 ) -> Decoded:
     """Read the dialogue of a host and a module from a recording of their two wires.
 
-    Which level a wire rests at, TTL or RS-232, is seen; it is that of its longest pause.
+    The idle level of a wire, TTL or RS-232, is detected: it is that of its longest pause.
 
     Args:
         waves: the recording, from its beginning on; times of the dialogue count from there.
-        sheet: of the part, which gives the format of characters.
+        sheet: the sheet of the part, which defines the format of characters.
         host: the signal on which the host sends.
-        module: the signal on which the module does.
+        module: the signal on which the module sends.
         baud: the rate; None: that of the part at which the fewest characters are damaged.
         checksum, address: for the header of the dialogue.
 
     Raises:
-        UsageError: no characters, or most are damaged; the part has not what was given.
+        UsageError: there are no characters, or most are damaged; the part does not have a given setting.
         UnknownName: there is no such signal.
     """
     speech = speech_of(sheet, baud, checksum, address or None)
@@ -113,7 +113,7 @@ class _Wire:
 
 
 def _misfit(wires: dict[str, _Wire], baud: int, word: CharacterFormat) -> tuple[float, float]:
-    """How badly a rate fits: the share of damaged characters, then how far a bit is from the shortest pulse."""
+    """Return the misfit of a rate: the fraction of damaged characters, then the error against the shortest pulse."""
     found = [each for wire in wires.values() for each in wire.characters(baud, word)]
     shortest = min((wire.shortest for wire in wires.values() if wire.shortest), default=0)
     bit = Clock(round(baud * OVERSAMPLING)).ps(OVERSAMPLING)

@@ -1,6 +1,6 @@
-"""How an answer deviates from the sheet: the fewest deviations that explain all of it, in words.
+"""Deviations of an answer from the sheet: the fewest that explain all of it, in words.
 
-A mend undoes one kind of deviation; `deviations` looks for the fewest after which the answer is one of the part.
+A mend undoes one kind of deviation; `deviations` searches for the fewest mends that turn the answer into a valid one.
 """
 
 from __future__ import annotations
@@ -17,33 +17,33 @@ from .failures import DamagedAnswer
 from .speech import LineSpeech, QuerySpeech
 from .spoken import CR, Speech
 
-MOST = 2  # deviations that are looked for together
-LONGEST = 4096  # characters of an answer that is looked into
+MOST = 2  # greatest number of deviations searched for together
+LONGEST = 4096  # characters of an answer that is searched
 BLANKS = b" \t"
 
 
 class Asked(NamedTuple):
-    """A question: how the part is spoken to, and the command."""
+    """A query: the protocol of the part, and the command."""
 
     speech: Speech
     command: str
 
     @property
     def lists(self) -> bool:
-        """Does it ask for a listing with an end?"""
+        """Whether the query is for a listing with an end."""
         row = self.speech.row(self.command)
         return row is not None and row.role == "list"
 
 
 class Mend(NamedTuple):
-    """A kind of deviation: what it is called, and what undoes it."""
+    """A kind of deviation: its name, and the function that undoes it."""
 
     says: str
     undo: Callable[[Asked, bytes], bytes]
 
 
 def deviations(speech: Speech, command: str, received: bytes) -> str:
-    """Return in words how an answer deviates from the sheet; empty: it does not, or in no way that has a name."""
+    """Return the deviations of an answer from the sheet, in words; empty if there are none, or none of a known kind."""
     asked = Asked(speech, command)
     if not received or len(received) > LONGEST or not isinstance(speech, (LineSpeech, QuerySpeech)):
         return ""
@@ -57,7 +57,7 @@ def deviations(speech: Speech, command: str, received: bytes) -> str:
 
 
 def _undone(asked: Asked, received: bytes, mends: Sequence[Mend]) -> bytes:
-    """Return an answer without deviations; nothing, if one of them is not there."""
+    """Return an answer without deviations; empty if one of them does not occur."""
     for mend in mends:
         before, received = received, mend.undo(asked, received)
         if received == before:
@@ -66,7 +66,7 @@ def _undone(asked: Asked, received: bytes, mends: Sequence[Mend]) -> bytes:
 
 
 def fits(asked: Asked, received: bytes) -> bool:
-    """Return whether these characters are an answer of the part to a question."""
+    """Return whether these characters are a valid answer of the part to a query."""
     if not received.endswith(CR):
         return False
     try:
@@ -94,14 +94,14 @@ def is_instruction(asked: Asked, line: str) -> bool:
 
 
 def _end_of(asked: Asked) -> str:
-    """Return the line that ends a listing; empty: there is none."""
+    """Return the line that ends a listing; empty if none."""
     answers = dialect_of(asked.speech.sheet).answers.items()
     return next((answer for answer, says in answers if "listing" in says), "")
 
 
 # ---------------------------------------------------------------------------------------------------------- the mends
 def _each(undo: Callable[[Asked, bytes], bytes]) -> Callable[[Asked, bytes], bytes]:
-    """Return what undoes a deviation of each line by itself."""
+    """Return a function that undoes a deviation line by line."""
     return lambda asked, data: b"".join(undo(asked, line) for line in data.splitlines(keepends=True))
 
 
@@ -123,7 +123,7 @@ def _capitals(asked: Asked, line: bytes) -> bytes:
 
 
 def _joined(asked: Asked, data: bytes) -> bytes:
-    """Return a listing with lines joined that are no instructions by themselves."""
+    """Return a listing in which incomplete instructions are joined with the next line."""
     if not asked.lists:
         return data
     *lines, end = data.removesuffix(CR).split(CR)
@@ -144,7 +144,7 @@ def _last_line(asked: Asked, data: bytes) -> bytes:
 
 
 def _padded(asked: Asked, line: bytes) -> bytes:
-    """Return a number with as many digits as the sheet has."""
+    """Return a number with as many digits as in the sheet."""
     found = re.fullmatch(rb"([A-Z])=([0-9]+)\r", line)
     if found and isinstance(asked.speech, QuerySpeech):
         digits = asked.speech.dialect.queries.get(found[1].decode("ascii"), 0)
@@ -187,7 +187,7 @@ MENDS = (
 
 # --------------------------------------------------------------------------------------------------------- in words
 def in_words(shape: str) -> str:
-    """Return the pattern of an answer as a person reads it: V, a sign, 1 to 7 digits."""
+    """Return the pattern of an answer in words: V, a sign, 1 to 7 digits."""
     words = re.sub(r"[()]", "", shape)
     for pattern, says in (
         (r"\[\+-\]", ", a sign"),

@@ -1,4 +1,4 @@
-r"""The dialogue with a module in a file: who said what and when, one JSON object a line, after a header.
+r"""The dialogue with a module in a file: sender, text and times, one JSON object per line, after a header.
 
     {"slewline":"dialogue 1","part":"gs-c200s","markings":"GS-C200S 9431","crystal_hz":null,"baud":9600,...}
     {"at_us":12292,"last_us":13333,"from":"host","text":"F\r"}
@@ -7,9 +7,9 @@ r"""The dialogue with a module in a file: who said what and when, one JSON objec
 
 Times are microseconds since the file was begun: `at_us` of the first character, `last_us` of the last one, both as the
 computer sent or received it.  Characters of one direction share an entry up to a carriage return, as long as the other
-side is silent.  `text` is Latin-1, a character a byte.
+side is silent.  `text` is Latin-1, one character per byte.
 
-A line is in the file as soon as it is over, so a dialogue that was cut off is good up to its last whole line.
+A complete line is written immediately, so a truncated dialogue is valid up to its last whole line.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ Speaker = Literal["host", "module", "tool"]
 
 @dataclass(frozen=True)
 class DialogueHeader:
-    """What was spoken to, and how.
+    """The module, and the settings of its line.
 
     Args:
-        part: its name, such as "gs-c200s".
-        markings: what is printed on it.
-        crystal_hz: its clock, if that is known.
-        baud: characters were sent and received at this rate.
-        checksum: lines ended in their checksums; None: not known.
-        address: that of the module on a line of several; 0: none is sent.
+        part: the name of the part, such as "gs-c200s".
+        markings: the text printed on the module.
+        crystal_hz: its clock, if known.
+        baud: the rate of the characters.
+        checksum: lines ended in their checksums; None: unknown.
+        address: the address of the module on a shared line; 0: none is sent.
         straps: levels of its straps, by pin.
     """
 
@@ -62,7 +62,7 @@ def _whole(value: Any, low: int, high: int) -> bool:
     return type(value) is int and low <= value <= high
 
 
-HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: what is allowed, and whether a value is that
+HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: the allowed value, and the check of it
     "part": ("the name of a part", lambda value: isinstance(value, str)),
     "markings": ("text", lambda value: isinstance(value, str)),
     "crystal_hz": ("whole hertz, or null", lambda value: value is None or _whole(value, 1, LATEST_PS)),
@@ -78,7 +78,7 @@ HEADER: Mapping[str, tuple[str, Callable[[Any], bool]]] = {  # in a file: what i
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """An entry: what one side has said, up to a carriage return; `speaker` "tool" is a remark of slewline."""
+    """An entry: characters of one side, up to a carriage return; `speaker` "tool" is a remark of slewline."""
 
     at_us: int
     last_us: int
@@ -87,21 +87,21 @@ class Said:
 
     @property
     def text(self) -> str:
-        """The characters as text, a character a byte."""
+        """Characters as text, one character per byte."""
         return self.data.decode("latin-1")
 
 
-Entry = tuple[Speaker, int, int, bytes]  # who, the instants of the first and of the last character, and all of them
+Entry = tuple[Speaker, int, int, bytes]  # sender, instants of the first and the last character, and all characters
 
 
 class Gathered:
-    """Characters as they come, gathered into entries: up to a carriage return, as long as the other side is silent."""
+    """Characters gathered into entries: up to a carriage return, as long as the other side is silent."""
 
     def __init__(self) -> None:
         self._open: tuple[Speaker, int, int, bytearray] | None = None  # an entry that may grow
 
     def take(self, speaker: Speaker, at: int, byte: int) -> list[Entry]:
-        """Take a character; return the entries that are over with it."""
+        """Add a character; return the entries that it completes."""
         over = self.end() if self._open is not None and self._open[0] != speaker else []
         _, since, _, data = self._open or (speaker, at, at, bytearray())
         data.append(byte)
@@ -109,18 +109,18 @@ class Gathered:
         return over + (self.end() if byte == END[0] or len(data) >= LONGEST else [])
 
     def end(self) -> list[Entry]:
-        """Return what was gathered of a line, if there is something."""
+        """Return the incomplete entry, if there is one."""
         found, self._open = self._open, None
         return [] if found is None else [(*found[:3], bytes(found[3]))]
 
 
 class DialogueFile(Closing):
-    """A dialogue that is being written, line by line; close it at the end.
+    """A dialogue file being written, line by line; close it at the end.
 
     Args:
         path: a new file.
-        failed: called once, when the file takes no more: what is in it is kept, and nothing more is written.
-        clock: nanoseconds of the clock by which instants are given.
+        failed: called once, when the file cannot be written: its content is kept, and nothing more is written.
+        clock: nanoseconds of the clock of all instants.
 
     Raises:
         UsageError: the file exists, or cannot be written.
@@ -146,11 +146,11 @@ class DialogueFile(Closing):
         self._write({"slewline": f"{KIND} {VERSION}", **asdict(header)})
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Write what was sent to the module, and when the first and the last character of it was."""
+        """Write characters sent to the module, and the instants of the first and the last one."""
         self._characters("host", data, first_ns, first_ns if last_ns is None else last_ns)
 
     def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Write what has come from the module, and when the first and the last character of it did."""
+        """Write characters received from the module, and the instants of the first and the last one."""
         self._characters("module", data, first_ns, first_ns if last_ns is None else last_ns)
 
     def note(self, text: str) -> None:
@@ -160,14 +160,14 @@ class DialogueFile(Closing):
         self._entry("tool", now_ns, now_ns, text.encode("latin-1", "replace"))
 
     def _characters(self, speaker: Speaker, data: bytes, first_ns: int, last_ns: int) -> None:
-        """Append characters; those between the first and the last came at equal intervals, as far as is known."""
+        """Append characters; those between the first and the last are assumed to be equally spaced."""
         for number, byte in enumerate(data):
             at_ns = first_ns + (last_ns - first_ns) * number // max(len(data) - 1, 1)
             for entry in self._gathered.take(speaker, at_ns, byte):
                 self._entry(*entry)
 
     def end(self) -> None:
-        """Write what was gathered of a line."""
+        """Write the incomplete entry."""
         for entry in self._gathered.end():
             self._entry(*entry)
 
@@ -177,7 +177,7 @@ class DialogueFile(Closing):
             self.entries += 1
 
     def _write(self, entry: dict[str, Any]) -> bool:
-        """Write a line; return whether it is in the file, whole."""
+        """Write a line; return whether it was written completely."""
         if self._file.closed:
             return False
         line = json.dumps(entry, separators=(",", ":")).encode("ascii") + b"\n"
@@ -196,18 +196,18 @@ class DialogueFile(Closing):
         return True
 
     def _let_go(self) -> None:
-        with suppress(OSError):  # every line has been written, or refused, already
+        with suppress(OSError):  # every line has been written, or has failed, already
             self._file.close()
 
     def _shut(self) -> None:
-        """Write what is left, and close the file."""
+        """Write the rest, and close the file."""
         self.end()
         self._let_go()
 
 
 @dataclass(frozen=True)
 class RecordedDialogue:
-    """A dialogue that was recorded; `torn`: its last line was cut off, and is left out."""
+    """A recorded dialogue; `torn`: its last line was truncated, and is left out."""
 
     header: DialogueHeader
     said: tuple[Said, ...] = ()
@@ -218,7 +218,7 @@ class RecordedDialogue:
         """Return the dialogue in a file.
 
         Raises:
-            UsageError: the file cannot be read, is no dialogue, or is damaged before its last line.
+            UsageError: the file cannot be read, is not a dialogue, or is damaged before its last line.
         """
         try:
             with opened(path) as file:
@@ -228,7 +228,7 @@ class RecordedDialogue:
 
     @classmethod
     def _read(cls, path: str | PathLike[str], lines: Iterator[bytes]) -> RecordedDialogue:
-        """Return the dialogue of which these are the lines."""
+        """Return the dialogue in these lines."""
         header = _header(path, next(lines, b"").removeprefix(BOM).rstrip(b"\n"))
         said: list[Said] = []
         for number, line in enumerate(lines, start=2):
@@ -261,7 +261,7 @@ class RecordedDialogue:
 
 
 def _header(path: str | PathLike[str], line: bytes) -> DialogueHeader:
-    """Return what the first line says."""
+    """Return the header in the first line."""
     expected = f'{{"slewline":"{KIND} {VERSION}","part":...}}'
     try:
         found = from_json(line)

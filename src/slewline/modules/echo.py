@@ -1,58 +1,59 @@
-"""What a line echoes: an adapter for two wires receives what it sends, and some modules and modems send it back.
+"""The echo of a line: an adapter for two wires receives its own output, and some modules and modems return it.
 
     sent       V 2 CR
-    comes      V 2 CR Y CR      the echo first, then the answer
-    comes      Y CR V 2 CR      or the echo after the answer, or within the next one, where it is late
+    received   V 2 CR Y CR      the echo first, then the answer
+    received   Y CR V 2 CR      or a late echo after the answer, or within the next one
 
-Dropped are lines that are exactly what was sent, in the order in which they were sent, for a time.  The beginning of
-such a line is kept back until its end has come, or something else, which shows that it was none; nothing else is lost.
+Lines that are exactly equal to sent ones, in the order in which they were sent, are dropped, for a time.  The beginning
+of such a line is kept back until its end has come, or other characters, which show that it is not an echo; nothing else
+is lost.
 """
 
 from __future__ import annotations
 
-END = 0x0D  # of a line
-LATE_S = 0.5  # which an echo may come after the time that its characters take
-ENOUGH = 2  # lines that come back: one might be an answer
-SHORTEST = 2  # characters of a line that counts for that
+END = 0x0D  # end of a line
+LATE_S = 0.5  # longest delay of an echo after the time of its characters
+ENOUGH = 2  # number of returned lines: a single one might be an answer
+SHORTEST = 2  # least length of a returned line that counts
 
 
 class EchoFilter:
     """Separates the echo on a line from the answers.
 
     Args:
-        drops: the line echoes: return what comes without its echo.  Else only notice what looks like one.
+        drops: the line echoes: drop the echo from the received data.  Otherwise only detect an apparent echo.
 
     Attributes:
-        seen: lines that have come as they were sent.
+        seen: number of received lines equal to sent ones.
     """
 
     def __init__(self, drops: bool) -> None:
         self.drops, self.seen = drops, 0
-        self.until = 0.0  # from then on no echo of what was sent is expected
-        self._wanted, self._kept = bytearray(), bytearray()  # what may still come back; the beginning of a line of it
+        self.until = 0.0  # end of the time for the echo of sent lines
+        self._wanted, self._kept = bytearray(), bytearray()  # lines that may still come back; the start of one of them
 
     @property
     def shows(self) -> bool:
-        """Return whether the line echoes, and that was not given as `drops`."""
+        """Whether the line echoes, though `drops` is False."""
         return not self.drops and self.seen >= ENOUGH
 
     @property
     def keeps(self) -> bool:
-        """Return whether characters are kept back."""
+        """Whether characters are kept back."""
         return bool(self._kept)
 
     def sent(self, data: bytes, now: float, seconds: float) -> None:
-        """Record what goes out.
+        """Record sent characters.
 
         Args:
             now: seconds, of any clock.
-            seconds: that these characters take.
+            seconds: the duration of these characters.
         """
         self._wanted += data
         self.until = max(self.until, now + LATE_S) + seconds
 
     def rest(self, data: bytes, now: float) -> bytes:
-        """Return what has come without its echo, and what was kept back in vain."""
+        """Return the received data without its echo, and characters that were kept back in vain."""
         if not self._wanted:
             return data
         found = bytearray()
@@ -65,7 +66,7 @@ class EchoFilter:
         return bytes(found) if self.drops else data
 
     def _one(self, byte: int) -> bytes:
-        """Take a character; return those that are no echo."""
+        """Add a character; return the characters that are not an echo."""
         self._kept.append(byte)
         found = bytearray()
         while not self._wanted.startswith(self._kept):

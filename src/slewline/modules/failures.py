@@ -1,4 +1,4 @@
-"""What can go wrong with a real module.  Messages name the place, what was found, what is allowed, and a remedy."""
+"""Failures of a real module.  Messages name the place, the value found, the allowed values, and a remedy."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ..errors import SlewlineError
 
 
 class ModuleFailure(SlewlineError, OSError):
-    """A module does not do what is asked of it, or nothing is known of it any more."""
+    """A module has not executed a command, or its state is no longer known."""
 
     def __str__(self) -> str:  # OSError would print numbers
         return str(self.args[0]) if self.args else ""
@@ -17,7 +17,7 @@ class PortLost(ModuleFailure):
 
 
 class NoAnswer(ModuleFailure):
-    """Nothing came, or not all of it; `received` is what did."""
+    """No answer, or an incomplete one, which is `received`."""
 
     def __init__(self, text: str, received: bytes = b"") -> None:
         super().__init__(text)
@@ -25,7 +25,7 @@ class NoAnswer(ModuleFailure):
 
 
 class EndlessInput(ModuleFailure):
-    """Characters still come after the time that all of an answer takes; `received` are those so far."""
+    """Characters still arrive after the time of a complete answer; `received` are those so far."""
 
     def __init__(self, text: str, received: bytes) -> None:
         super().__init__(text)
@@ -33,15 +33,15 @@ class EndlessInput(ModuleFailure):
 
 
 class DamagedAnswer(ModuleFailure):
-    """An answer came with a wrong checksum, with a fault in a character, or is no answer of the part at all."""
+    """An answer with a wrong checksum, with a fault in a character, or not an answer of this part at all."""
 
 
 class RefusedCommand(ModuleFailure):
-    """The module has answered that it does not do what was asked.
+    """The module has refused a command.
 
     Args:
         code: the answer, such as "E2".
-        says: what the data sheet says of it.
+        says: the text of the data sheet for it.
     """
 
     def __init__(self, text: str, code: str, says: str) -> None:
@@ -50,12 +50,12 @@ class RefusedCommand(ModuleFailure):
 
 
 class MotionRefused(ModuleFailure):
-    """A command was not sent, since it may make the motor step."""
+    """A command was not sent, because it may step the motor."""
 
 
 class ReplacementRefused(ModuleFailure):
-    """A dialogue was not played, since it would replace the program of the module."""
+    """A dialogue was not played, because it would replace the program of the module."""
 
 
 class ListingDiffers(ModuleFailure):
-    """What the module lists is not what it was sent, or not the same twice."""
+    """The listing of a module differs from the program sent to it, or from its own second listing."""

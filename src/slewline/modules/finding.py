@@ -1,7 +1,7 @@
-"""A module is looked for on a port: at which rate it answers, and whether its lines have checksums.
+"""Search for a module on a port: the rate at which it answers, and whether its lines have checksums.
 
-What is sent is a question that changes nothing.  At another rate than its own a module may take the characters for
-others: what they would be at every other rate of a part is no command (tests/modules/test_finding.py).
+The search sends a query that changes nothing.  At a wrong rate a module may receive other characters: at every other
+rate of a part they are not a command (tests/modules/test_finding.py).
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from .spoken import CR, Speech
 if TYPE_CHECKING:
     from .raw import RawRecord
 
-LOOK_S = 0.35  # of silence at a rate, after which the next one is tried
-FOLLOWS_S = 0.05  # of silence, after which an answer is over, whatever its end is
-MOST_HEARD = 1024  # characters of an answer, however long
-LOOKS = 2  # at a rate: the first line may only end what the module had got of another one
-START_S = 3.0  # after its port was opened, that is, DTR raised, a module may be starting still
+LOOK_S = 0.35  # silence at a rate, after which the next one is tried
+FOLLOWS_S = 0.05  # silence after which an answer counts as complete
+MOST_HEARD = 1024  # characters of an answer that are read
+LOOKS = 2  # attempts at a rate: the first line may only end an earlier, incomplete one
+START_S = 3.0  # after its port was opened, which raises DTR, a module may still be starting
 
 
 def find(
@@ -45,21 +45,21 @@ def find(
     raw: RawRecord | None = None,
     say: Callable[[str], object] = lambda _text: None,
 ) -> Module:
-    """Return the module at a port, which has answered a question.
+    """Return the module at a port, after it has answered a query.
 
     Args:
         where: the port, as pySerial takes it.
-        sheet: of the part.
-        baud: its rate; None: it is looked for, where straps set it.
-        checked: its lines have checksums; None: it is looked for.
-        address: of the module on a line of several; None: none.
+        sheet: the sheet of the part.
+        baud: its rate; None: search for it, if straps set it.
+        checked: its lines have checksums; None: find out.
+        address: the address of the module on a shared line; None: none.
         transcript, may_move, say: as for `Module`.
-        echo: the line echoes what is sent.
-        raw: keeps what goes over the line.
+        echo: the line echoes all sent characters.
+        raw: records all characters on the line.
 
     Raises:
-        UsageError: there is no such port, or the part has not what was given; or the line does not echo.
-        NoAnswer, DamagedAnswer: nothing answers, or what does is no such part, or has no checksums as `checked` says.
+        UsageError: there is no such port, or the part does not have a given setting; or the line does not echo.
+        NoAnswer, DamagedAnswer: no answer, or not one of this part, or checksums differ from `checked`.
         PortLost: the port is gone.
     """
     speech = speech_of(sheet, baud, checked, address)
@@ -80,15 +80,15 @@ def find(
         raise
 
 
-# ---------------------------------------------------------------------------------------------- what answers every line
+# -------------------------------------------------------------------------------------------- parts that answer lines
 def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Ask at one rate after the other, with and without checksums."""
+    """Query at one rate after the other, with and without checksums."""
     first, begun_s = module.speech, module.port.clock()
     strange: list[str] = []
     rates = [*first.rates] if baud is None else [baud]
     for rate in rates:
         if module.port.clock() < begun_s + START_S:
-            rates.append(rate)  # to be asked once more
+            rates.append(rate)  # to be queried once more
         speech = _at(first, rate, bool(checked))
         if rate != first.baud or module.speech is not first:
             module.port.change(speech.setting)
@@ -117,10 +117,10 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
 
 
 def _check_deviations(module: Module) -> None:
-    """Ask, and see what comes to its end: whether it is an answer of the part that deviates from the sheet.
+    """Query, and check whether the complete answer is one of the part that deviates from the sheet.
 
     Raises:
-        DamagedAnswer: it does, twice in the same way.
+        DamagedAnswer: it does, twice with the same deviation.
     """
     speech = module.speech
     seen = ""
@@ -148,7 +148,7 @@ def _at(speech: Speech, baud: int, checked: bool) -> Speech:
 
 
 def _heard(module: Module) -> bytes:
-    """Ask once; return what comes, up to a carriage return."""
+    """Query once; return the answer, up to a carriage return."""
     module.tidy()
     module.send(module.speech.framed(module.speech.probe))
     heard, probe = b"", module.speech.probe
@@ -163,7 +163,7 @@ def _heard(module: Module) -> bytes:
 
 
 def _has_checksums(speech: Speech, heard: bytes) -> bool:
-    """Return whether a refusal of a line without a checksum came with one."""
+    """Return whether the refusal of a line without a checksum had one."""
     checked = _at(speech, speech.baud, True)
     with suppress(DamagedAnswer):
         return heard.endswith(CR) and checked.is_garbled(checked.stripped(heard[:-1]))
@@ -171,7 +171,7 @@ def _has_checksums(speech: Speech, heard: bytes) -> bool:
 
 
 def _lacks_checksums(speech: Speech, heard: bytes) -> bool:
-    """Return whether a line with a checksum was refused as no command, in an answer without one."""
+    """Return whether a line with a checksum was refused as not a command, in an answer without one."""
     plain = _at(speech, speech.baud, False)
     with suppress(DamagedAnswer):
         line = plain.stripped(heard.removesuffix(CR))
@@ -180,7 +180,7 @@ def _lacks_checksums(speech: Speech, heard: bytes) -> bool:
 
 
 def _is_answer(speech: Speech, heard: bytes) -> bool:
-    """Return whether it is what the question is answered with, or that the module is busy."""
+    """Return whether data is an answer to the query, or says that the module is busy."""
     shape = next(shape for command, shape in speech.questions.values() if command == speech.probe)
     with suppress(DamagedAnswer):
         line = speech.stripped(heard.removesuffix(CR))
@@ -190,7 +190,7 @@ def _is_answer(speech: Speech, heard: bytes) -> bool:
 
 
 def _of_old_firmware(module: Module) -> bool:
-    """Ask with the checksums of old firmware, if there are others; return whether that is answered."""
+    """Query with the checksums of old firmware, if they differ; return whether the module answers."""
     speech = module.speech
     if not isinstance(speech, LineSpeech) or not speech.checked:
         return False
@@ -216,9 +216,9 @@ def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
     )
 
 
-# ------------------------------------------------------------------------------------------------ what answers queries
+# ------------------------------------------------------------------------------------------ parts that answer queries
 def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Let the part find the rate, and ask; if it is silent, it may be in program entry since another session."""
+    """Let the part detect the rate, and query it; a silent part may still be in program entry."""
     speech = module.speech
     (leave,) = speech.sheet.leave
     module.send(speech.wake)
@@ -240,16 +240,16 @@ def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Modul
 
 
 def _probed(module: Module) -> None:
-    """Ask; what comes back must be an answer of the part."""
+    """Query; check that the answer is one of the part."""
     speech = module.speech
     what = next(what for what, (command, _) in speech.questions.items() if command == speech.probe)
     with suppress(RefusedCommand):
         module.value(what)
 
 
-# ------------------------------------------------------------------------------------------- what is behind an adapter
+# -------------------------------------------------------------------------------------------- parts with an adapter
 def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Module:
-    """Ask whether the part takes commands, behind what ends a line that an earlier host has left unfinished."""
+    """Query whether the part takes commands, after ending a line that an earlier host may have left incomplete."""
     speech = module.speech
     strange = b""
     for _ in range(LOOKS):
@@ -258,7 +258,7 @@ def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Modul
         heard = b""
         for heard, _ in module.chunks(LOOK_S, speech.seconds(speech.longest(speech.probe), LOOK_S)):
             if speech.is_complete("", heard):
-                break  # what the adapter says to that is over
+                break  # the adapter's answer to it has ended
         try:
             said = module.once(speech.probe).text
         except NoAnswer as silence:

@@ -1,4 +1,4 @@
-"""A real module: commands out, answers back, and no command that may make a step unless that is asked for."""
+"""A real module: commands out, answers back, and no command that may step the motor unless allowed."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from .spoken import CR, Speech
 
 TRIES = 4
 NOISE = "check cable, rate and format for noise, and call again"
-BUSY_S = 0.2  # after which a module that is busy is asked again
-NOTICE_S = 2.0  # after which a message shows what has come, or that nothing has
-TIDY_S = 0.05  # of silence, after which nothing comes any more of what was not asked for
+BUSY_S = 0.2  # interval of queries to a busy module
+NOTICE_S = 2.0  # time after which a message shows the received characters, or that there are none
+TIDY_S = 0.05  # silence that ends unsolicited characters
 
 
 class DialogueRecord(Protocol):
-    """What takes down a dialogue; a `DialogueFile` does."""
+    """A recorder of a dialogue, such as `DialogueFile`."""
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Take what was sent."""
+        """Record sent characters."""
 
     def module(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
-        """Take what has come."""
+        """Record received characters."""
 
     def note(self, text: str) -> None:
-        """Take a remark."""
+        """Record a remark."""
 
 
 class NoRecord:
-    """Takes nothing down."""
+    """A recorder that records nothing."""
 
     def host(self, data: bytes, first_ns: int, last_ns: int | None = None) -> None:
         """Do nothing."""
@@ -48,8 +48,8 @@ class NoRecord:
 class ModuleAnswer(NamedTuple):
     """An answer, without checksums, and its instants (ns of `time.monotonic_ns`).
 
-    `lines` is empty where a command is not answered; `sent_ns` is when it was sent, `first_ns` and `last_ns` when the
-    first and the last character of the answer came.
+    `lines` is empty if a command is not answered; `sent_ns` is the instant of sending, `first_ns` and `last_ns` those
+    of the first and the last character of the answer.
     """
 
     lines: tuple[str, ...]
@@ -59,7 +59,7 @@ class ModuleAnswer(NamedTuple):
 
     @property
     def text(self) -> str:
-        r"""The answer as text, "\r" between its lines."""
+        r"""Answer as text, "\r" between its lines."""
         return "\r".join(self.lines)
 
 
@@ -67,11 +67,11 @@ class Module:
     """A module on a port.
 
     Args:
-        port: where it is.
-        speech: how it is spoken to.
-        transcript: takes down what is said.
-        may_move: send commands that may make the motor step, too.
-        say: is called, once, with what the user should know of an exchange that takes long.
+        port: the port of the module.
+        speech: the protocol of the module.
+        transcript: records the dialogue.
+        may_move: also send commands that may step the motor.
+        say: called, once, with a message for the user about a long exchange.
 
     Attributes:
         port, speech, transcript, may_move, say: the arguments.
@@ -93,21 +93,21 @@ class Module:
 
     @property
     def name(self) -> str:
-        """The part and where it is, for messages."""
+        """Name of the part and of its port, for messages."""
         return f"{self.speech.sheet.part} at {self.port.where}"
 
     # ------------------------------------------------------------------------------------------------------- commands
     def ask(self, command: str) -> ModuleAnswer:
         """Send a command; return its answer.
 
-        What came damaged to the module is sent again, and so is a question that is refused, or whose answer came
-        damaged, or not at all.
+        A command that arrived damaged is sent again, and so is a query that is refused, or whose answer is damaged or
+        missing.
 
         Raises:
-            MotionRefused: the command may make a step, and may not.
+            MotionRefused: the command may step the motor, which is not allowed.
             RefusedCommand: the module has refused it.
-            NoAnswer, DamagedAnswer: what has become of a command that is no question is not known.
-            EndlessInput: characters still come after the time that the longest answer takes.
+            NoAnswer, DamagedAnswer: the effect of a command, not a query, is unknown.
+            EndlessInput: characters still arrive after the time of the longest answer.
             PortLost: the port is gone.
         """
         repeatable = self.speech.is_question(command)
@@ -121,7 +121,7 @@ class Module:
                 self.notice(f"no whole answer to {command} so far; it is sent again")
                 continue
             last = answer.lines[-1] if answer.lines else ""
-            # noise that no check sees has made something else of a question that is refused
+            # undetected noise has changed a query that is refused
             refused = repeatable and last != self.speech.busy and bool(self.speech.refusal(last))
             if not (refused or self.speech.is_garbled(last)) or not tries_left:
                 break
@@ -142,11 +142,11 @@ class Module:
         """Send a command once; return its answer, whatever it is.
 
         Args:
-            data: what goes over the wire; None: the command as the part has it.
-            again: it has not been answered before.
-            enough: says of what has come whether more of it need not be waited for.
-            longest: how many characters the answer may have; None: as the speech has it.
-            wait_s: wait this long at least, whatever the part needs.
+            data: the characters to send; None: the command in the format of the part.
+            again: it was sent before, and not answered.
+            enough: returns whether received data is enough, so that the wait may end.
+            longest: the greatest number of characters of the answer; None: that of the protocol.
+            wait_s: the least time to wait, whatever the part needs.
 
         Raises:
             MotionRefused, NoAnswer, EndlessInput, DamagedAnswer, PortLost: as for `ask`.
@@ -179,10 +179,10 @@ class Module:
         return ModuleAnswer(lines, sent_ns, first_ns, last_ns)
 
     def value(self, what: str) -> str:
-        """Return what a question of the sheet is answered with: `what` is one of `speech.questions`.
+        """Return the answer to a query of the sheet: `what` is one of `speech.questions`.
 
         Raises:
-            DamagedAnswer: the answer is none of this part's, again and again.
+            DamagedAnswer: the answer is not one of this part, after several attempts.
             RefusedCommand, NoAnswer, PortLost: as for `ask`.
         """
         command, shape = self.speech.questions[what]
@@ -201,7 +201,7 @@ class Module:
         """Wait as long as the module answers that it is busy.
 
         Raises:
-            RefusedCommand: it still is after so many seconds.
+            RefusedCommand: it is still busy after `seconds`.
             NoAnswer, DamagedAnswer, PortLost: as for `ask`.
         """
         for waits_left in reversed(range(round(seconds / BUSY_S) + 1)):
@@ -216,22 +216,23 @@ class Module:
 
     # ----------------------------------------------------------------------------------------------------- characters
     def send(self, data: bytes) -> int:
-        """Send characters as they are; return the instant at which they were handed over (ns)."""
+        """Send unmodified characters; return the instant at which they were written (ns)."""
         sent_ns = self.port.write(data)
         self.transcript.host(data, sent_ns)
         return sent_ns
 
     def chunks(self, silence: float, seconds: float, what: str = "what was not asked for") -> Iterator[Chunk]:
-        """Yield what comes until there is silence; every exchange with a module waits here, and nowhere else.
+        """Yield received characters until there is silence; every exchange with a module waits here, and nowhere else.
 
         Args:
-            silence: so many seconds without a character are the end.
-            seconds: after which it is over, even if characters still come.  A process that was stopped meanwhile has
-                not waited.
-            what: is waited for, for messages.
+            silence: the number of seconds without a character that ends the wait.
+            seconds: the longest wait, even if characters still arrive.  Time for which this process was stopped does
+                not
+                count.
+            what: the expected data, for messages.
 
         Raises:
-            EndlessInput: characters still come after these seconds.
+            EndlessInput: characters still arrive after `seconds`.
             PortLost: the port is gone.
         """
         received, waited, before = b"", 0.0, self.port.clock()
@@ -253,16 +254,16 @@ class Module:
                 self.notice(f"{what} is not over; received so far: {received[-40:]!r}, {len(received)} characters")
 
     def notice(self, text: str) -> None:
-        """Let the user know, once, what takes so long."""
+        """Report to the user, once, the reason for a long wait."""
         if not self._noticed:
             self._noticed = True
             self.say(f"{self.name}: {text}")
 
     def listen(self, silence: float, longest: int = 0) -> bytes:
-        """Return what comes until there is silence for so many seconds.
+        """Return the characters received until there is silence for `silence` seconds.
 
         Args:
-            longest: how many characters may come.
+            longest: the greatest number of characters expected.
 
         Raises:
             EndlessInput: there is no silence after the time that these characters take.
@@ -270,10 +271,10 @@ class Module:
         return b"".join(chunk.data for chunk in self.chunks(silence, self.speech.seconds(longest, silence)))
 
     def tidy(self, longest: int = 0) -> None:
-        """Take down what comes without being asked for, such as an answer that was late, until there is silence.
+        """Record unsolicited characters, such as a late answer, until there is silence.
 
         Args:
-            longest: how many characters may come.
+            longest: the greatest number of characters expected.
 
         Raises:
             EndlessInput: as for `listen`.
@@ -287,7 +288,7 @@ class Module:
         """Check that a command may be sent.
 
         Raises:
-            MotionRefused: it may make a step, and may not.
+            MotionRefused: it may step the motor, which is not allowed.
         """
         row = self.speech.row(command)
         stored = self.entering and self.speech.shows_entry and row is not None and row.stored
@@ -301,7 +302,7 @@ class Module:
 
     # --------------------------------------------------------------------------------------------------------- inside
     def _note_entry(self, command: str) -> None:
-        """Remember whether program entry is open."""
+        """Record whether program entry is open."""
         row = self.speech.row(command)
         if row is not None and row.role in ("enter", "leave"):
             self.entering = row.role == "enter"

@@ -1,8 +1,8 @@
-"""A real serial port, or whatever pySerial takes for one, with the instants at which characters came.
+"""A real serial port, or any pySerial URL, with the instants of received characters.
 
     /dev/ttyUSB0   COM3   /tmp/controller (a pty)   socket://HOST:PORT   rfc2217://HOST:PORT   slewline://PART
 
-Silence is counted in reads that bring nothing, so that a port in virtual time has its own.
+Silence is measured by reads without data, so that a port in virtual time uses its own time.
 """
 
 from __future__ import annotations
@@ -24,35 +24,35 @@ if TYPE_CHECKING:
     from .raw import RawRecord
 
 Result = TypeVar("Result")
-SLICE_S = 0.02  # of a read that waits
-WRITE_S = 5.0  # after which a port that takes no characters will take none
-IFLAG = 0  # of what termios.tcgetattr returns
+SLICE_S = 0.02  # longest wait of a read
+WRITE_S = 5.0  # timeout of a port that takes no characters
+IFLAG = 0  # index in the result of termios.tcgetattr
 
 
 class Chunk(NamedTuple):
-    """Characters that came together, and when (ns of `time.monotonic_ns`)."""
+    """Characters received together, and their instant (ns of `time.monotonic_ns`)."""
 
     data: bytes
     ns: int
 
 
 class ModulePort(Closing):
-    """A serial port that is open, for nobody else where the system can see to it.
+    """An open serial port, for exclusive use if the system supports that.
 
     Args:
-        where: as pySerial takes it.
+        where: the port, as pySerial takes it.
         setting: rate and format.
-        raw: keeps what goes over the line.
-        echo: the line echoes: what was sent is dropped where it comes back.
+        raw: records all characters on the line.
+        echo: the line echoes: drop the echo.
 
     Raises:
-        UsageError: there is no such port, it is in use, or it does not take the setting.
+        UsageError: there is no such port, it is in use, or it does not support the setting.
     """
 
-    _latest = b""  # that has come, in which a server may say why it hangs up
+    _latest = b""  # received bytes, in which a server may explain why it closes
 
     def __init__(self, where: str, setting: LineSetting, raw: RawRecord | None = None, echo: bool = False) -> None:
-        from ..links.ports.device import refused  # which says what is missing, if pySerial is
+        from ..links.ports.device import refused  # which reports a missing pySerial
 
         self.where, self.setting, self.raw, self.echo = where, setting, raw, EchoFilter(echo)
         word = setting.word
@@ -79,12 +79,12 @@ class ModulePort(Closing):
             self.raw.note(self.setting.in_full)
 
     def _see_faults(self) -> None:
-        """Let the driver make NUL of a character with a parity or framing fault, where it can."""
+        """Make the driver replace a character with a parity or framing fault by NUL, if it can."""
         try:
             import termios
 
             device = self.line.fileno()
-        except (ImportError, AttributeError, OSError):  # not here, or no device
+        except (ImportError, AttributeError, OSError):  # not supported here, or not a device
             return
         with suppress(termios.error):
             settings = termios.tcgetattr(device)
@@ -93,10 +93,10 @@ class ModulePort(Closing):
             termios.tcsetattr(device, termios.TCSANOW, settings)
 
     def change(self, setting: LineSetting) -> None:
-        """Take another rate.
+        """Set another rate.
 
         Raises:
-            PortLost: the port is gone, or does not take it.
+            PortLost: the port is gone, or does not support the rate.
         """
         self.setting = setting
         self._do(lambda: setattr(self.line, "baudrate", int(setting.baud)))
@@ -104,10 +104,10 @@ class ModulePort(Closing):
         self._note_setting()
 
     def check_echo(self) -> None:
-        """Check that what was sent does not come back.
+        """Check that sent characters do not come back.
 
         Raises:
-            NoAnswer: it does, and the port was opened without `echo`.
+            NoAnswer: they do, and the port was opened without `echo`.
         """
         if self.echo.shows:
             raise NoAnswer(
@@ -120,7 +120,7 @@ class ModulePort(Closing):
         """Send characters; return the instant just before (ns of `time.monotonic_ns`).
 
         Raises:
-            PortLost: the port is gone, or takes nothing for `WRITE_S`.
+            PortLost: the port is gone, or takes no characters for `WRITE_S`.
         """
         now = time.monotonic_ns()
         self.echo.sent(data, self.clock(), len(data) * self.setting.character_s)
@@ -130,7 +130,7 @@ class ModulePort(Closing):
         return now
 
     def read(self, silence: float) -> Chunk:
-        """Return what comes next, or nothing after so many seconds of silence.
+        """Return the next characters, or none after `silence` seconds without any.
 
         Raises:
             PortLost: the port is gone.
@@ -144,7 +144,7 @@ class ModulePort(Closing):
         return Chunk(data + self.waiting(), now)
 
     def waiting(self) -> bytes:
-        """Return what has come already.
+        """Return characters already received.
 
         Raises:
             PortLost: the port is gone.
@@ -159,7 +159,7 @@ class ModulePort(Closing):
         return self.echo.rest(data, self.clock())
 
     def clock(self) -> float:
-        """Return seconds that only grow: of the wall clock, or of a module in virtual time."""
+        """Return a monotonic time in seconds: of the wall clock, or of a module in virtual time."""
         return float(getattr(self.line, "clock", time.monotonic)())
 
     def pause(self, seconds: float) -> None:
@@ -176,9 +176,9 @@ class ModulePort(Closing):
                 f"{self.where}: the port has taken no characters for {WRITE_S:g} s; allowed one without flow control; "
                 "check the adapter, and call again"
             ) from None
-        except (OSError, TypeError, AttributeError) as error:  # what pySerial raises of a port that is gone
+        except (OSError, TypeError, AttributeError) as error:  # raised by pySerial for a lost port
             found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-            why = found.partition("(")[0].strip()  # the rest is pySerial's guess
+            why = found.partition("(")[0].strip()  # the rest of the text is a guess of pySerial
             if said := dismissed(self.where, self.line, self._latest):
                 raise PortLost(f"{self.where}: {said}") from None
             remedy = "start its server again" if self.where.startswith(SERVED) else "plug it in"
@@ -186,6 +186,6 @@ class ModulePort(Closing):
 
     # ----------------------------------------------------------------------------------------------------------- close
     def _shut(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         with suppress(OSError):
             self.line.close()

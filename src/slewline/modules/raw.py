@@ -1,11 +1,11 @@
-r"""The characters on a line as they came, in a file: what a module answers is kept, whatever is made of it.
+r"""The raw characters on a line, in a file: the answers of a module are kept, however they are interpreted.
 
     ; slewline raw 1: us since 2026-11-29 17:20:00 UTC, > to the module or < from it, characters (\r, \n, \\ and \xNN)
                0 = 9600 7O2
             1042 > V2\r
            18231 < V70\r\n
 
-A line is in the file as soon as it has come.  There is no file where nothing has come.
+A line is written as soon as it has come.  Without received characters there is no file.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from time import gmtime, monotonic_ns, strftime
 from typing import BinaryIO
 
 LARGEST = 16_000_000  # bytes of a file
-KEPT_LINES = 1000  # of what was sent before something came
+KEPT_LINES = 1000  # bytes kept of data sent before the first character came
 HEAD = r"; slewline raw 1: us since {}, > to the module or < from it, characters (\r, \n, \\ and \xNN)"
 FULL = f"; {LARGEST // 1_000_000} MB: what follows is not kept"
 
 
 class RawRecord:
-    """Keeps what goes over a line.
+    """A record of all characters on a line.
 
     Args:
         path: a new file.
-        failed: called once, when nothing more is kept.
+        failed: called once, when the record ends early.
 
     Attributes:
         path, failed: the arguments.
@@ -47,25 +47,25 @@ class RawRecord:
         self._waiting: deque[str] = deque([head], KEPT_LINES)
 
     def sent(self, data: bytes, ns: int) -> None:
-        """Keep what was sent, at an instant (ns of `time.monotonic_ns`)."""
+        """Record sent characters, at an instant (ns of `time.monotonic_ns`)."""
         self._line(ns, ">", _shown(data))
 
     def came(self, data: bytes, ns: int) -> None:
-        """Keep what has come, at an instant (ns of `time.monotonic_ns`)."""
+        """Record received characters, at an instant (ns of `time.monotonic_ns`)."""
         if data and self._file is None and not self._over:
             self._open()
         if data:
             self._line(ns, "<", _shown(data))
 
     def note(self, text: str) -> None:
-        """Keep how the line is set, from now on."""
+        """Record the line settings from now on."""
         self._line(monotonic_ns(), "=", text)
 
     def close(self) -> None:
         """Close the file."""
         self._over = True
         if self._file is not None:
-            with suppress(OSError):  # every line has been written, or refused, already
+            with suppress(OSError):  # every line has been written, or has failed, already
                 self._file.close()
             self._file = None
 
@@ -110,5 +110,5 @@ class RawRecord:
 
 
 def _shown(data: bytes) -> str:
-    r"""Return bytes as ASCII: a carriage return as \r, what is no character as \xNN."""
+    r"""Return bytes as ASCII: a carriage return as \r, other control codes and bytes above ASCII as \xNN."""
     return data.decode("latin-1").encode("unicode_escape").decode("ascii")

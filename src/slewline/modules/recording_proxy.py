@@ -1,11 +1,11 @@
-"""A proxy: between a host program and its module, every character goes on at once, and is recorded.
+"""A proxy between a host program and its module: every character is passed on immediately, and recorded.
 
     host program <--> pty or TCP port <--> proxy <--> serial port <--> module
                                              |
                                        dialogue file
 
-One thread does nothing but pass characters on, and a second one writes the file, so that a disk that is slow makes no
-character late.  The rate that a host sets on a pty, and RTS/CTS, are set on the serial port.
+One thread only passes characters on, and a second one writes the file, so that a slow disk never delays a character.
+The rate that a host sets on a pty, and RTS/CTS, are set on the serial port.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ if TYPE_CHECKING:
     from .dialogue import DialogueFile
 
 BACKLOG = 4096  # characters that may wait for the serial port; a host that sends more is held up
-FULL_S = 0.01  # how soon it is tried again then
-SILENCE_S = 1.0  # after which an unfinished line is written into the file
+FULL_S = 0.01  # interval of further attempts
+SILENCE_S = 1.0  # time after which an incomplete line is written into the file
 BIN_US, BINS = 10, 1000
 NS_PER_S = 1_000_000_000
 
 
 def prompt_port(url: str, *more: Any, **options: Any) -> Any:
-    """Open a port as pySerial does; one that is a socket sends every character at once."""
+    """Open a port as pySerial does; a socket sends every character immediately."""
     port = serial_for_url(url, *more, **options)
-    with suppress(AttributeError, OSError):  # it has no descriptor
+    with suppress(AttributeError, OSError):  # the port has no descriptor
         if stat.S_ISSOCK(os.fstat(port.fileno()).st_mode):
             with socket.socket(fileno=os.dup(port.fileno())) as end:
                 end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -53,24 +53,24 @@ def prompt_port(url: str, *more: Any, **options: Any) -> Any:
 
 
 class LatenessHistogram:
-    """How late characters were passed on: counts in bins of 10 µs; what is later than 10 ms is in the last one."""
+    """Histogram of the delays of characters, in bins of 10 µs; delays over 10 ms are in the last one."""
 
     def __init__(self) -> None:
         self.counts = [0] * (BINS + 1)
         self.worst_ns = 0
 
     def note(self, late_ns: int, characters: int = 1) -> None:
-        """Count characters that were so late."""
+        """Count characters with a delay."""
         self.counts[min(late_ns // (BIN_US * 1000), BINS)] += characters
         self.worst_ns = max(self.worst_ns, late_ns)
 
     @property
     def characters(self) -> int:
-        """All that were counted."""
+        """Number of all characters counted."""
         return sum(self.counts)
 
     def within_us(self, share: float) -> float:
-        """Return the lateness that so much of all characters do not exceed, such as 0.99 of them (µs)."""
+        """Return the delay that a fraction of all characters does not exceed, such as 0.99 of them (µs)."""
         wanted, seen = share * self.characters, 0
         for number, count in enumerate(self.counts[:-1]):
             seen += count
@@ -89,7 +89,7 @@ class LatenessHistogram:
 
 
 class DialogueRecorder:
-    """Writes a dialogue file in a thread of its own, which has the priority of the thread that makes it."""
+    """Writes a dialogue file in a separate thread, which has the priority of the thread that makes it."""
 
     def __init__(self, file: DialogueFile) -> None:
         self.file = file
@@ -98,7 +98,7 @@ class DialogueRecorder:
         self._thread.start()
 
     def characters(self, end: ProxyEnd, data: bytes, ns: int) -> None:
-        """Write characters that have come to one end."""
+        """Write characters received at one end."""
         write = self.file.host if isinstance(end, HostEnd) else self.file.module
         self._calls.put(partial(write, data, ns))
 
@@ -116,22 +116,22 @@ class DialogueRecorder:
                 call = self.file.end
 
     def close(self) -> None:
-        """Write all that there is, and close the file."""
+        """Write all pending entries, and close the file."""
         self._calls.put(None)
         self._thread.join()
         self.file.close()
 
 
 class ProxyEnd:
-    """One end of a proxy, which is what its port takes for a line: what comes there goes out at the other end."""
+    """One end of a proxy, in the role of a line for its port: its input is the output of the other end."""
 
     greetings, share = TEXT, CHUNK
 
     def __init__(self, proxy: Proxy, name: str) -> None:
         self.proxy, self.name = proxy, name
-        self.write: Callable[[bytes], int] | None = None  # returns how much was dropped
+        self.write: Callable[[bytes], int] | None = None  # returns the number of bytes dropped
         self.resume: Callable[[], object] = lambda: None
-        self.lost = 0  # characters that nothing has taken at this end
+        self.lost = 0  # dropped characters at this end
         self.lateness = LatenessHistogram()
 
     @property
@@ -141,16 +141,16 @@ class ProxyEnd:
 
     @property
     def baud(self) -> int | str:
-        """The rate of the serial port."""
+        """Rate of the serial port."""
         return self.setting.baud
 
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
-        """Connect what takes and gives bytes at this end."""
+        """Connect the receiver of the output at this end."""
         self.write, self.resume = host, resume
         self.event(f"{self.name}: connected")
 
     def leave(self, why: str) -> None:
-        """Disconnect it."""
+        """Disconnect the receiver."""
         self.write = None
         self.event(f"{self.name}: {why}")
 
@@ -159,50 +159,50 @@ class ProxyEnd:
         self.proxy.recorder.note(text)
 
     def take(self, data: bytes) -> None:
-        """Pass on what has come."""
+        """Pass on received bytes."""
         self.proxy.passed_on(self, data)
 
     def put(self, data: bytes) -> None:
-        """Send characters out at this end."""
+        """Output characters at this end."""
         lost = len(data) if self.write is None else self.write(data)
         if lost and not self.lost:
             self.event(f"{self.name}: takes no characters; {lost} and those that follow are lost")
         self.lost = self.lost + lost if lost else 0
 
     def room(self) -> int:
-        """Return how many bytes may come now."""
+        """Return the number of bytes that may arrive now."""
         return CHUNK
 
     def sent(self) -> bool:
-        """Return whether everything that has come has gone out."""
+        """Return whether everything received has been sent on."""
         return True
 
     def when_sent(self, call: Callable[[], object]) -> None:
-        """Call a function when it has."""
+        """Call a function when everything received has been sent on."""
         call()
 
     def when_answered(self, call: Callable[[], object]) -> None:
-        """Let a host that sends no more have answers until it hangs up: what an answer is, only the module knows."""
+        """Let a host that sends no more receive answers until it closes: only the module knows their end."""
 
     def obey(self, on: bool) -> None:
-        """Take notice of what a host wants of RTS and CTS."""
+        """Record the RTS/CTS setting of a host."""
 
     def opened_at(self, baud: int) -> None:
-        """Take notice of the rate that a host has set."""
+        """Record the rate that a host has set."""
 
 
 class HostEnd(ProxyEnd):
-    """The end at which a host program is."""
+    """The end for the host program."""
 
     def room(self) -> int:
-        """Return how many bytes may come now; a host that sends faster than the line is held up."""
+        """Return the number of bytes that may arrive now; a host that sends faster than the line is held up."""
         room = BACKLOG - self.proxy.waiting
         if room <= 0:
             self.proxy.loop.after(FULL_S, self.resume)
         return room
 
     def obey(self, on: bool) -> None:
-        """Let the serial port use RTS and CTS, or not."""
+        """Switch RTS/CTS of the serial port on or off."""
         self.proxy.set_port("rtscts", on)
 
     def opened_at(self, baud: int) -> None:
@@ -213,14 +213,14 @@ class HostEnd(ProxyEnd):
 
 
 class Proxy:
-    """Between a host program and a module on a serial port.
+    """A proxy between a host program and a module on a serial port.
 
     Args:
         device: the serial port, as pySerial takes it.
         setting: rate and format of the line.
-        recorder: takes down what passes.
-        open_host: opens the port for the host, of the loop and the line that it is given.
-        tell: called with what the user should know.
+        recorder: records all characters.
+        open_host: opens the port for the host, from the loop and the line.
+        tell: called with messages for the user.
         echo: the line of the module echoes: the echo goes neither to the host nor into the record.
 
     Raises:
@@ -254,11 +254,11 @@ class Proxy:
 
     @property
     def waiting(self) -> int:
-        """Characters that wait for the serial port."""
+        """Number of characters that wait for the serial port."""
         return len(self.device.stream.outgoing)
 
     def set_port(self, name: str, value: Any) -> bool:
-        """Set something of the serial port, unless it has that; return whether it has it now and had it not before."""
+        """Set a property of the serial port; return whether it has changed."""
         port = self.device.port
         try:
             if getattr(port, name) == value:
@@ -270,7 +270,7 @@ class Proxy:
         return True
 
     def passed_on(self, end: ProxyEnd, data: bytes) -> None:
-        """Send what has come to one end out at the other, then record it."""
+        """Send the characters received at one end to the other, then record them."""
         now_ns = monotonic_ns()
         if end is self.host:
             self.echo.sent(data, now_ns / NS_PER_S, len(data) * self.setting.character_s)
@@ -279,10 +279,10 @@ class Proxy:
             if not data:
                 return
         (self.module if end is self.host else self.host).put(data)
-        self.loop.dirty.append(partial(self._out, end, data, now_ns))  # behind what sends it
+        self.loop.dirty.append(partial(self._out, end, data, now_ns))  # after the data that wakes the loop
 
     def _answers(self, data: bytes, now_ns: int) -> bytes:
-        """Return what the module has sent, without the echo of the line if that is to be dropped."""
+        """Return the characters sent by the module, without the echo of the line if it is to be dropped."""
         data = self.echo.rest(data, now_ns / NS_PER_S)
         if self.echo.shows and not self._said:
             self._said = True
@@ -292,7 +292,7 @@ class Proxy:
         return data
 
     def _let_go(self) -> None:
-        """Pass on what was kept back as the beginning of an echo, if none has come."""
+        """Pass on characters kept back as the possible start of an echo."""
         if self.echo.keeps:
             self.passed_on(self.module, b"")
 

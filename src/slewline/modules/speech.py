@@ -1,4 +1,4 @@
-"""How a part on a serial line is spoken to, as its data sheet has it: rate, format, frames, ends of answers."""
+"""The protocol of a part on a serial line, from its data sheet: rate, format, frames, ends of answers."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from .adapter import FramedSpeech
 from .failures import DamagedAnswer
 from .spoken import CR, Speech
 
-FETCH_S = 50e-6  # of a byte of memory, at most: a line that has no end is looked for up to the end of the memory
+FETCH_S = 50e-6  # per byte of memory, at most: the end of an endless line is searched for up to the end of the memory
 
 
 class LineSpeech(Speech):
-    """A part that answers every line with lines.
+    """The protocol of a part that answers every line with lines.
 
-    `kept` are the bits that its checksums always have; some old modules have none.
+    `kept` are the bits that are set in all its checksums; some old modules have none.
     """
 
     kept = KEPT
@@ -47,12 +47,12 @@ class LineSpeech(Speech):
 
     @property
     def rates(self) -> tuple[int, ...]:
-        """The rates for which it may be strapped, the highest first."""
+        """Rates that can be strapped, the highest first."""
         return tuple(sorted(self.line.bauds.values(), reverse=True))
 
     @property
     def probe(self) -> str:
-        """The last of its questions."""
+        """Last of its queries."""
         if not self.questions:
             raise UsageError(f"{self.sheet.part}: its sheet names no question; give its dialect some `questions`")
         return [*self.questions.values()][-1][0]
@@ -62,7 +62,7 @@ class LineSpeech(Speech):
         return self.dialect.questions
 
     def framed(self, command: str) -> bytes:
-        """Return a line with address, checksum and carriage return, where they belong."""
+        """Return a line with address, checksum and carriage return, if the part uses them."""
         if not command.isascii() or CR.decode() in command or not command:
             raise UsageError(f"command {command!r}; allowed one line of ASCII, without its carriage return")
         return framed(f"{self.address or ''}{command}", self.checked, self.kept)
@@ -72,7 +72,7 @@ class LineSpeech(Speech):
         return found.row if isinstance(found, Command) else None
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether the last line has come: of a listing that is one that no program has."""
+        """Return whether the last line has come: for a listing, a line that cannot be in a program."""
         if not received.endswith(CR):
             return False
         row = self.row(command)
@@ -82,7 +82,7 @@ class LineSpeech(Speech):
         return (last[:-1] if self.checked else last).decode("latin-1") in self.dialect.answers
 
     def longest(self, command: str) -> int:
-        """Return how many characters an answer may have: of a listing, those of a full memory."""
+        """Return the greatest number of characters of an answer: for a listing, those of a full memory."""
         row = self.row(command)
         if row is None or row.role != "list":
             return super().longest(command)
@@ -98,7 +98,7 @@ class LineSpeech(Speech):
         return text[:-1]
 
     def refusal(self, line: str) -> str:
-        """Return what the sheet says of an answer, where it is a refusal."""
+        """Return the sheet's text for an answer, if it is a refusal."""
         return self.dialect.answers[line] if line in (*self.dialect.refusals, self.dialect.busy) else ""
 
     def is_garbled(self, line: str) -> bool:
@@ -106,7 +106,7 @@ class LineSpeech(Speech):
 
 
 class QuerySpeech(Speech):
-    """A part that answers nothing but queries, and finds its rate by two carriage returns."""
+    """The protocol of a part that answers only queries, and detects its rate from two carriage returns."""
 
     wake = CR + CR
     answers_all = False
@@ -125,22 +125,22 @@ class QuerySpeech(Speech):
 
     @property
     def rates(self) -> tuple[int, ...]:
-        """The rates that it finds, the highest first."""
+        """Rates that it detects, the highest first."""
         return tuple(sorted(self.line.bauds, reverse=True))
 
     @property
     def usual_baud(self) -> int:
-        """The second highest: the highest one needs a fast crystal."""
+        """Second highest rate: the highest one needs a fast crystal."""
         return self.rates[min(1, len(self.rates) - 1)]
 
     @property
     def probe(self) -> str:
-        """The first of its questions."""
+        """First of its queries."""
         return next(iter(self.questions.values()))[0]
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The queries, by the registers for which they ask."""
+        """Queries, by the registers that they read."""
         names = {register.letter: register.name for register in self.sheet.registers} | dict(self.dialect.asked)
         return {
             names.get(letter, letter): (
@@ -157,11 +157,11 @@ class QuerySpeech(Speech):
         return self.dialect.sent(self.sheet, command)
 
     def again(self, command: str) -> bytes:
-        """Return a question after the end of the line that was not answered: it may have come in part."""
+        """Return a query, preceded by the end of the unanswered line, which may have arrived in part."""
         return CR + self.framed(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a command; None: it is none, or none whole."""
+        """Return the row of a command; None if it is not a command, or an incomplete one."""
         decoder = self.dialect.decoder(self.sheet)
         found: CommandText | None = None
         for byte in self.framed(command):
@@ -175,16 +175,16 @@ class QuerySpeech(Speech):
         return received.endswith(CR) and received.count(CR) >= 1 + self.listed_lines(command)
 
     def patience(self, command: str) -> float:
-        """Return the silence, in seconds, after which an answer does not come any more."""
+        """Return the silence, in seconds, after which no answer is expected any more."""
         looked = self.sheet.buffer_bytes * FETCH_S if self.listed_lines(command) else 0.0
         return super().patience(command) + looked
 
     def longest(self, command: str) -> int:
-        """Return how many characters an answer may have: of a listing, those of the whole memory."""
+        """Return the greatest number of characters of an answer: for a listing, those of the whole memory."""
         return super().longest(command) + self.sheet.buffer_bytes * bool(self.listed_lines(command))
 
     def listed_lines(self, command: str) -> int:
-        """Return how many lines of memory a query asks for, besides the pointer."""
+        """Return the number of memory lines that a query requests, without the pointer."""
         found = re.fullmatch(rf"{re.escape(self.dialect.query)} ?{self.dialect.listing}[ ,]+([0-9]+)", command)
         return int(found[1]) if found else 0
 
@@ -197,13 +197,14 @@ KINDS: Mapping[type[Channel], Kind] = MappingProxyType(
 
 
 def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None, address: int | None = None) -> Speech:
-    """Return how a part is spoken to over a serial port.
+    """Return the protocol of a part on a serial port.
 
     Args:
         baud, checked, address: as for `Speech`.
 
     Raises:
-        UsageError: the part has no serial line and cannot be read back over a bus, or not that rate, checksum or
+        UsageError: the part has no serial line and cannot be read back over a bus, or does not have that rate, checksum
+            or
             address.
     """
     serial = next((channel for channel in sheet.channels if isinstance(channel, (*KINDS,))), None)

@@ -1,4 +1,4 @@
-"""How a part is spoken to over a real port: what all kinds of it have in common.
+"""The protocol of a part on a real port: the base of all kinds.
 
 A speech is made from a sheet, one kind for each kind of line; it does no input and no output.
 """
@@ -14,31 +14,31 @@ from ..errors import UsageError
 from .failures import DamagedAnswer
 
 CR = b"\r"
-FAULTY = 0  # what a driver makes of a character with a parity or framing fault
-ANSWER_S = 1.0  # of silence after which no answer comes any more; no sheet states a time
+FAULTY = 0  # replacement for a character with a parity or framing fault
+ANSWER_S = 1.0  # silence after which no answer is expected; no sheet states a time
 STORED_S = 15.0  # the same, of a command that writes an EEPROM
-LONGEST = 80  # characters of an answer that is no listing
-SLACK_S = 5.0  # for an exchange, besides twice the time that its characters take
+LONGEST = 80  # characters of an answer that is not a listing
+SLACK_S = 5.0  # for an exchange, in addition to twice the time of its characters
 
 
 class Speech:
-    """How a part is spoken to.
+    """The protocol of a part.
 
     Args:
-        sheet: of the part.
+        sheet: the sheet of the part.
         baud: the rate; None: `usual_baud`.
         checked: lines end in their checksums; None: they do not.
-        address: that of the module on a line of several; None or 0: none is sent.
+        address: the address of the module on a shared line; None or 0: none is sent.
 
     Raises:
         UsageError: a rate, checksums or an address that the part does not have.
     """
 
     ends = CR  # each of these characters ends a line
-    wake = b""  # what is sent first
-    answers_all: ClassVar[bool] = True  # is every command answered?
-    is_timed: ClassVar[bool] = True  # is it the part that takes the time of an answer?
-    shows_entry: ClassVar[bool] = True  # can it be seen that program entry is open, before a move is entered?
+    wake = b""  # sent before the first command
+    answers_all: ClassVar[bool] = True  # every command is answered
+    is_timed: ClassVar[bool] = True  # the delay of an answer is that of the part
+    shows_entry: ClassVar[bool] = True  # open program entry can be detected before a move is entered
 
     def __init__(
         self, sheet: Sheet, baud: int | None = None, checked: bool | None = None, address: int | None = None
@@ -52,34 +52,34 @@ class Speech:
         self.setting = LineSetting(self.baud, self.word)
         self.character_s = self.word.ticks / OVERSAMPLING / self.baud
 
-    # ----------------------------------------------------------------------------------------------- what a kind brings
+    # ------------------------------------------------------------------------------------------------ kinds of protocol
     @property
     def word(self) -> CharacterFormat:
-        """The format of its characters."""
+        """Format of its characters."""
         raise NotImplementedError
 
     @property
     def rates(self) -> tuple[int, ...]:
-        """The rates that it may have, the highest first."""
+        """Possible rates, the highest first."""
         raise NotImplementedError
 
     @property
     def usual_baud(self) -> int:
-        """The rate at which it is spoken to, unless another is asked for."""
+        """Default rate."""
         return self.rates[0]
 
     @property
     def probe(self) -> str:
-        """A question that may be asked at any time, and changes nothing."""
+        """Query that may be sent at any time, and changes nothing."""
         raise NotImplementedError
 
     @property
     def questions(self) -> Mapping[str, tuple[str, str]]:
-        """The commands that ask for a value, each with the pattern of its answer, by what they ask for."""
+        """Commands that query a value, each with the pattern of its answer, by the name of the value."""
         raise NotImplementedError
 
     def framed(self, command: str) -> bytes:
-        """Return a command as it goes over the wire.
+        """Return a command in the form sent over the wire.
 
         Raises:
             UsageError: no command, or more than one.
@@ -87,22 +87,22 @@ class Speech:
         raise NotImplementedError
 
     def again(self, command: str) -> bytes:
-        """Return a question as it is sent once more, after one that was not answered."""
+        """Return a query in the form for a repetition, after an unanswered one."""
         return self.framed(command)
 
     def row(self, command: str) -> Row | None:
-        """Return the row of a command; None: it is none."""
+        """Return the row of a command; None if it is not a command."""
         raise NotImplementedError
 
     def is_complete(self, command: str, received: bytes) -> bool:
-        """Return whether these characters are a whole answer to a command."""
+        """Return whether these characters are a complete answer to a command."""
         raise NotImplementedError
 
     def stripped(self, line: bytes) -> str:
-        """Return a line of an answer without its checksum, where there is one.
+        """Return a line of an answer without its checksum, if there is one.
 
         Args:
-            line: without its carriage return.
+            line: the line without its carriage return.
 
         Raises:
             DamagedAnswer: a character came with a fault, or the checksum does not fit.
@@ -112,32 +112,32 @@ class Speech:
         return line.decode("latin-1")
 
     def refusal(self, line: str) -> str:
-        """Return what the sheet says of an answer, where it is a refusal; empty: it is none."""
+        """Return the sheet's text for an answer, if it is a refusal; empty if not."""
         return ""
 
     @property
     def busy(self) -> str | None:
-        """The answer that a program or a motion is under way; None: there is none."""
+        """Answer of a module that is executing a program or a motion; None if there is none."""
         return getattr(self.sheet.dialect, "busy", None)
 
     def value(self, what: str, said: str) -> str:
-        """Return a value as it is written, of what the pattern of its question has found in an answer."""
+        """Return a value as text, from the match of its query's pattern in an answer."""
         return said
 
     def is_garbled(self, line: str) -> bool:
-        """Return whether an answer says that the command came damaged, and that nothing was done."""
+        """Return whether an answer says that the command arrived damaged, and had no effect."""
         return False
 
-    # ----------------------------------------------------------------------------------------------------- of all kinds
+    # -----------------------------------------------------------------------------------------------common to all kinds
     def _refuse(self, checked: bool | None, address: int | None) -> None:
-        """Refuse checksums and addresses, of a part that has none."""
+        """Refuse checksums and addresses, for a part that has none."""
         for name, value in (("--checksum", checked), ("--address", address)):
             if value:
                 raise UsageError(f"{name}: lines for the {self.sheet.part.upper()} have none; leave it out")
 
     @property
     def shows_faults(self) -> bool:
-        """Does a character show that it has come damaged, by its parity?"""
+        """Whether characters have a parity bit, which reveals damage."""
         return self.word.parity != "none"
 
     def answers(self, command: str) -> bool:
@@ -146,31 +146,31 @@ class Speech:
         return self.answers_all or (row is not None and row.role == "question")
 
     def is_question(self, command: str) -> bool:
-        """Return whether a command changes nothing, so that it may be asked again."""
+        """Return whether a command changes nothing, so that it may be repeated."""
         row = self.row(command)
         return row is not None and row.role in ("question", "list")
 
     def moves(self, command: str) -> bool:
-        """Return whether a command may make the motor step, if it comes outside program entry; one unknown may."""
+        """Return whether a command may step the motor, if it is sent outside program entry; an unknown one may."""
         row = self.row(command)
         return row is None or row.may_step
 
     def patience(self, command: str) -> float:
-        """Return the silence, in seconds, after which an answer to a command does not come any more."""
+        """Return the silence, in seconds, after which no answer to a command is expected any more."""
         row = self.row(command)
         silence = STORED_S if row is not None and row.role == "store" else ANSWER_S
         return silence + (len(command) + 4) * self.character_s
 
     def longest(self, command: str) -> int:
-        """Return how many characters the answer to a command may have."""
+        """Return the greatest number of characters of the answer to a command."""
         return LONGEST
 
     def seconds(self, characters: int, silence: float) -> float:
-        """Return the time, in seconds, within which an exchange is over, however much comes.
+        """Return the longest duration of an exchange, in seconds, however much is received.
 
         Args:
-            characters: how many go to and fro, at most.
-            silence: in seconds, before the first one comes.
+            characters: the greatest number of characters in both directions.
+            silence: the silence before the first one, in seconds.
         """
         return 2 * characters * self.character_s + max(SLACK_S, silence)
 
@@ -178,6 +178,6 @@ class Speech:
         """Return the lines of an answer, without checksums.
 
         Raises:
-            DamagedAnswer: one of them came damaged.
+            DamagedAnswer: a line is damaged.
         """
         return [self.stripped(line) for line in received.removesuffix(CR).split(CR)]

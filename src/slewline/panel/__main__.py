@@ -1,9 +1,8 @@
-"""Run the panel as a process of its own: python -m slewline.panel --attach HOST:PORT.
+"""Run the panel as a separate process: python -m slewline.panel --attach HOST:PORT.
 
 It prints one line, `panel: http://...`, and runs until SIGINT or SIGTERM.  A program that starts it before there is a
-control port gives --attach -, and then HOST:PORT in a line of the standard input.  The token of the
-control port, if it has one, comes in the environment, SLEWLINE_TOKEN: a command line can be read by everybody on the
-machine.
+control port gives --attach -, and later writes HOST:PORT as a line to the standard input.  The token of the control
+port, if it has one, comes in the environment, SLEWLINE_TOKEN: a command line is visible to everybody on the machine.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ CONNECT_S = 5.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the panel; returns the exit status."""
+    """Run the panel; return the exit status."""
     parser = argparse.ArgumentParser("python -m slewline.panel", description="The panel of a slewline server.")
     parser.add_argument("--attach", metavar="HOST:PORT", required=True, help="the control port of the server; -: read")
     parser.add_argument("--listen", metavar="HOST:PORT", default=LISTEN, help="where the page is found")
@@ -41,13 +40,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Open the panel that the options ask for, until it is ended."""
+    """Open the panel for these options, until it is ended."""
     from .relay import Access
     from .web_server import PanelServer
 
     attach = options.attach if options.attach != "-" else sys.stdin.buffer.readline().decode().strip()
     if not attach:
-        return 0  # the program that started it has gone
+        return 0  # the program that started it has ended
     host, port = parse_address(attach, True)
     if not port:
         raise UsageError(f"address {attach!r}: a control port has a number")

@@ -1,10 +1,10 @@
-"""What keeps strangers out: pages of other sites, names that were bound to our address, frames around the page.
+"""Protection against foreign access: pages of other sites, names bound to our address, frames around the page.
 
-A browser tells in each request which name it has asked for (Host) and, when it opens a websocket, which page did so
-(Origin).  A page of a stranger cannot forge either; a name that a stranger has bound to 127.0.0.1 shows in Host.
+A browser sends in each request the name that it has resolved (Host) and, when it opens a websocket, the origin of the
+page (Origin).  A foreign page cannot forge either; a foreign name bound to 127.0.0.1 shows in Host.
 
-The names of the loopback, and addresses, can be bound by nobody, so they are ours with any port: through a tunnel
-(ssh -L) or a container (docker -p) the browser asks another port than the one on which we listen.
+Loopback names and addresses cannot be bound by others, so they are accepted with any port: through a tunnel (ssh -L) or
+a container (docker -p) the port in the browser differs from the one on which we listen.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
 HOST = re.compile(r"(\[[0-9a-f:.]+\]|[^:\[\]]+)(?::([0-9]{1,5}))?")  # a name or an address, and a port
-HTTP_PORT = "80"  # which browsers leave out
+HTTP_PORT = "80"  # left out by browsers
 POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -46,13 +46,13 @@ HEADERS = {
 
 
 class Guard:
-    """Refuse requests that no page of the panel makes; add the headers that bind the browser to each answer.
+    """Refuses requests that no page of the panel makes, and adds security headers to each answer.
 
     Args:
-        app: what answers the others.
-        port: on which the panel listens.
+        app: the application that answers the other requests.
+        port: the port on which the panel listens.
         name: the name or address on which it listens.
-        allow_remote: browsers on other machines may ask, by an address or by that name.
+        allow_remote: browsers on other machines may connect, by an address or by that name.
     """
 
     def __init__(self, app: ASGIApp, port: int, name: str, allow_remote: bool = False) -> None:
@@ -82,7 +82,7 @@ class Guard:
             await PlainTextResponse(f"{why}\n", 403)(scope, receive, send_guarded)
 
     def refused(self, headers: Headers, is_socket: bool) -> str | None:
-        """Return why a request is refused; None: it is not."""
+        """Return the reason why a request is refused; None if it is not."""
         hosts = headers.getlist("host")
         if len(hosts) != 1 or not self.is_ours(hosts[0]):
             return "This panel is not found under that name."
@@ -92,7 +92,7 @@ class Guard:
         return None
 
     def is_ours(self, host: str) -> bool:
-        """Return whether this is a name of the loopback, an address that is allowed, or our name with our port."""
+        """Return whether this is a loopback name, an allowed address, or our name with our port."""
         found = HOST.fullmatch(host.lower())
         if found is None:
             return False
@@ -103,7 +103,7 @@ class Guard:
 
 
 def is_address(name: str) -> bool:
-    """Return whether this is an address, which nobody can bind to another one, and no name."""
+    """Return whether this is an address, which cannot be bound to another one, and not a name."""
     try:
         return ip_address(name.strip("[]")) is not None
     except ValueError:

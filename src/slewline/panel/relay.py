@@ -1,15 +1,15 @@
-"""The way between a page and the control port: lines are messages, and pass untouched.
+"""The connection between a page and the control port: each line is one message, and passes unchanged.
 
     page  --- one websocket ---  relay  --- TCP ---  control port
 
-The first message of a page has the token that the address of the page carries; a page without one may only read.  The
-token of the control port itself is sent from here and never reaches a browser.
+The first message of a page has the token from the page's address; a page without a token is read-only.  The token of
+the control port itself is sent from here and never reaches a browser.
 
-The control port answers the requests of a connection in order, so one that waits (`until`, `step`) would hold up all
-that come after it, `pause` among them.  Each of these therefore has a connection of its own.
+The control port answers the requests of a connection in order, so one that waits (`until`, `step`) would block all
+later ones, including `pause`.  Each of these therefore has a connection of its own.
 
 Memory is bounded: a message is passed on before the next one is read, in both directions, so a side that does not read
-holds up only its own sender; a page has at most `WAITS` requests that wait.
+blocks only its own sender; a page has at most `WAITS` waiting requests.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from ..links.control.requests import READING
 
 WAITING = frozenset(("until", "step", "advance"))
-NEVER = frozenset(("quit",))  # who has started the server ends it
+NEVER = frozenset(("quit",))  # reserved for the owner of the server
 LONGEST = 1 << 16  # characters of a message to the server
 LONGEST_REPLY = 1 << 24  # bytes of a line from the server
 WAITS = 4
 CLIENTS = 16
-GREETING_S = 10.0  # how long a page may take to send its token
+GREETING_S = 10.0  # time for a page to send its token
 CONNECT_S = 5.0
 
 POLICY, TOO_BIG, FULL, WRONG_TOKEN, GONE = 1008, 1009, 1013, 4403, 4502  # codes with which a websocket is closed
 
 
 class Hangup(Exception):
-    """The websocket is to be closed.
+    """A request to close the websocket.
 
     Args:
-        code: of the protocol; from 4000 on: ours.
-        why: shown by the page.
+        code: the code of the protocol; from 4000 on, one of the panel's own.
+        why: the reason, shown by the page.
     """
 
     def __init__(self, code: int, why: str) -> None:
@@ -52,7 +52,7 @@ class Hangup(Exception):
 
 
 class NotAllowed(Exception):
-    """A request that does not reach the server.
+    """A refusal of a request, which does not reach the server.
 
     Args:
         why: the error of the reply.
@@ -66,17 +66,17 @@ class NotAllowed(Exception):
 
 @dataclass(frozen=True)
 class Access:
-    """Where the control port is, and who may do what there."""
+    """The address of the control port, and the permissions of pages."""
 
     host: str
     port: int
     token: str  # of the page
     control_token: str | None = None
     read_only: bool = False
-    token_needed: bool = False  # to read, too
+    token_needed: bool = False  # required for reading, too
 
     def writes(self, greeting: str) -> bool:
-        """Return whether the page that sends this first message may move and write.
+        """Return whether the page that sends this first message may operate the bench.
 
         Raises:
             Hangup: the token is wrong, or missing where it is needed.
@@ -93,7 +93,7 @@ class Access:
 
 
 def same(one: str, other: str) -> bool:
-    """Return whether two tokens are equal, in a time that does not tell how much of them is."""
+    """Return whether two tokens are equal, in a time independent of the number of equal characters."""
     return hmac.compare_digest(one.encode("utf-8", "replace"), other.encode("utf-8"))
 
 
@@ -101,8 +101,9 @@ def parsed(text: str) -> dict[str, Any]:
     """Return a message as the server will read it.
 
     Raises:
-        NotAllowed: it is no object, or more than one line: JSON allows line feeds between its tokens, and the server
-            would take what follows one for a request of its own, which was never checked.
+        NotAllowed: it is not an object, or more than one line: JSON allows line feeds between its tokens, and the
+            server
+            would read the text after one as a separate, unchecked request.
     """
     if len(text.encode("utf-8", "replace")) > LONGEST:
         raise NotAllowed(f"the request has more than {LONGEST} bytes")
@@ -118,10 +119,10 @@ def parsed(text: str) -> dict[str, Any]:
 
 
 def checked(text: str, writes: bool) -> str:
-    """Return what a request asks for.
+    """Return the verb of a request.
 
     Raises:
-        NotAllowed: it may not be asked here, or not by this page.
+        NotAllowed: it is not allowed here, or not for this page.
     """
     request = parsed(text)
     do, number = request.get("do"), request.get("id")
@@ -133,7 +134,7 @@ def checked(text: str, writes: bool) -> str:
 
 
 class Relay:
-    """A page that is connected."""
+    """A connected page."""
 
     def __init__(self, page: WebSocket, access: Access) -> None:
         self.page, self.access = page, access
@@ -141,7 +142,7 @@ class Relay:
         self.waits: set[asyncio.Task[None]] = set()
 
     async def run(self, admit: Callable[[Relay, bool], object]) -> None:
-        """Pass messages both ways until one side has gone.
+        """Pass messages in both directions until one side has disconnected.
 
         Args:
             admit: called with whether the page has the token; raises `Hangup` if there are too many such pages.
@@ -156,7 +157,7 @@ class Relay:
         except KeyError as error:
             await self.hang_up(error)
             return
-        except (WebSocketDisconnect, RuntimeError):  # the latter: it had gone before it was accepted
+        except (WebSocketDisconnect, RuntimeError):  # RuntimeError: it had disconnected before it was accepted
             return
         try:
             writes = self.access.writes(greeting)
@@ -173,7 +174,7 @@ class Relay:
         except OSError:
             await self.hang_up(Hangup(GONE, "The server has ended the connection."))
         except (WebSocketDisconnect, RuntimeError):
-            # The page has gone while something was sent to it; whoever asks it next is told so by the latter.
+            # The page disconnected during a send; a later call on it raises RuntimeError.
             if self.page.application_state is WebSocketState.CONNECTED:
                 raise
         finally:
@@ -182,21 +183,21 @@ class Relay:
             writer.transport.abort()
 
     async def send(self, text: str) -> None:
-        """Send a message to the page, when it has taken those before."""
+        """Send a message to the page, when it has read earlier ones."""
         async with self.sending:
             await self.page.send_text(text)
 
     async def hang_up(self, error: Hangup | KeyError) -> None:
-        """Close the websocket; a KeyError is a message that is no text."""
+        """Close the websocket; a KeyError is a message that is not text."""
         code, why = (error.code, error.why) if isinstance(error, Hangup) else (POLICY, "Messages are text.")
         with suppress(WebSocketDisconnect, RuntimeError):
             await self.page.close(code, why)
 
     async def connected(self) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-        """Return a connection to the control port, which knows us.
+        """Return an authenticated connection to the control port.
 
         Raises:
-            Hangup: there is none.
+            Hangup: the control port does not answer.
         """
         where = f"{self.access.host}:{self.access.port}"
         try:
@@ -213,7 +214,7 @@ class Relay:
         return reader, writer
 
     async def upwards(self, writer: asyncio.StreamWriter, writes: bool) -> None:
-        """Pass requests on, and refuse what may not be asked."""
+        """Pass requests on to the control port, and refuse those not allowed."""
         while True:
             text = await self.page.receive_text()
             try:
@@ -227,15 +228,15 @@ class Relay:
             await writer.drain()
 
     async def downwards(self, reader: asyncio.StreamReader) -> None:
-        """Pass replies and events on; nothing is read while the page takes nothing."""
+        """Pass replies and events on to the page; stop reading while the page does not read."""
         while True:
             await self.send(await line_of(reader))
 
     def wait(self, text: str) -> None:
-        """Pass on a request whose reply takes its time.
+        """Pass on a request whose reply may take long.
 
         Raises:
-            NotAllowed: too many of them wait already.
+            NotAllowed: too many such requests are waiting already.
         """
         if len(self.waits) >= WAITS:
             raise NotAllowed(f"{WAITS} requests wait already", json.loads(text).get("id"))
@@ -257,7 +258,7 @@ class Relay:
         except Hangup as error:
             await self.send(NotAllowed(error.why, number).reply)
         except (OSError, WebSocketDisconnect, RuntimeError):
-            pass  # the page or the server has gone, which the other two tasks notice
+            pass  # the page or the server has disconnected, which the other two tasks detect
         finally:
             writer.transport.abort()
 
@@ -266,7 +267,7 @@ async def line_of(reader: asyncio.StreamReader) -> str:
     """Return the next line of the control port.
 
     Raises:
-        Hangup: there is none any more, or it is too long.
+        Hangup: the connection has ended, or the line is too long.
     """
     try:
         line = await reader.readline()
@@ -278,7 +279,7 @@ async def line_of(reader: asyncio.StreamReader) -> str:
 
 
 async def first_to_end(*ways: Any) -> None:
-    """Run both ways until one ends; the other is cancelled.  Nothing is raised where the page has gone."""
+    """Run both directions until one ends; cancel the other, and ignore the loss of the page."""
     tasks = [asyncio.ensure_future(way) for way in ways]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -31,68 +31,68 @@ if TYPE_CHECKING:
     from starlette.websockets import WebSocket
 
 PAGE = Path(__file__).with_name("page")
-CONNECTIONS = 64  # of all kinds
-IDLE_S = 10  # how long a connection may say nothing, or not finish its request
+CONNECTIONS = 64  # connections of all kinds
+IDLE_S = 10  # longest silence, or longest incomplete request, of a connection
 PING_S = 20.0
 END_S = 1
 
 
 class HttpConnection(H11Protocol):
-    """A connection that is given up if its first request does not come, and not taken if there are too many."""
+    """A connection that is closed if its first request does not come, and refused if there are too many."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a connection."""
+        """Accept a connection."""
         super().connection_made(transport)
         if len(self.connections) > CONNECTIONS:
             idle = [one for one in self.connections if isinstance(one, HttpConnection) and one.is_idle]
             if not idle:
                 transport.abort()
                 return
-            min(idle, key=lambda one: one.deadline.when()).transport.abort()  # the oldest one gives way
+            min(idle, key=lambda one: one.deadline.when()).transport.abort()  # beyond that the oldest one is closed
         self.deadline = self.loop.call_later(IDLE_S, self.give_up)
 
     @property
     def is_idle(self) -> bool:
-        """Whether nothing is being answered on it."""
+        """Whether no request is being answered on it."""
         return hasattr(self, "deadline") and self.cycle is None
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Take notice that the connection has gone."""
+        """Record that the connection is closed."""
         if hasattr(self, "deadline"):
             self.deadline.cancel()
         super().connection_lost(exc)
 
     def give_up(self) -> None:
-        """Close a connection on which nothing is being answered; one that has become a websocket is not ours."""
+        """Close an idle connection; leave one that has become a websocket alone."""
         if self in self.connections and self.cycle is None:
             self.transport.abort()
 
 
 class PageSocket(WebSocketsSansIOProtocol):
-    """A websocket that is not read while its pongs are not: what answers pings has no other bound."""
+    """A websocket that is not read while its pongs are not: answers to pings have no other bound."""
 
     held = False
 
     def handle_ping(self) -> None:
-        """Answer a ping; read no more while the answers are not taken."""
+        """Answer a ping; stop reading while the answers are not read."""
         super().handle_ping()
         if not self.writable.is_set() and not self.read_paused:
             self.read_paused = self.held = True
             self.transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """Read on."""
+        """Continue to read."""
         super().resume_writing()
-        if self.held and self.queue.empty():  # else the page's next message is what is waited for
+        if self.held and self.queue.empty():  # otherwise the server waits for the next message of the page
             self.read_paused = False
             self.transport.resume_reading()
         self.held = False
 
 
 class Pages:
-    """The pages that are open: those with the token, those that may only read, and those that have not sent theirs.
+    """The open pages: pages with the token, read-only pages, and pages that have not sent their token yet.
 
-    Each has its own bound, so that the user's own page is never shut out by others.
+    Each kind has its own limit, so that the user's own page is never shut out by others.
     """
 
     def __init__(self) -> None:
@@ -101,7 +101,7 @@ class Pages:
         self.readers: set[Relay] = set()
 
     async def run(self, relay: Relay) -> None:
-        """Let a page be open until it has gone."""
+        """Serve a page until it is closed."""
         if len(self.undecided) >= CLIENTS:
             next(iter(self.undecided.values())).cancel()
         self.undecided[relay] = asyncio.ensure_future(relay.run(self.admit))
@@ -117,7 +117,7 @@ class Pages:
             self.readers.discard(relay)
 
     def admit(self, relay: Relay, own: bool) -> None:
-        """Count a page, now that it has sent its token, or none.
+        """Count a page, after it has sent its token, or none.
 
         Raises:
             Hangup: there are too many of its kind.
@@ -133,10 +133,10 @@ def application(access: Access, port: int, name: str, allow_remote: bool = False
     """Return the web application.
 
     Args:
-        access: where the control port is, and who may do what there.
-        port: on which it will be found.
+        access: the control port, and the permissions of pages.
+        port: the port of the application.
         name: the name or address on which it listens.
-        allow_remote: browsers on other machines may ask.
+        allow_remote: browsers on other machines may connect.
     """
     pages = Pages()
 
@@ -153,13 +153,13 @@ class PanelServer:
     """A panel on a port of its own.
 
     Args:
-        access: where the control port is, and who may do what there.
-        host: on which it listens.
-        port: 0: any free one.
-        allow_remote: browsers on other machines may ask.
+        access: the control port, and the permissions of pages.
+        host: the address on which it listens.
+        port: 0: any free port.
+        allow_remote: browsers on other machines may connect.
 
     Raises:
-        UsageError: the port is taken.
+        UsageError: the port is in use.
     """
 
     def __init__(self, access: Access, host: str, port: int, allow_remote: bool = False) -> None:
@@ -171,7 +171,7 @@ class PanelServer:
         self.port = self.socket.getsockname()[1]
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self.port}/#token={access.token}"
-        logging.getLogger("asyncio").setLevel(logging.ERROR)  # a page that has gone is no news to a terminal
+        logging.getLogger("asyncio").setLevel(logging.ERROR)  # a closed page is not reported on the terminal
         self.server = uvicorn.Server(
             uvicorn.Config(
                 application(access, self.port, host, allow_remote),
@@ -180,7 +180,7 @@ class PanelServer:
                 ws_max_size=LONGEST,
                 ws_ping_interval=PING_S,
                 ws_ping_timeout=PING_S,
-                ws_per_message_deflate=False,  # a small message could become a large one
+                ws_per_message_deflate=False,  # a small message could expand into a large one
                 lifespan="off",
                 log_config=None,
                 log_level="error",
@@ -195,7 +195,7 @@ class PanelServer:
     def run(self) -> None:
         """Serve until `stop`, SIGINT or SIGTERM."""
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: None)  # the server raises it once more when it has ended
+            signal.signal(number, lambda *_: None)  # the server raises it again when it has ended
         asyncio.run(self.server.serve([self.socket]))
 
     def stop(self) -> None:

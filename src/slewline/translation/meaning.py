@@ -298,6 +298,12 @@ class Special(Action):
     needless: str = ""
     remedy: str = ""
 
+    @classmethod
+    def of(cls, action: Action, says: str, remedy: str) -> Special:
+        """Return a command in the place of an action."""
+        its = {name: getattr(action, name) for name in ("line", "text", "block", "axis", "command", "values")}
+        return cls(says=says, remedy=remedy, **its)
+
 
 # ------------------------------------------------------------------------------------------------------------- program
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from ..core.datasheet.table import Sheet
 from .meaning import (
@@ -10,6 +11,7 @@ from .meaning import (
     EnterProgram,
     Jump,
     LeaveProgram,
+    Loop,
     Motion,
     MoveBy,
     MoveTo,
@@ -19,8 +21,10 @@ from .meaning import (
     RunProgram,
     SetOutput,
     SetProfile,
+    Special,
     WaitInput,
 )
+from .special_commands import ADD_IT, BRANCHED, ELSEWHERE, IN_PROGRAM
 
 
 def profiles(actions: Iterable[Action]) -> list[Profile]:
@@ -65,6 +69,24 @@ def runs(program: Program) -> dict[int, int]:
         if (isinstance(action, RunProgram) and action.block < 0) or (isinstance(action, LeaveProgram) and action.runs):
             found[action.line] = entered
     return found
+
+
+def started_plainly(program: Program) -> Program:
+    """Return a program whose host runs only stored programs of the text, from their start or a label.
+
+    A loop or branch that the host sends becomes a `Special`; so does a run of a program that the text does not enter.
+    """
+    its = runs(program)
+
+    def plain(action: Action) -> Action:
+        if action.block < 0 and isinstance(action, Jump | Loop):
+            return Special.of(action, BRANCHED, IN_PROGRAM)
+        if isinstance(action, RunProgram) and its.get(action.line, 0) < 0:
+            return Special.of(action, ELSEWHERE, ADD_IT)
+        return action
+
+    lines = [replace(line, actions=tuple(map(plain, line.actions))) for line in program.lines]
+    return replace(program, lines=tuple(lines))
 
 
 def axes(program: Program) -> list[int]:

@@ -13,10 +13,11 @@ from ..language.lint import branches, targets
 from ..language.source import mended, read
 from ..language.statements import Directive, Source
 from .bits import Numbers
-from .meaning import Action, Assumed, HostDirective, Label, Line, Program
+from .meaning import Action, Assumed, HostDirective, Label, Line, Program, Special
 from .profiles import profiles_of
 from .role_reader import RoleReader
-from .source_registers import KnownRegisterValues
+from .source_registers import KnownRegisterValues, leads
+from .special_commands import ADD_IT, ELSEWHERE
 
 ASTRAY = ("branch-middle", "branch-outside")  # a part then takes a number for a command; no other part does
 WIRES = (
@@ -80,10 +81,15 @@ class ActionReader:
     def program(self) -> Program:
         """Return the program."""
         actions: dict[int, list[Action]] = {}
+        entered = False  # a program
         for item in self.source.items:
             found = actions.setdefault(item.line, [])
             if isinstance(item, Directive):
                 found.append(HostDirective(line=item.line, text=item.text))
+                continue
+            entered = entered or item.row.role in ("enter", "recall")
+            if item.block < 0 and leads(item.row) and not entered:
+                found.append(Special.of(Action(line=item.line, text=item.text), ELSEWHERE, ADD_IT))
             else:
                 found += self.roles.statement(item)
         for number, block in enumerate(self.source.blocks):  # a label at the end leads out of the program

@@ -51,9 +51,8 @@ class KnownRegisterValues:
         place = next((each for each in self.sheet.registers if each.name in ("position", "trgt_pos")), None)
         if place is not None and not place.default:  # else it is undefined
             found |= {(axis, "position"): 0 for axis in range(1, self.sheet.axes + 1)}
-        direction = self.sheet.role("direction")
-        if direction is not None and direction.reset is not None and direction.sense is not None:
-            found[1, "sign"] = 1 if direction.reset == direction.sense else -1
+        if "plus" in rows_by_role(self.sheet):
+            found[1, "sign"] = after_reset(self.sheet)
         for name, value in self.preset.items():
             found[1, name] = int(value)
         return frozenset(found.items())
@@ -151,6 +150,11 @@ def runs(row: Row, statement: Statement, block: Block) -> bool:
     return row.role == "run" or (row.role == "leave" and row.starts) or statement.target is not None
 
 
+def leads(row: Row) -> bool:
+    """Return whether a command continues elsewhere in a program."""
+    return row.role in ("jump", "loop") or row.role.startswith("branch")
+
+
 def start_of(statement: Statement, block: Block) -> int:
     """Return the address at which a command of the host starts the program."""
     target = statement.target
@@ -167,3 +171,9 @@ def merged(states: Iterable[State]) -> dict[Key, int]:
 def rows_by_role(sheet: Sheet) -> dict[str, Row]:
     """Return the command of each role; the first one if several share it."""
     return {row.role: row for row in reversed(list(sheet.commands)) if row.role}
+
+
+def after_reset(sheet: Sheet) -> int:
+    """Return the direction after a reset: 1 clockwise, -1 counter-clockwise."""
+    pin = sheet.role("direction")
+    return 1 if pin is None or pin.reset == pin.sense else -1

@@ -2,8 +2,7 @@
 
 A writer goes through `program.lines` in order and returns lines of its own, each with its line of the source; comments
 are kept next to the same code.  A part that cannot be written is a `LineVerdict` with the limit of the target and
-advice to the user, and a comment at that line of the result.  `translate` puts the warning at the head, and makes the
-report.
+advice to the user, and a comment at that line of the result.  `translate` adds the warning at the head and the report.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from ..core.messages.near import hint
 from ..errors import UnknownName, UsageError
 from .meaning import Assumed, Program
 from .own.part_writer import OwnWriter
+from .program_facts import started_plainly
 from .reading import read_program
 from .target_writer import WARNING, Target, WriterOptions, Written
 from .translation_report import LineKind, LineVerdict, OutLine, Report, ReportLine
@@ -120,7 +121,7 @@ def translate_text(
     if name in TARGETS:
         program = with_levels(program, options.values)
         other: Target | None = target(name)
-        written = target(name).write(program, options)
+        written = target(name).write(started_plainly(program), options)
     else:
         other, mine = None, sheet_of(name)
         if target_crystal is not None:

@@ -196,4 +196,4 @@ def test_what_leaves_the_zero_rate_is_told(mover: Make, rate: int, abort: int, w
     x.request(x.now - x.origin + 1000, 5)
     x.till(look + 200_000)
     told = [found.text for found in x.x.findings if found.code == "fly-zero-low"]
-    assert told == [f"rate 5 at rate 0 changes nothing: it takes {ways}"]
+    assert told == [f"rate 5 at rate 0 has no effect; required {ways}"]

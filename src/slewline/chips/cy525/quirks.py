@@ -277,7 +277,7 @@ QUIRKS = (
     _Q("UND-ABORT-TURN", "s.7", "in the up ramp an abort takes the way down from the rate of the last step",
        "a ramp between two rates is one segment, however far the unit has run",
        "test_case_5_abort_in_the_up_ramp_turns_it_down_at_once"),
-    _Q("UND-ABORT-CONT-LOW", "s.7", "a continuous motion begun with ABORT low ends by RESET only",
+    _Q("UND-ABORT-CONT-LOW", "s.7", "only RESET ends a continuous motion begun with ABORT low",
        "case II disables ABORT for the motion, case III, the only one that s.7 has for continuous ones, begins with it high",
        "test_a_continuous_motion_that_begins_with_abort_low_ends_by_reset_only"),
     _Q("UND-CONT-ABORT-RELEASE", "s.7", "released early, ABORT leads on at F to the nominal target, modulo 64K",

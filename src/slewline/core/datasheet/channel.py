@@ -148,7 +148,7 @@ class FlowBus(Channel):
     """
 
     name = "parallel"
-    says = "a bus that works both ways"
+    says = "a bidirectional bus"
     instead = "is queried by its own commands"
 
     ends: Literal["before", "after"] = "after"
@@ -179,7 +179,7 @@ class AdaptiveLine(Channel):
     """
 
     name = "serial"
-    says = "a serial line that finds its rate"
+    says = "a serial line that detects the rate"
     instead = "is queried by its own commands"
 
     bauds: tuple[int, ...]

@@ -50,7 +50,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
         "ints": "whole numbers",
         "bytes": "text, bytes, or whole numbers from 0 to 255",
         "table": "a table",
-        "object": "an object of Python",
+        "object": "a Python object",
     }
 )
 

@@ -318,7 +318,7 @@ STORE = Option(
     "store",
     "object",
     None,
-    "what keeps the memory without power: an object with read() and write(data); gone with the bench by default",
+    "non-volatile store of the memory: an object with read() and write(data); by default it ends with the bench",
     none=True,
     check=_missing,
 )

@@ -38,7 +38,7 @@ class TrainView:
 
     @property
     def rises(self) -> Events:
-        """Its edges to high."""
+        """The rising edges of the output."""
         raise NotImplementedError
 
     def clock(self, level: int, since: int) -> Events:
@@ -53,7 +53,7 @@ class StepView(TrainView):
 
     @property
     def rises(self) -> Events:
-        """Its edges to high, one per step."""
+        """The rising edges of the output, one per step."""
         return Rises(self)
 
     def rise(self, k: int) -> int:

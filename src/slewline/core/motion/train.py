@@ -131,7 +131,7 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The first run, a slowest, a fastest and the last one, for pictures."""
+        """The first, a slowest, a fastest and the last run, for pictures."""
         return shown(self.intervals)
 
 

@@ -1,6 +1,6 @@
-"""The board: what host and board say to each other, its clock, its port, and a twin of it in software.
+"""The board: the messages between host and board, its clock, its port, and a twin of it in software.
 
-A board that speaks the same messages is a row of `BOARDS` in `boards.py`: its pins, limits and times.  A message is a
-row of `FrameKind`, a size in `SIZES` and its fields in `wire.py`; what it does is in `twin_board.py` and in
-firmware/uno, and tests/firmware compares the two, to the cycle.
+A board that uses the same messages is a row of `BOARDS` in `boards.py`: its pins, limits and times.  A message is a
+row of `FrameKind`, a size in `SIZES` and its fields in `wire.py`; its effect is in `twin_board.py` and in
+firmware/uno, and tests/firmware compares the two, cycle by cycle.
 """

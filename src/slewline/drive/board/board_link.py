@@ -1,8 +1,8 @@
-"""The host's end of the wire to a board, without a line and without a clock: bytes in, bytes out, and what time it is.
+"""The host's end of the wire to a board, without a port or a clock: the caller supplies bytes and time.
 
-The line keeps the order of what it carries.  So the answer to one frame shows that each frame before it has been
-answered or is lost, and `wanted` of any answer shows which of the numbered ones were taken.  Nothing is sent a second
-time before that is known; that is why every record arrives once.
+The line preserves the order of frames.  So the answer to a frame shows that each frame before it has been answered or
+is lost, and `wanted` of any answer shows which numbered frames were taken.  No frame is sent a second time before that
+is known; therefore every record arrives once.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from .wire import (
 
 MS = 1_000_000
 HEARTBEAT = 100 * MS  # ns between round trips, or a quarter of the watchdog
-HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none; its clock is looked at
+HEARTBEAT_AT_REST = 500 * MS  # a board at rest needs none, but its clock is checked
 REFILL = 5 * MS  # while records wait for slots
 PATIENCE, LONGEST_PATIENCE = 5 * MS, 500 * MS  # without an answer; or three median round trips
 UNKNOWN = 20 * MS  # for a round trip, before there was one
-BEHIND = 5 * MS  # a repeated event comes so soon behind the answer, or it was lost again
+BEHIND = 5 * MS  # a repeated event follows the answer within this time, or it was lost again
 RESERVE = 11  # bytes of the room that only STOP, ASK and REPEAT may take
-SMALL = 7  # bytes that one of these has
+SMALL = 7  # bytes of one of these
 ASKS_KEPT = 8
 HOST_ROOM = 127
 
@@ -44,13 +44,13 @@ HOST_ROOM = 127
 class Link(Outbox):
     """Frames to and from one board.
 
-    `answer` is the last one, its tick unwrapped; `free` the slots that nothing is on its way to; `backlog` the records
-    that the board has not taken yet.  `damaged` counts frames of the board that were, `resent` those of the host that
-    went out again.  `at_rest`: the motor is at rest, and nothing is to come.
+    `answer` is the last one, its tick unwrapped; `free` the slots without a record in transit to them; `backlog` the
+    records that the board has not taken yet.  `damaged` counts damaged frames of the board, `resent` the frames of the
+    host that were sent again.  `at_rest`: the motor is at rest, and no step is pending.
 
-    `on_event` has each event of the board once, in order, its tick unwrapped.  `on_boot`: the board began again; what
-    was to be sent is forgotten, and the board is to be opened again.  `on_open`: it is open, and what it is.
-    `on_refused`: the answer to what it did not take (results 4, 5 and 6); that is dropped, what is behind it goes on.
+    `on_event` is called with each event of the board once, in order, its tick unwrapped.  `on_boot`: the board has
+    restarted; pending commands are discarded, and the board must be opened again.  `on_open`: it is open, with its
+    IDENT.  `on_refused`: the answer to a refused command (results 4, 5 and 6); it is dropped, later ones continue.
     """
 
     def __init__(self, clock: BoardClock) -> None:
@@ -62,9 +62,9 @@ class Link(Outbox):
         self.on_refused: Hook[[Answer]] = Hook()
         self.ident: Ident | None = None
         self.answer: Answer | None = None
-        self.counted: int | None = None  # by the board, as it last said: signed 32 bits
+        self.counted: int | None = None  # the board's count, as last reported: signed 32 bits
         self.damaged = self.resent = 0
-        self.heard_ns: int | None = None  # when the last frame came
+        self.heard_ns: int | None = None  # time of the last frame
         self.at_rest = False
         self._decoder = Decoder()
         self._token = 0
@@ -78,42 +78,42 @@ class Link(Outbox):
         self._flight: deque[SentFrame] = deque()
         self._ask = False
         self._silences = 0
-        self._waits_since = 0  # for the first answer that is missing
-        self._asked_ns = 0  # when the first frame went out since which nothing has been answered
+        self._waits_since = 0  # start of the wait for the first missing answer
+        self._asked_ns = 0  # time of the first of the unanswered frames
         self._events = EventOrder(0)
         self._last_ask = 0
 
     def open(self, config: BoardConfig) -> None:
-        """Begin with a board, whatever it did before: HELLO, then CONFIG.  What was to be sent is forgotten."""
+        """Open a board, whatever its state: send HELLO, then CONFIG.  Pending commands are discarded."""
         payload = config.pack()
         self._close()
         self._config, self._opening = config, True
         self._commands.append(BoardCommand(FrameKind.CONFIG, payload))
 
     def ask(self) -> None:
-        """Ask how the board stands, as soon as possible."""
+        """Query the state of the board, as soon as possible."""
         self._ask = True
 
-    # ------------------------------------------------------------------------------------------------------- how it is
+    # ----------------------------------------------------------------------------------------------------------- state
     @property
     def lost_events(self) -> int:
-        """How many events the board could not report again any more, since it is open."""
+        """Number of events since opening that the board no longer stores and cannot repeat."""
         return self._events.lost
 
     @property
     def idle(self) -> bool:
-        """Whether all that was to be sent has been taken, and every event reported."""
+        """Whether all pending commands have been taken, and every event reported."""
         return not (self._commands or self._stops or self._opening) and self._events.complete
 
     def unanswered_ns(self, now_ns: int) -> int:
-        """Return for how long a frame has been under way, and nothing has come, in ns; 0: there is none."""
+        """Return for how long a frame has been pending without any answer, in ns; 0 if no frame is pending."""
         if not self._flight:
             return 0
         return now_ns - max(self.heard_ns or 0, self._asked_ns)
 
     @property
     def free(self) -> int:
-        """The slots of the board, minus what is on its way to them."""
+        """Free slots of the board, minus the records in transit to it."""
         return max(0, self.answer.free - self.backlog) if self.answer and self.is_open else 0
 
     @property
@@ -134,12 +134,12 @@ class Link(Outbox):
         return min(HEARTBEAT, watchdog * 1_000_000_000 // self.clock.hz // 4) if watchdog else HEARTBEAT
 
     def _slots(self) -> int:
-        """Return how many records may go out now."""
+        """Return the number of records that may be sent now."""
         under_way = sum(len(self._commands[at].records) for at in range(self._sent))
         return self.answer.free - under_way if self.answer else 0
 
     def due_ns(self) -> int | None:
-        """Return when `outgoing` may next have something, if nothing comes in before; None if it will not."""
+        """Return the next time at which `outgoing` may have bytes, if none come in before; None if there is none."""
         if not (self._opening or self.is_open):
             return None
         if not self._flight:
@@ -155,7 +155,7 @@ class Link(Outbox):
 
     # --------------------------------------------------------------------------------------------------------- out
     def outgoing(self, now_ns: int) -> bytes:
-        """Return what may go out now, and take it as sent."""
+        """Return the bytes to send now, and count them as sent."""
         self._now = now_ns
         out = bytearray()
         if self._flight and now_ns - self._waits_since >= self._patience:
@@ -165,7 +165,7 @@ class Link(Outbox):
             if self._opening:
                 self._flight.clear()
             else:
-                out += self._send_ask()  # whatever is unanswered: it is lost, or the board does not listen anyway
+                out += self._send_ask()  # despite unanswered frames: lost, or ignored by the board
         if self._opening:
             if not self._flight:
                 out += self._send(FrameKind.HELLO)
@@ -192,7 +192,7 @@ class Link(Outbox):
         return bytes(out)
 
     def _missing(self) -> list[tuple[int, int]]:
-        """Return the events that did not arrive and that nothing is under way for, and when to ask for each, in ns."""
+        """Return the missing events without a pending repeat request, and the time to request each, in ns."""
         return self._events.missing({each.event for each in self._flight})
 
     def _wants_ask(self) -> bool:
@@ -204,7 +204,7 @@ class Link(Outbox):
         return self._ask or self._now - self._last_ask >= every
 
     def _next(self) -> BoardCommand | None:
-        """Return the next command that may go out, as far as slots are concerned."""
+        """Return the next command that may be sent, as far as slots are concerned."""
         if self._sent >= len(self._commands):
             return None
         command = self._commands[self._sent]
@@ -238,12 +238,12 @@ class Link(Outbox):
 
     # ---------------------------------------------------------------------------------------------------------- in
     def receive(self, data: bytes, now_ns: int) -> None:
-        """Take bytes of the board; the hooks are called from here."""
+        """Receive bytes of the board; the hooks are called from here."""
         self._now = now_ns
         for frame in list(self._decoder.feed(data)):
             said = None if isinstance(frame, Damaged) else wire.read(frame)
             if said is None:
-                self.damaged += 1  # an answer, or an event: the next answer will show it
+                self.damaged += 1  # an answer or an event: the next answer shows which
                 self._ask = True
                 continue
             self.heard_ns = now_ns
@@ -263,7 +263,7 @@ class Link(Outbox):
                 self._opened(self._unwrapped(flight, answer))
             return
         if answer.kind == 0:
-            # which frame it was is known when the last one that is under way has been answered, if it is an ASK
+            # the frame is known when the last pending one has been answered, if it is an ASK
             self._ask = not self._flight or self._flight[-1].kind != FrameKind.ASK
         answer = self._unwrapped(flight, answer)
         if answer.state == BoardState.BOOT and self._configured:
@@ -300,7 +300,7 @@ class Link(Outbox):
         self.on_open(self.ident)
 
     def _take(self, taken: int) -> None:
-        """The board has taken so many more commands."""
+        """Record that the board has taken `taken` more commands."""
         for _ in range(taken):
             command = self._commands.popleft()
             self._configured |= command.kind == FrameKind.CONFIG
@@ -310,7 +310,7 @@ class Link(Outbox):
         self._sent -= taken
 
     def _lost_before(self, flight: SentFrame | None, answer: Answer) -> None:
-        """An answer came: what went out before its frame has been answered, or is lost."""
+        """Handle an answer: frames sent before its frame have been answered, or are lost."""
         if flight is None:
             return
         self._silences = 0
@@ -327,14 +327,14 @@ class Link(Outbox):
             self._refused(flight.command, answer)
 
     def _refused(self, command: BoardCommand, answer: Answer) -> None:
-        """The board did not take a command: it is dropped, and what is behind it has another number."""
+        """Drop a command that the board has refused, and renumber later ones."""
         if self._commands and self._commands[0] is command:
             self._commands.popleft()
             self._sent = 0
             self.on_refused(answer)
 
     def _again(self, flight: SentFrame) -> None:
-        """A frame is lost: its command goes out again, and so do those behind it, which the board cannot take."""
+        """Send the command of a lost frame again, and the later ones, which the board cannot take."""
         command = flight.command
         if command is None or command.copies != flight.copy:
             return

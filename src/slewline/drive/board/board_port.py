@@ -1,4 +1,4 @@
-"""The serial port of a board: it never waits, and its board is not reset when it is opened again."""
+"""The serial port of a board: it never blocks, and its board is not reset when it is reopened."""
 
 from __future__ import annotations
 
@@ -14,51 +14,51 @@ from .boards import BAUD
 from .reader_thread import PortReader
 from .rehearsal import TWIN, TwinPort
 
-KEPT = 64  # bytes that were heard last, for a message that they are not those of a board
+KEPT = 64  # last bytes received, for the message that the sender is not a board
 LISTED = "python -m serial.tools.list_ports lists those there are"
 
 
 class BoardPort(Protocol):
-    """Where the bytes of a board come from and go to; nothing waits."""
+    """Bytes to and from a board, without blocking."""
 
     def read(self) -> bytes:
-        """Return what has come since the last call."""
+        """Return the bytes received since the last call."""
 
     def write(self, data: bytes) -> int:
-        """Send bytes, or keep them until they can be sent; return how many."""
+        """Send bytes, or keep them until they can be sent; return the number taken."""
 
     def fileno(self) -> int | None:
-        """Return what a loop can wait for; None: nothing."""
+        """Return a descriptor for a loop to wait for; None if there is none."""
 
     def close(self) -> None:
-        """Close it."""
+        """Close the port."""
 
 
 def opened(name: str) -> BoardPort:
-    """Return a port with a board, by its name; "twin" is a board of software.
+    """Return a port with a board, by its name; "twin" is a board in software.
 
     Raises:
-        UsageError: it cannot be opened.
+        UsageError: the port cannot be opened.
     """
     return TwinPort() if name.lower() == TWIN else BoardSerial(name)
 
 
 class BoardSerial:
-    """A serial port with a board: 8N1, for this program alone.
+    """A serial port with a board: 8N1, for exclusive use.
 
-    Opening a port raises DTR, and an Uno takes a rising DTR as a reset.  HUPCL is cleared, so that DTR stays up when
-    the port is closed: the board is reset once, when its cable is new, and goes on counting after that.
+    Opening a port raises DTR, and an Uno is reset by a rising DTR.  HUPCL is cleared, so that DTR stays high when the
+    port is closed: the board is reset once, when its cable is connected, and keeps its count after that.
 
     Args:
         name: such as "/dev/ttyUSB0" or "COM3".
 
     Raises:
-        UsageError: the port is not there, is used by another program, or may not be opened; or pySerial is missing.
+        UsageError: the port does not exist, is in use, or may not be opened; or pySerial is not installed.
     """
 
     def __init__(self, name: str) -> None:
         self.name = name
-        self.heard = bytearray()  # what has come last
+        self.heard = bytearray()  # last bytes received
         self._open()
 
     def _open(self) -> None:
@@ -78,7 +78,7 @@ class BoardSerial:
             self._reader = PortReader(self._port.fileno())
 
     def _keep_dtr(self) -> None:
-        """Let DTR stay up when the port is closed (POSIX)."""
+        """Keep DTR high when the port is closed (POSIX)."""
         import termios
 
         fd = self._port.fileno()
@@ -87,7 +87,7 @@ class BoardSerial:
         termios.tcsetattr(fd, termios.TCSANOW, attributes)
 
     def reopen(self) -> None:
-        """Open it again, after its cable was pulled and put back.
+        """Reopen the port, after its cable was unplugged and reconnected.
 
         Raises:
             UsageError: as when it was opened.
@@ -96,11 +96,11 @@ class BoardSerial:
         self._open()
 
     def fileno(self) -> int | None:
-        """Return the descriptor that a loop waits for; None: this system has none, or it is closed."""
+        """Return the descriptor for a loop to wait for; None if this system has none, or the port is closed."""
         return None if self._reader is None else self._reader.fileno()
 
     def read(self) -> bytes:
-        """Return what has come since the last call.
+        """Return the bytes received since the last call.
 
         Raises:
             OSError: the port is gone.
@@ -113,7 +113,7 @@ class BoardSerial:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes; those for which there is no room now follow with the next call.  Return how many were taken.
+        """Send bytes; bytes without room now follow with the next call.  Return the number taken.
 
         Raises:
             OSError: the port is gone.
@@ -124,7 +124,7 @@ class BoardSerial:
         return len(data)
 
     def close(self) -> None:
-        """Close it; the board keeps its supply, its count, and its outputs."""
+        """Close the port; the board keeps its supply, its count, and its outputs."""
         reader, self._reader = self._reader, None
         if reader is not None:
             reader.close()
@@ -133,7 +133,7 @@ class BoardSerial:
 
 
 def _refused(error: Exception) -> str:
-    """Return why a port could not be opened, and what to do."""
+    """Return the reason why a port could not be opened, and a remedy."""
     number, text = error_number(error), str(error)
     if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in text:
         return f"no such port; name the port of the board ({LISTED}), or {TWIN}, a board of software"

@@ -1,9 +1,9 @@
-"""The clock of a board as seen from its host: which tick it is now, from round trips alone.
+"""The clock of a board as seen by its host: an estimate of its present tick, from round trips alone.
 
-A frame is taken by the board between the instant at which it was sent and that at which its answer came.  Over host
-time the ticks are a line, and each round trip is two bounds of it: not above a tick at the one instant, not below it at
-the other.  The tightest bounds of each second are kept for a minute or two.  The rate is the middle of those that they
-all allow, and the line is the middle of those with this rate.
+The board takes a frame between the instant at which it was sent and the one at which its answer came.  Plotted over
+host time, the ticks are a line, and each round trip gives two bounds of it: an upper one at the first instant, a lower
+one at the second.  The tightest bounds of each second are kept for a minute or two.  The rate is the middle of the
+rates that satisfy all bounds, and the line is the middle of the lines with this rate.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ import numpy as np
 
 WIDEST_PPM = 6000  # a resonator, before its rate is known: 0.5 % and a reserve
 KEPT = 128  # bounds
-EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # ns that they are apart at least
-SOON = 6_000_000_000  # ns; before, they are nearer, and the rate is computed at each round trip
+EACH, EACH_AT_FIRST = 1_000_000_000, 100_000_000  # least distance of bounds, ns
+SOON = 6_000_000_000  # ns; before that they are closer, and the rate is computed at each round trip
 ROUND_TRIPS = 64
 WRAP = 2**32
-JUMP_S = 1.0  # by which a board is never ahead or behind, but for the error of a crystal since the last round trip
+JUMP_S = 1.0  # a board is never further off, except for the error of a crystal since the last round trip
 
 
 @dataclass(slots=True)
 class TickBounds:
-    """The tightest ones of a while that begins at `start`: at `early` it was not later than `above`, at `late` ..."""
+    """The tightest bounds since `start`: at most `above` at `early`, at least the other tick at `late`."""
 
     start: int
     early: int
@@ -35,20 +35,20 @@ class TickBounds:
 
 
 def _nearest(tick: int, other: int) -> int:
-    """Return the tick nearest to another one that is the same modulo 2^32."""
+    """Return the tick nearest to `other` that equals `tick` modulo 2^32."""
     return tick + (other - tick + WRAP // 2) // WRAP * WRAP
 
 
 class BoardClock:
     """Board ticks, which do not wrap here, and host nanoseconds.
 
-    `known` is whether a round trip has been noted since the board's power-up.  `jumps` counts how often the board was
-    elsewhere than it could be: a computer that sleeps stops its own clock, and not that of the board.
+    `known` is whether a round trip has been recorded since the board's power-up.  `jumps` counts impossible times of
+    the board: a sleeping computer stops its own clock, but not that of the board.
     """
 
     def __init__(self, hz: int = 16_000_000) -> None:
         self.hz = hz
-        self._nominal = self._rate = hz / 1e9  # ticks a nanosecond
+        self._nominal = self._rate = hz / 1e9  # ticks per nanosecond
         self._bounds: deque[TickBounds] = deque(maxlen=KEPT)
         self._trips: deque[int] = deque(maxlen=ROUND_TRIPS)
         self.worst_round_trip_ns = 0
@@ -61,18 +61,18 @@ class BoardClock:
     def _forget(self) -> None:
         self.known = False
         self._bounds.clear()
-        self._origin = 0  # of the line: an instant of the host, and the tick then, within a doubt
+        self._origin = 0  # of the line: an instant of the host, its tick, and the uncertainty
         self._tick = self._doubt = 0.0
         self._newest = self._first = self._last = 0
 
     def restart(self) -> None:
-        """The board began again, and its ticks at 0; board time goes on from where it was."""
+        """Handle a restart of the board: its ticks begin at 0, board time continues."""
         self._lives = self._told
         self._forget()
 
-    # -------------------------------------------------------------------------------------------------- what is noted
+    # ------------------------------------------------------------------------------------------------ recorded bounds
     def note(self, sent_ns: int, received_ns: int, tick: int) -> None:
-        """Note that the board was at a tick (u32) not before the first instant and not after the second one."""
+        """Record that the board was at a tick (u32) between the two instants."""
         self._trips.append(received_ns - sent_ns)
         self.worst_round_trip_ns = max(self.worst_round_trip_ns, received_ns - sent_ns)
         if self.known:
@@ -93,7 +93,7 @@ class BoardClock:
         self._noted_ns = received_ns
         self._keep(sent_ns, received_ns, tick)
         while not self._drawn() and len(self._bounds) > 1:
-            # the rate changed, or the clock of the host jumped: what is older is of no use
+            # the rate changed, or the clock of the host jumped: older bounds are useless
             for _ in range((len(self._bounds) + 1) // 2):
                 self._bounds.popleft()
         if self._doubt < 0:
@@ -112,7 +112,7 @@ class BoardClock:
             last.late, last.below = received, tick
 
     def _drawn(self) -> bool:
-        """Draw the line; return whether there is one between all bounds."""
+        """Calculate the line; return whether one satisfies all bounds."""
         rows = np.array([(each.early, each.above, each.late, each.below) for each in self._bounds], dtype=np.int64)
         early, late = (rows[:, at].astype(np.float64) for at in (0, 2))
         early, late = early - self._origin, late - self._origin
@@ -132,15 +132,15 @@ class BoardClock:
         return self._doubt >= 0
 
     def unwrap(self, tick: int) -> int:
-        """Return the tick nearest to the newest one known that is the same modulo 2^32."""
+        """Return the tick nearest to the latest known one that equals `tick` modulo 2^32."""
         return _nearest(tick, self._newest)
 
-    # ------------------------------------------------------------------------------------------------- what it is now
+    # --------------------------------------------------------------------------------------------------- present time
     def _at(self, now_ns: int) -> int:
         return round(self._tick + (now_ns - self._origin) * self._rate)
 
     def ticks(self, now_ns: int) -> int:
-        """Return the tick of the board at an instant of the host; never less than it was.  0 before it is known."""
+        """Return the tick of the board at an instant of the host; it never decreases, and is 0 while unknown."""
         if self.known:
             self._last = max(self._last, self._at(now_ns))
         return self._last
@@ -150,28 +150,28 @@ class BoardClock:
         return self._origin + round((tick - self._tick) / self._rate)
 
     def nanoseconds(self, now_ns: int) -> int:
-        """Return how long the board has run since it was first heard, in ns of its crystal; never less than it was.
+        """Return the time since the first message of the board, in ns of its crystal; it never decreases.
 
-        It does not go on while a board that began again has not answered.
+        It stops while a restarted board has not answered.
         """
         if self.known:
             self._told = max(self._told, self._lives + (self.ticks(now_ns) - self._first) * 1_000_000_000 // self.hz)
         return self._told
 
-    # ----------------------------------------------------------------------------------------------------- how good
+    # ----------------------------------------------------------------------------------------------------- accuracy
     @property
     def doubt_ns(self) -> float:
-        """How far the time may be off, at the last round trip, in ns; what is the same on all ways back is in it."""
+        """Uncertainty of the time at the last round trip, in ns; it includes any constant delay of the answers."""
         return self._doubt / self._rate
 
     @property
     def offset_ppm(self) -> float:
-        """How much faster the board's crystal is than the host's clock, in millionths."""
+        """Rate of the board's crystal relative to the host's clock, in ppm; positive if faster."""
         return (self._rate * 1e9 / self.hz - 1) * 1e6
 
     @property
     def round_trip_ns(self) -> tuple[int, int, int]:
-        """The last round trip, the worst one of all, and the median of the last 64; zeros before there was one."""
+        """Last round trip, the worst one of all, and the median of the last 64; zeros before the first one."""
         if not self._trips:
             return 0, 0, 0
         return self._trips[-1], self.worst_round_trip_ns, int(median(self._trips))

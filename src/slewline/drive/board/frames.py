@@ -1,8 +1,8 @@
-"""Frames: bytes on a line that loses or changes some of them, and what is found damaged.
+"""Frames: messages on a line that may lose or change bytes, and the detection of damage.
 
-A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, with a zero behind it.  So
-a receiver is in step again at the next zero, whatever was damaged.  That CRC is inverted at its end: otherwise a frame
-that ends in a zero would be right with one zero more, and with one less.
+A frame is `number, kind, payload, CRC-16/X-25` (little-endian), made free of zeros by COBS, with a zero at its end.  So
+a receiver is synchronised again at the next zero, whatever was damaged.  That CRC is inverted at the end: otherwise a
+frame that ends in a zero would be valid with one zero more, and with one less.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Frame(NamedTuple):
 
 
 class Damaged(NamedTuple):
-    """A chunk that is no frame; `why` says what was wrong with it."""
+    """A chunk that is not a valid frame; `why` is the reason."""
 
     why: str
 
@@ -48,12 +48,12 @@ def crc(data: bytes) -> int:
 
 
 def stuff(data: bytes) -> bytes:
-    """Return bytes in COBS: without zeros, and without one at the end.  Up to 253 bytes, more than any frame has."""
+    """Return bytes in COBS, without zeros and without the final zero.  Up to 253 bytes, more than any frame has."""
     return b"".join(bytes((len(part) + 1,)) + part for part in data.split(b"\0"))
 
 
 def unstuff(chunk: bytes) -> bytes | None:
-    """Return what a chunk in COBS stands for; None if it is none."""
+    """Return the bytes of a chunk in COBS; None if it is not COBS."""
     out, at = [], 0
     while at < len(chunk):
         end = at + chunk[at]
@@ -65,13 +65,13 @@ def unstuff(chunk: bytes) -> bytes | None:
 
 
 def encode(number: int, kind: int, payload: bytes = b"") -> bytes:
-    """Return a frame as it goes on the wire, with the zero behind it."""
+    """Return the bytes of a frame on the wire, with the final zero."""
     head = bytes((number, kind)) + payload
     return stuff(head + crc(head).to_bytes(2, "little")) + b"\0"
 
 
 def decode(chunk: bytes) -> Frame | Damaged:
-    """Return what a chunk is, the bytes between two zeros."""
+    """Return the frame of a chunk, the bytes between two zeros."""
     if len(chunk) > LONGEST_CHUNK:
         return Damaged(f"more than {LONGEST_CHUNK} bytes")
     data = unstuff(chunk)
@@ -85,18 +85,18 @@ def decode(chunk: bytes) -> Frame | Damaged:
 
 
 class Decoder:
-    """Bytes of a line become frames, however they are cut.
+    """Decoder of the bytes of a line into frames, wherever reads are split.
 
-    Of a chunk without an end no more is kept than shows that it is too long.
+    Of a chunk without an end, only enough is kept to detect that it is too long.
     """
 
     def __init__(self) -> None:
         self._chunk = bytearray()
 
     def feed(self, data: bytes) -> Iterator[Frame | Damaged]:
-        """Yield the frames that are complete with these bytes, and what was damaged; empty chunks are nothing.
+        """Yield the frames completed by these bytes, and damaged chunks; empty chunks are skipped.
 
-        All of it is to be taken: what is left in the iterator is lost.
+        The caller must exhaust the iterator: the rest would be lost.
         """
         *ends, rest = data.split(b"\0")
         for end in ends:

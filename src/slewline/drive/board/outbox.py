@@ -1,4 +1,4 @@
-"""What a host wants of a board, in the order in which the board is to take it."""
+"""Commands of a host to a board, in the order in which the board is to take them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .records import Record
 from .wire import ENTRIES_A_FRAME, BoardConfig, FrameKind
 
 MOTION = (FrameKind.PUSH, FrameKind.START)
-AT_ONCE = 4  # records of a frame: two such frames are in the room of 127 bytes, with what is reserved; of 5 it is one
+AT_ONCE = 4  # records per frame: two such frames fit into the room of 127 bytes, minus the reserve; with 5, only one
 
 
 @dataclass(slots=True)
 class BoardCommand:
-    """Something numbered that the board is to take: its number is its place in the queue."""
+    """A numbered command for the board: its number is its position in the queue."""
 
     kind: FrameKind
     payload: bytes = b""
@@ -26,7 +26,7 @@ class BoardCommand:
 
 
 class Outbox:
-    """Commands that are to be sent; while the link is closed they have no effect."""
+    """Pending commands; calls have no effect while the link is closed."""
 
     def __init__(self) -> None:
         self.is_open = self._opening = False
@@ -35,13 +35,13 @@ class Outbox:
 
     def _forget_commands(self) -> None:
         self._commands: deque[BoardCommand] = deque()
-        self._sent = 0  # how many of the first ones are under way
-        self._stops: deque[int] = deque()  # `how`; the first may be under way
-        self._most = AT_ONCE  # records of a frame; fewer on a line that damages many
+        self._sent = 0  # number of the first ones in transit
+        self._stops: deque[int] = deque()  # `how`; the first may be in transit
+        self._most = AT_ONCE  # records per frame; fewer on a line that damages many
 
     @property
     def backlog(self) -> int:
-        """The records that the board has not taken yet."""
+        """Number of records that the board has not taken yet."""
         return sum(len(command.records) for command in self._commands)
 
     def _put(self, kind: FrameKind, payload: bytes) -> None:
@@ -49,14 +49,14 @@ class Outbox:
             self._commands.append(BoardCommand(kind, payload))
 
     def configure(self, config: BoardConfig) -> None:
-        """Send another CONFIG, which the board takes in BOOT, IDLE and HALT."""
+        """Send another CONFIG, which the board accepts in BOOT, IDLE and HALT."""
         self._put(FrameKind.CONFIG, config.pack())
         self._config = config
 
     def push(self, records: Iterable[Record]) -> None:
-        """Send records, as the board has room for them, in their order with everything else that is numbered.
+        """Queue records, which are sent as the board has room for them, in order with all other numbered commands.
 
-        Like all that is called before `open` or after a boot, it has no effect then.
+        Like all calls before `open` or after a boot, it has no effect then.
         """
         if not (self._opening or self.is_open):
             return
@@ -68,11 +68,11 @@ class Outbox:
                 self._commands.append(BoardCommand(FrameKind.PUSH, records=[record]))
 
     def start(self, tick: int) -> None:
-        """Start what has been pushed before; the first record begins at a tick."""
+        """Start the records pushed before; the first record begins at a tick."""
         self._put(FrameKind.START, wire.start_payload(tick))
 
     def restart(self, tick: int) -> None:
-        """Start what the board has queued, before what waits for slots: there are none until it has started."""
+        """Start the records on the board, ahead of those waiting for slots: none become free before the start."""
         if self.is_open:
             self._commands.insert(self._sent, BoardCommand(FrameKind.START, wire.start_payload(tick)))
 
@@ -82,12 +82,12 @@ class Outbox:
         return any(command.kind == FrameKind.START for command in self._commands)
 
     def abandon(self) -> None:
-        """Forget what has not been sent of a motion; what is under way may still be taken, and then waits for RESET."""
+        """Discard the unsent rest of a motion; records in transit may still be taken, and then wait for RESET."""
         later = [self._commands.pop() for _ in range(len(self._commands) - self._sent)]
         self._commands.extend(each for each in reversed(later) if each.kind not in MOTION)
 
     def stop(self, how: int) -> None:
-        """Stop: 0, at once; 1, by the tail.  It goes first; nothing numbered goes out until it is answered.
+        """Stop the motor: 0, immediately; 1, by the tail.  It is sent first; numbered commands wait for its answer.
 
         Raises:
             UsageError: `how` is neither.
@@ -98,15 +98,15 @@ class Outbox:
             self._stops.append(how)
 
     def tail(self, entries: Sequence[tuple[int, int]]) -> None:
-        """Replace the tail: (interval in 1/256 tick, count), ascending; as many as the board has room for."""
+        """Replace the tail: (interval in 1/256 tick, count), ascending; no more entries than the board has room for."""
         for first in range(0, len(entries), ENTRIES_A_FRAME):
             self._put(FrameKind.TAIL, wire.tail_payload(first, entries[first : first + ENTRIES_A_FRAME]))
 
     def reset(self, position: int | None = None, *, known: bool = False, power: bool = False) -> None:
-        """Leave HALT, or forget the queue; set the position, if one is given.
+        """Leave HALT, or clear the queue; set the position, if one is given.
 
         Args:
-            known: the count is where the motor is.
+            known: the count is the position of the motor.
             power: the driver may be switched on again, though the board has switched it off.
         """
         self._put(FrameKind.RESET, wire.reset_payload(position, known=known, power=power))
@@ -116,5 +116,5 @@ class Outbox:
         self._put(FrameKind.OUTPUTS, bytes((mask, value)))
 
     def check(self, count: int, interval: int) -> None:
-        """Begin the self-test: so many pulses, so many ticks apart."""
+        """Start the self-test: `count` pulses, `interval` ticks apart."""
         self._put(FrameKind.CHECK, wire.check_payload(count, interval))

@@ -1,7 +1,7 @@
-"""A terminal is read by a thread of its own, so that a turn of the drive waits for nothing.
+"""A separate thread reads a terminal, so that the loop of the drive never blocks.
 
-Who reads a terminal of Linux, or asks whether it can be read, waits for a worker of the kernel that brings the bytes.
-The worker has the priority of usual processes, whoever waits; beside many of them that took half a second.
+Reading or polling a terminal of Linux waits for a worker of the kernel that delivers the bytes.  The worker has the
+priority of ordinary processes, whatever the reader's priority; on a busy machine that took half a second.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ END_S = 1.0
 
 
 class PortReader:
-    """What comes on a terminal, as the end of a pipe that never waits.
+    """The input of a terminal, as the end of a pipe that never blocks.
 
     Args:
-        terminal: its descriptor, which stays the caller's, and open until `close`.
+        terminal: its descriptor, which the caller closes, after `close`.
     """
 
     def __init__(self, terminal: int) -> None:
         self._terminal = terminal
         self._failure: OSError | None = None
         self._out, self._into = os.pipe()
-        self._over, self._end = os.pipe()  # the former can be read when the latter is closed
+        self._over, self._end = os.pipe()  # `_end` becomes readable when the other end is closed
         os.set_blocking(self._out, False)
         self._thread = Thread(target=self._carry, name="reader of a board", daemon=True)
         self._thread.start()
 
     def _carry(self) -> None:
-        """Carry bytes until the terminal fails, or nobody wants them."""
+        """Copy bytes until the terminal fails, or the pipe is closed."""
         try:
             while self._over not in (ready := select([self._terminal, self._over], [], [])[0]):
                 with suppress(BlockingIOError):
@@ -47,14 +47,14 @@ class PortReader:
         os.close(self._over)
 
     def fileno(self) -> int:
-        """Return the end of the pipe, for a loop that waits."""
+        """Return the end of the pipe, for a loop to wait for."""
         return self._out
 
     def read(self) -> bytes:
-        """Return what has come since the last call.
+        """Return the bytes received since the last call.
 
         Raises:
-            OSError: the terminal is gone, and all that came before has been read.
+            OSError: the terminal is gone, and all earlier bytes have been read.
         """
         with suppress(BlockingIOError):
             data = os.read(self._out, CHUNK)

@@ -1,4 +1,4 @@
-"""Records: what a board plays, steps in quadratic progression or a pause, and how instants become few of them.
+"""Records of a board's queue, steps in quadratic progression or a pause, and the fit of few records to many instants.
 
 Time is counted in 1/65536 tick, in whole numbers, as on the board.
 """
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 DOWN, REST, PAUSE, OUT, HALF, WAY = 1, 2, 4, 8, 16, 64  # flags
 
 PER_TICK = 65_536
-MOST_STEPS = 65_535  # of a record
+MOST_STEPS = 65_535  # per record
 SHORTEST_PAUSE, LONGEST = 256, 2**31 - 1  # ticks
-STEEPEST = 2**31 - 1  # of `add`, up and down
-_LONG_PAUSE = 2**30  # ticks, of which a longer gap is made
+STEEPEST = 2**31 - 1  # limits of `add`
+_LONG_PAUSE = 2**30  # ticks of each pause in a longer gap
 
 MOST_WAY = 65_535  # steps
 
@@ -33,8 +33,8 @@ _RECORD = Struct("<BHIHi")
 class Record(NamedTuple):
     """Steps, each interval `add` longer than the one before, or one interval without a step (PAUSE).
 
-    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With WAY the interval does not change, and `add` says
-    how many steps a way down from the first step has (low 16 bits), and how many more from each next one (high 16 bits,
+    `interval` is in ticks, `fraction` and `add` in 1/65536 tick.  With WAY the interval is constant, and `add` has the
+    number of steps of a stop ramp from the first step (low 16 bits), and its change with each step (high 16 bits,
     signed: -1, 0 or 1).
     """
 
@@ -45,40 +45,40 @@ class Record(NamedTuple):
     add: int = 0
 
     def pack(self) -> bytes:
-        """Return its 13 bytes."""
+        """Return the record as 13 bytes."""
         return _RECORD.pack(*self)
 
     def with_way(self, way: int, slope: int) -> Record:
-        """Return a record of one interval that says how long the way down from its first step is, and from the next."""
+        """Return a record of one interval with the length of the stop ramp from its first step, and its slope."""
         return self._replace(flags=self.flags | WAY, add=slope << 16 | way)
 
     @property
     def growth(self) -> int:
-        """How much longer each interval is than the one before, in 1/65536 tick."""
+        """Growth of each interval over the previous one, in 1/65536 tick."""
         return 0 if self.flags & WAY else self.add
 
     @property
     def slope(self) -> int:
-        """How many steps more the way down from each step has, with WAY."""
+        """Change of the stop ramp's length with each step, with WAY."""
         return self.add >> 16
 
     def way(self, step: int) -> int | None:
-        """Return how many steps a way down from a step has, counted from 0; None: it does not say."""
+        """Return the number of steps of a stop ramp from a step, counted from 0; None without WAY."""
         return (self.add & 0xFFFF) + step * self.slope if self.flags & WAY and not self.flags & PAUSE else None
 
     @property
     def first(self) -> int:
-        """The first interval, in 1/65536 tick."""
+        """First interval, in 1/65536 tick."""
         return self.interval << 16 | self.fraction
 
     @property
     def last(self) -> int:
-        """The last interval, in 1/65536 tick."""
+        """Last interval, in 1/65536 tick."""
         return self.first if self.flags & PAUSE else self.first + (self.count - 1) * self.growth
 
     @property
     def length(self) -> int:
-        """How long it is in all, in 1/65536 tick."""
+        """Total duration, in 1/65536 tick."""
         if self.flags & PAUSE:
             return self.first
         return self.count * self.first + self.count * (self.count - 1) // 2 * self.growth
@@ -94,7 +94,7 @@ class Record(NamedTuple):
             interval += self.growth
 
     def good(self, shortest: int) -> bool:
-        """Return whether a board takes it whose steps have at least so many ticks between them."""
+        """Return whether a board accepts the record, if its steps are at least `shortest` ticks apart."""
         if self.flags & PAUSE:
             masks = self.count >> 8, self.count & 255
             sets = max(masks) <= USER_OUTPUTS if self.flags & OUT else self.count == 0
@@ -109,7 +109,7 @@ class Record(NamedTuple):
 
 
 def unpack(payload: bytes) -> list[Record]:
-    """Return the records of a payload, whose length is that of whole records."""
+    """Return the records of a payload that has whole records."""
     return [Record(*fields) for fields in _RECORD.iter_unpack(payload)]
 
 
@@ -122,12 +122,12 @@ assert _RECORD.size == RECORD_BYTES  # noqa: S101
 
 
 def length(records: Iterable[Record]) -> int:
-    """Return how long records are in all, in 1/65536 tick: where the next one begins."""
+    """Return the total duration of records, in 1/65536 tick: the start of the next one."""
     return sum(record.length for record in records)
 
 
 def pauses(gap: int, flags: int = 0) -> list[Record]:
-    """Return pauses that last so long in all, in 1/65536 tick; the flags are those of all of them.
+    """Return pauses with a total duration, in 1/65536 tick; all have these flags.
 
     Raises:
         UsageError: the gap is shorter than 256 ticks.
@@ -143,7 +143,7 @@ def pauses(gap: int, flags: int = 0) -> list[Record]:
 
 # ----------------------------------------------------------------------------------------------------------------- fit
 _STEPS = np.arange(1, MOST_STEPS + 1, dtype=np.int64)
-_SUMS = _STEPS * (_STEPS - 1) // 2  # how often `add` is in the instant of each step
+_SUMS = _STEPS * (_STEPS - 1) // 2  # factor of `add` in the instant of each step
 
 
 def fit(
@@ -157,9 +157,9 @@ def fit(
 ) -> list[Record]:
     """Return records whose steps are within a tolerance of instants; all in 1/65536 tick, but `shortest` in ticks.
 
-    Each record is as long as it can be, and begins where the arithmetic of the board will be, so errors do not add up.
-    `base` is where the first one begins.  Before a step that is more than 2^31 ticks away there are pauses.  `even`:
-    the intervals of each record are the same.
+    Each record is as long as possible, and begins where the arithmetic of the board will end the previous one, so
+    errors do not accumulate.  `base` is the start of the first one.  A step more than 2^31 ticks away is preceded by
+    pauses.  `even`: the intervals of each record are equal.
 
     Raises:
         UsageError: steps follow one another faster than the board can make them.
@@ -190,11 +190,11 @@ Found = tuple[int, int, int]  # steps, first interval, add
 
 
 def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest: int) -> Found:
-    """Return the longest record for the steps at these offsets from its beginning; of 0 steps if there is none."""
+    """Return the longest record for the steps at these offsets from its start; of 0 steps if there is none."""
     most = len(offsets)
     low, high = offsets - tolerance, offsets + tolerance
     best: Found = (0, 0, 0)
-    bounds = (-steepest, steepest)  # of `add`, proved by the steps that are in the record for sure
+    bounds = (-steepest, steepest)  # bounds of `add`, proved by the steps that are certainly in the record
     too_many, trial = most + 1, 1
     while best[0] + 1 < too_many:
         found, proved = _through(low[:trial], high[:trial], shortest, bounds, best[2])
@@ -210,10 +210,10 @@ def _longest(offsets: NDArray[np.int64], tolerance: int, shortest: int, steepest
 def _through(
     low: NDArray[np.int64], high: NDArray[np.int64], shortest: int, bounds: tuple[int, int], add: int
 ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
-    """Return first interval and `add` with which every step is between its limits, or None; and the bounds of `add`.
+    """Return a first interval and `add` that keep every step between its limits, or None; and the bounds of `add`.
 
-    In the plane of `add` and the first interval each limit is a half-plane.  For one `add` the intervals that do are
-    between two limits; where there is none, those two limits tell on which side of this `add` there may be some.
+    In the plane of `add` and the first interval each limit is a half-plane.  For a given `add` the possible intervals
+    are between two limits; if there are none, those two limits show on which side of this `add` there may be some.
     """
     count = len(low)
     steps, sums = _STEPS[:count], _SUMS[:count]
@@ -223,18 +223,18 @@ def _through(
         floors, ceilings = -((moved - low) // steps), (high - moved) // steps
         below, above = int(floors.argmax()), int(ceilings.argmin())
         floor, ceiling = int(floors[below]), int(ceilings[above])
-        # where on the line the limit is: half the index of the step; first and last interval are limits as well
+        # position of the limit on the line: half the index of the step; first and last interval are limits as well
         places = [(floor, below / 2), (shortest, 0.0), (shortest - (count - 1) * add, count - 1.0)]
         floor, lower = max(places)
         longest = (LONGEST << 16) + 0xFFFF
         ceiling, upper = min((ceiling, above / 2), (longest, 0.0), (longest - (count - 1) * add, count - 1.0))
         if floor <= ceiling:
-            # the one that brings the last step nearest to its instant: the next record begins there
+            # the best fit of the last step: the next record begins there
             wish = round((int(low[-1]) + int(high[-1]) - 2 * int(moved[-1])) / (2 * count))
             return (min(max(wish, floor), ceiling), add), (least, greatest)
         if lower == upper:
             break
-        missing = (floor - ceiling) / (lower - upper)  # how far `add` must go for these two limits alone
+        missing = (floor - ceiling) / (lower - upper)  # change of `add` that these two limits need
         upwards = lower > upper
         if upwards:
             least = add + max(1, int(missing))
@@ -248,7 +248,7 @@ def _through(
 def _extended(
     count: int, first: int, add: int, low: NDArray[np.int64], high: NDArray[np.int64], shortest: int
 ) -> Found:
-    """Return a record with all the steps that the same interval and `add` reach."""
+    """Return a record extended to all steps that fit the same interval and `add`."""
     end = min(len(low), 8 * count)
     if add < 0:
         end = min(end, (first - shortest) // -add + 1)

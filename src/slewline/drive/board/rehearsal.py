@@ -1,4 +1,4 @@
-"""A board of software, as fast as the clock of this computer: the name of its port is `twin`."""
+"""A board in software, at the speed of this computer's clock: the name of its port is `twin`."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ KEPT_STEPS = 100_000
 
 
 class TwinPort:
-    """The port of a board that is not there: what a user tries without any hardware.
+    """The port of a simulated board, for trials without any hardware.
 
     Args:
-        model: which board.
+        model: the board to simulate.
         clock: nanoseconds of the wall clock.
     """
 
@@ -32,7 +32,7 @@ class TwinPort:
         self._decoder = Decoder()
 
     def _present(self) -> int:
-        """The tick that has come."""
+        """Return the present tick."""
         tick = (self.clock() - self.began_ns) * self.model.hz // 10**9
         self.twin.run(tick)
         self.twin.look_for_silence(tick)
@@ -45,7 +45,7 @@ class TwinPort:
         """Set an input of the board, such as "A1", as a switch would: 0 is closed, to ground; 1 is open.
 
         Raises:
-            UsageError: no such input, or level.
+            UsageError: there is no such input or level.
         """
         printed = [pin.printed for pin in self.model.inputs]
         if name.upper() not in printed or level not in (0, 1):
@@ -53,7 +53,7 @@ class TwinPort:
         self.twin.set_input(printed.index(name.upper()), level, self._present())
 
     def close_contacts(self, numbers: Iterable[int]) -> None:
-        """Close inputs, by their numbers, to ground; the others are open."""
+        """Close inputs, by their numbers, to ground; open all others."""
         for number in numbers:
             self.set_input(self.model.inputs[number].printed, 0)
 
@@ -61,7 +61,7 @@ class TwinPort:
         """Return None: there is nothing to wait for."""
 
     def write(self, data: bytes) -> int:
-        """Take bytes for the board, all of them; return how many.  Its STEP is wired to its counter."""
+        """Send bytes to the board; return their number.  Its STEP is wired to its counter."""
         tick = self._present()
         self.twin.receive(data, tick)
         for frame in self._decoder.feed(data):
@@ -75,5 +75,5 @@ class TwinPort:
         return self.twin.take()
 
     def close(self) -> None:
-        """Take the supply away."""
+        """Switch the board off."""
         self.twin.power_up(self._present())

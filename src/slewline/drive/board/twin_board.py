@@ -1,4 +1,4 @@
-"""A board step by step: what the firmware does, slow and obvious, and what it is compared with.  Here: its frames."""
+"""A board step by step, the reference for the firmware: slow and simple.  This file has its frames."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .wire import (
 
 ALL_OUTPUTS = USER_OUTPUTS | ENABLE
 FROM_HOST = frozenset(kind for kind in FrameKind if kind < FrameKind.ANSWER)
-ALLOWED = {  # in which states a frame is taken; the others in any
+ALLOWED = {  # states in which a frame is accepted; other frames in any
     FrameKind.PUSH: {IDLE, RUN},
     FrameKind.START: {IDLE},
     FrameKind.CONFIG: {BOOT, IDLE, HALT},
@@ -42,16 +42,16 @@ ALLOWED = {  # in which states a frame is taken; the others in any
 
 
 def _signed(tick: int) -> int:
-    """Return the number in -2^31 .. 2^31 - 1 that is the same modulo 2^32."""
+    """Return the number in -2^31 .. 2^31 - 1 that equals a tick modulo 2^32."""
     return (tick + 2**31) % 2**32 - 2**31
 
 
 class BoardTwin(MovingTwin):
     """A board from its power-up on.
 
-    `steps`: tick, direction and position behind each step.  `phases`, `outputs`: tick and value of each change; bits
-    0 to 3 of `outputs` are the user outputs, with the lamps among them, bit 4 is ENABLE.  `enable`: tick and level of
-    its pin, None without one.  `sent`: frames for the host.
+    `steps`: tick, direction and position after each step.  `phases`, `outputs`: tick and value of each change; bits 0
+    to 3 of `outputs` are the user outputs, including lamps, bit 4 is ENABLE.  `enable`: tick and level of its pin, None
+    without one.  `sent`: frames for the host.
     """
 
     def __init__(self, model: BoardModel = UNO) -> None:
@@ -62,44 +62,44 @@ class BoardTwin(MovingTwin):
         self.wanted = 0
         self.last_frame = tick
         self._silent = False
-        self._repeated = b""  # an event that goes behind the answer
+        self._repeated = b""  # an event that follows the answer
         super().power_up(tick)
 
-    # ------------------------------------------------------------------------------------------------ what it is given
+    # --------------------------------------------------------------------------------------------------------- inputs
     def take(self) -> bytes:
-        """Return what it sent since the last call."""
+        """Return the bytes sent since the last call."""
         out = bytes(self.sent)
         self.sent.clear()
         return out
 
     def receive(self, data: bytes, tick: int) -> None:
-        """Take bytes of the host; each frame that they complete takes effect at this tick."""
+        """Receive bytes of the host; each frame that they complete takes effect at this tick."""
         for frame in self._decoder.feed(data):
             self.run(tick)
             self._take(frame, tick)
             self._show(tick)
 
     def look_for_silence(self, tick: int) -> None:
-        """Let the main loop look for how long no frame has come, and for how long the driver has not been needed."""
+        """Check, as the main loop does, the time since the last frame, and how long the driver has not been needed."""
         self.look(tick)
         self.brake_if_silent(tick)
 
     def look(self, tick: int) -> None:
-        """Let the main loop look, and switch the driver off where it is due."""
+        """Run the checks of the main loop, and switch the driver off if that is due."""
         self.run(tick)
         limit = self.config.watchdog
         self._silent |= bool(limit) and tick - self.last_frame >= limit
         self.power.watch(tick, self.state, self.config, self._silent)
 
     def brake_if_silent(self, tick: int) -> None:
-        """Brake where the last look has found the host silent."""
+        """Brake if the last check has found the host silent."""
         self.run(tick)
         if self._silent and self.state == RUN:
             self._brake(Happening.WATCHDOG, HOST, tick)
             self._show(tick)
 
     def checked(self, counted: int, right: bool, tick: int) -> None:
-        """End a self-test: so many pulses came back."""
+        """End a self-test: `counted` pulses came back."""
         self.run(tick)
         self._event_told(Happening.CHECKED, 0 if right else 1, tick, counted)
 
@@ -137,7 +137,7 @@ class BoardTwin(MovingTwin):
         self._repeated = b""
 
     def _judge(self, frame: Frame, tick: int) -> FrameResult:
-        """Return what is wrong with a frame, but for what only the work itself shows."""
+        """Return the error of a frame, except errors that only its execution shows."""
         number, kind, payload = frame
         if kind not in FROM_HOST:
             return FrameResult.BAD_CONTENT
@@ -156,7 +156,7 @@ class BoardTwin(MovingTwin):
         return FrameResult.TAKEN
 
     def _obey(self, frame: Frame, tick: int) -> FrameResult:
-        """Do what a frame says, and return whether it could be done."""
+        """Execute a frame, and return whether that was possible."""
         _, kind, payload = frame
         if kind == FrameKind.PUSH:
             return self._push(payload)

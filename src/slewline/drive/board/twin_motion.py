@@ -1,28 +1,28 @@
-r"""The motion of a board step by step: records, brake and tail, reflexes, outputs; and the events of all that.
+r"""The motion of a board step by step: records, brake and tail, reflexes and outputs; and their events.
 
-A brake makes the step that is scheduled, and one more if that comes less than 640 ticks later (an underrun none, for
-there is none), and then the tail: steps of the table that the host has sent last.  How many,
-and from where in the table on, says the record of that step, if it is one with WAY: a count of steps, which changes by
--1, 0 or 1 with each step.  So a board goes down from any step by the law of its chip, which it does not know:
+A brake makes the scheduled step, and one more if that is less than 640 ticks later (an underrun has no scheduled step),
+and then the tail: steps of the table that the host sent last.  Their number, and the first entry used, follow from the
+record of that step, if it has WAY: a count of steps, which changes by -1, 0 or 1 with each step.  So a board ramps down
+from any step by the law of its chip, without knowing it:
 
     rate        ________
               _/        \_           up        the way back: less than the whole table, longer with each step or level
             _/            \_         at the top  the whole table
-           /                \        down      what is left of the plan's own way down, shorter with each step
+           /                \        down      the rest of the plan's own stop ramp, shorter with each step
     WAY    0 1 2 .. N N N .. 2 1 0
 
-    table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stands
+    table    (i0, 3) (i1, 2) (i2, 4)    WAY 5  ->  i1 i2 i2 i2 i2, the last five steps; WAY 0 -> none, it stops
 
-An interval of the table that is shorter than the last two steps were apart becomes as long as that: a brake does not
-make the motor faster.  Where these are less than 640 ticks it is 1/8 longer at least, so that there is time.  Behind
-the first step of a run there is no way down.
+An interval of the table that is shorter than the last two steps were apart is lengthened to that: a brake does not
+accelerate the motor.  If these are less than 640 ticks apart it is at least 1/8 longer, so that there is time.  After
+the first step of a run there is no stop ramp.
 
-Where the record does not say it (motions that begin while the motor moves, ramps without levels, pauses), the pace
-decides: the tail is all entries that are slower than the last two steps were apart; without a table each interval is
-1/16 longer than the one before, up to the one at which the motor may stand.
+If the record has no WAY (motions that begin while the motor moves, ramps without levels, pauses), the rate decides: the
+tail is all entries with intervals longer than the last one made; without a table each interval is 1/16 longer than the
+one before, up to the interval at which the motor may stop.
 
-Ticks are whole numbers that do not wrap; on the wire they are modulo 2^32.  What a twin cannot know it is given: when
-the main loop takes a frame, when an edge of an input is seen, when it looks for silence.
+Ticks are whole numbers that do not wrap; on the wire they are modulo 2^32.  Times that a twin cannot know are inputs:
+when the main loop takes a frame, when it sees an edge of an input, when it checks for silence.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ KEPT_EVENTS = 8
 
 
 class MovingTwin:
-    """What moves by itself: `steps`, `phases`, `outputs` and events in `sent`, all by their ticks.
+    """The autonomous part of a board: `steps`, `phases`, `outputs` and events in `sent`, all by their ticks.
 
     `pulses`: the ticks of those steps that have an edge on STEP: none in a dry run.
     """
@@ -57,7 +57,7 @@ class MovingTwin:
         self.power_up()
 
     def power_up(self, tick: int = 0) -> None:
-        """Forget everything but the levels of the inputs; ticks begin again.  The host sees it by event 0."""
+        """Clear everything but the levels of the inputs, and restart ticks.  Event 0 reports it to the host."""
         self.now = tick
         self.sent.clear()
         self.state: BoardState = BOOT
@@ -74,16 +74,16 @@ class MovingTwin:
 
     def _forget_the_run(self) -> None:
         self.queue.clear()
-        self.record: Record | None = None  # that plays, or played before a tail
-        self.left = 0  # its steps that are to come
-        self.time = self.interval = 0  # 1/65536 tick: last instant, and how far the next one is from it
+        self.record: Record | None = None  # the present one, or the last one before a tail
+        self.left = 0  # its remaining steps
+        self.time = self.interval = 0  # 1/65536 tick: last instant, and interval to the next one
         self.last_step: int | None = None  # of this run
         self.pace: int | None = None
-        self.tail: deque[int] | None = None  # ticks of the steps to come, once it is known
-        self.one_more = False  # step, behind the one that was scheduled, before the tail begins
+        self.tail: deque[int] | None = None  # ticks of the remaining steps, once known
+        self.one_more = False  # step after the scheduled one, before the tail begins
 
     def run(self, tick: int) -> None:
-        """Let everything happen up to and with a tick."""
+        """Run up to a tick, including it."""
         while (at := self.next_time()) is not None and at <= tick:
             self.now = at
             self._happen(at)
@@ -91,7 +91,7 @@ class MovingTwin:
         self.now = max(self.now, tick)
 
     def next_time(self) -> int | None:
-        """Return the next tick at which something happens by itself; None if nothing does."""
+        """Return the next tick with a step, or the end of a pause; None if there is none."""
         if self.state == BRAKE and self.tail is not None:
             return self.tail[0]
         if self.state in (RUN, BRAKE):
@@ -99,7 +99,7 @@ class MovingTwin:
         return None
 
     def set_input(self, number: int, level: int, tick: int) -> None:
-        """See the level of an input at this tick; of several at one look each is seen, in ascending order."""
+        """Sample an input at this tick; several inputs in one sample are handled in ascending order."""
         self.run(tick)
         if self.inputs >> number & 1 == bool(level):
             return
@@ -112,16 +112,16 @@ class MovingTwin:
 
     # ------------------------------------------------------------------------------------------------------- motion
     def _load(self) -> None:
-        """Load the next record, which begins at `time`; there is one."""
+        """Load the next record, which begins at `time`."""
         record = self.record = self.queue.popleft()
         self.left, self.interval = record.count, record.first
         if record.flags & PAUSE and self.last_step is not None:
             end = (self.time + record.first) >> 16
             if end - self.last_step >= self.config.start_stop:
-                self.pace = self.last_step = None  # the motor stands: the next step is as the first one of a run
+                self.pace = self.last_step = None  # the motor is at rest: the next step is the first one of a run
 
     def _happen(self, tick: int) -> None:
-        """Do what is due at a tick: a step, or the end of a pause."""
+        """Execute the step, or the end of a pause, that is due at a tick."""
         assert self.record is not None  # noqa: S101
         if self.tail is not None:
             self.tail.popleft()
@@ -150,7 +150,7 @@ class MovingTwin:
         self._next_record(tick)
 
     def _next_record(self, tick: int) -> None:
-        """Go on behind a record that ended at a tick."""
+        """Continue after a record that ended at a tick."""
         before = self.record
         assert before is not None  # noqa: S101
         if self.queue:
@@ -180,14 +180,14 @@ class MovingTwin:
         self._set_phases(tick)
 
     def _brake(self, kind: Happening, which: int, tick: int) -> None:
-        """Come to a halt by the tail, in RUN."""
+        """Ramp down to a halt by the tail, in RUN."""
         assert self.record is not None  # noqa: S101
         playing = not self.record.flags & PAUSE and self.left
         if playing:
             self.state = BRAKE  # the step that is scheduled is made, then the tail begins
             self.one_more = self._following() < FAST_TICKS
         elif self.last_step is not None:
-            # behind the last step of a record the first step of the tail may be near; in and behind a pause it may not
+            # after the last step of a record the first step of the tail may be near; in and after a pause it may not
             earliest = tick + SOONEST_TICKS if self.record.flags & PAUSE else tick
             self._begin_tail(self.last_step, earliest)
             self.state = BRAKE
@@ -196,7 +196,7 @@ class MovingTwin:
         self._event_told(kind, which, tick)
 
     def _following(self) -> int:
-        """Return the ticks from the step that is scheduled to the next one; many if none follows in this direction."""
+        """Return the ticks from the scheduled step to the next one; many if none follows in this direction."""
         assert self.record is not None  # noqa: S101
         if self.left > 1:
             return (self.interval + self.record.growth) >> 16
@@ -205,7 +205,7 @@ class MovingTwin:
         return self.queue[0].interval
 
     def _begin_tail(self, last_step: int, earliest: int) -> None:
-        """Lay the steps of the tail, counted from the last step, none before the earliest tick."""
+        """Schedule the steps of the tail, counted from the last step, none before the earliest tick."""
         ticks = [last_step + each for each in self._way_down()]
         late = max(0, earliest - ticks[0]) if ticks else 0
         self.tail = deque(each + late for each in ticks)
@@ -258,7 +258,7 @@ class MovingTwin:
         return self.config.reflex[number] & 15 == reflex
 
     def _fits(self, number: int) -> bool:
-        """Return whether the direction of the record that plays is one in which the input acts."""
+        """Return whether the input acts in the direction of the present record."""
         ways = self.config.reflex[number] & (Reflex.UPWARDS | Reflex.DOWNWARDS)
         down = self.record is not None and self.record.flags & DOWN
         return not ways or bool(ways & (Reflex.DOWNWARDS if down else Reflex.UPWARDS))
@@ -283,14 +283,14 @@ class MovingTwin:
         elif reflex == Reflex.MARK and not starting:
             self._event_told(Happening.MARK, number, tick)
 
-    # ------------------------------------------------------------------------------------------------------ outwards
+    # ------------------------------------------------------------------------------------------------------- outputs
     def _set_outputs(self, mask: int, value: int, tick: int) -> None:
         self.output = self.output & ~mask | value & mask
         self.power.on = bool(self.output & ENABLE)
         self._show(tick)
 
     def _show(self, tick: int) -> None:
-        """Let the pins show outputs, lamps and ENABLE."""
+        """Update the pins: outputs, lamps and ENABLE."""
         config, (outputs, level) = self.config, self._shown
         fault, power = (1 << number >> 1 for number in (config.fault_output, config.power_output))
         output = self.output & ~(fault | power) | fault * (self.state in (HALT, BOOT)) | power * self.power.on

@@ -1,11 +1,11 @@
-"""Who switches the driver of a board on and off: the rules of ENABLE that no host can go around.
+"""Rules for ENABLE, by which the driver of a board is switched on and off; no host can bypass them.
 
     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
                  board has been allowed to by RESET since power-up, and since it last switched it off by itself
     on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host as CONFIG
                  says, after a time
 
-In motion nothing but an emergency stop takes the current away, for the motor would coast and the count be wrong.
+In motion only an emergency stop cuts the current, because the motor would coast and the count be wrong.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ class TwinPower:
 
     Attributes:
         on: whether the driver is enabled.
-        unsure: whether the motor may be elsewhere than the count says.
+        unsure: whether the position of the motor may differ from the count.
         locked: whether the board has switched the driver off by itself.
     """
 
     def __init__(self, switch: Callable[[bool, int], object]) -> None:
         self._switch = switch
         self.on = self.unsure = False
-        self.locked = True  # RESET is to unlock it after power-up as well
+        self.locked = True  # RESET must unlock it after power-up as well
         self._seen = self._resting = 0
 
     def flags(self, estop: bool) -> int:
@@ -47,7 +47,7 @@ class TwinPower:
         return sum(flag for flag, is_set in flags if is_set)
 
     def may_switch(self, mask: int, value: int, state: BoardState, config: BoardConfig, estop: bool) -> bool:
-        """Return whether the board takes what OUTPUTS asks of ENABLE."""
+        """Return whether the board accepts the value of ENABLE in OUTPUTS."""
         wanted = bool(value & ENABLE)
         if not mask & ENABLE or wanted == self.on:
             return True
@@ -62,24 +62,24 @@ class TwinPower:
             self._switch(on, tick)
 
     def unlock(self, flags: int) -> None:
-        """Take the flags of RESET."""
+        """Apply the flags of RESET."""
         if flags & (ResetFlag.KNOWN | ResetFlag.POWER):
             self.locked = False
         if flags & ResetFlag.KNOWN:
             self.unsure = False
 
     def begin_motion(self) -> None:
-        """Note that steps come: without current the motor does not make them."""
+        """Record the start of a motion: without current the motor does not follow."""
         self.unsure |= not self.on
 
     def cut(self, moving: bool, tick: int) -> None:
-        """Switch off by itself; `moving`: steps were under way."""
+        """Switch off by itself; `moving`: the motor was moving."""
         self.unsure |= moving or self.on
         self.locked |= self.on
         self.switch(False, tick)
 
     def watch(self, tick: int, state: BoardState, config: BoardConfig, silent: bool) -> None:
-        """Let the main loop look: after a halt, at rest or without a host the driver goes off, as CONFIG says."""
+        """Switch the driver off after a halt, at rest or without a host, as CONFIG says; called by the main loop."""
         passed, self._seen = (tick >> HOLD_SHIFT) - self._seen, tick >> HOLD_SHIFT
         off = config.enable_off
         abandoned = state == HALT or (state == IDLE and silent)

@@ -1,4 +1,4 @@
-"""What is under way between a host and a board: frames without an answer, events in their order."""
+"""Messages in transit between host and board: unanswered frames, and events in order."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from .outbox import BoardCommand
 from .wire import BoardEvent
 
-KEPT_EVENTS = 8  # that a board can report again
+KEPT_EVENTS = 8  # events that a board can repeat
 
 
 @dataclass(slots=True)
 class SentFrame:
-    """A frame that has not been answered; `copy` is the how manieth of its command."""
+    """An unanswered frame; `copy` is its number among the copies of its command."""
 
     number: int
     kind: int
@@ -21,13 +21,14 @@ class SentFrame:
     sent_ns: int
     command: BoardCommand | None = None
     copy: int = 0
-    event: int | None = None  # that is to be reported again
+    event: int | None = None  # event to be repeated
 
 
 class EventOrder:
     """Events of a board, each once and in order, from the one with number `first` on.
 
-    `lost` counts those that the board does not keep any more; `asked` has when to ask again for one that did not come.
+    `lost` counts the events that the board does not store any more; `asked` has the time of the next request for each
+    missing one.
     """
 
     def __init__(self, first: int) -> None:
@@ -38,18 +39,18 @@ class EventOrder:
 
     @property
     def complete(self) -> bool:
-        """Whether all have been taken that the board is known to have had."""
+        """Whether all known events of the board have been taken."""
         return self._next == self._known
 
     def counted(self, number: int) -> None:
-        """Learn the number of the next event that the board will have, from an answer."""
-        self._known = number  # however many there have been: answers keep their order
+        """Record the number of the board's next event, from an answer."""
+        self._known = number  # however many were lost: answers keep their order
         while (self._known - self._next) % 256 > KEPT_EVENTS and self._next not in self._early:
             self.lost += 1
             self._go_on()
 
     def arrived(self, event: BoardEvent) -> None:
-        """Keep an event until it is its turn; one that was taken before is nothing."""
+        """Store an event until its turn; ignore a repeated one."""
         if (event.number - self._next) % 256 < 128:
             self._early[event.number] = event
             if (event.number - self._known) % 256 < 128:
@@ -67,7 +68,7 @@ class EventOrder:
         self._next = (self._next + 1) % 256
 
     def missing(self, under_way: Set[int | None]) -> list[tuple[int, int]]:
-        """Return the events that did not arrive and have not been asked for, and when to ask for each, in ns."""
+        """Return the missing events without a pending request, and the time to request each, in ns."""
         count = (self._known - self._next) % 256
         numbers = ((self._next + more) % 256 for more in range(count))
         return [

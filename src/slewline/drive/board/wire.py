@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ...errors import UsageError
 from .frames import Damaged, Decoder, Frame, crc, encode, stuff, unstuff
 
-__all__ = ["Damaged", "Decoder", "Frame", "crc", "encode", "stuff", "unstuff"]  # the wire has one door
+__all__ = ["Damaged", "Decoder", "Frame", "crc", "encode", "stuff", "unstuff"]  # one module for the whole wire
 
 RECORD_BYTES, RECORDS_A_FRAME = 13, 5
 ENTRIES_A_FRAME = 10  # of a tail
@@ -24,7 +24,7 @@ ENTRY_BYTES = 6  # of a tail
 
 
 class FrameKind(IntEnum):
-    """What a frame is: from the host to the board, and from 0x80 on back."""
+    """Kinds of frames: from the host to the board, and from 0x80 on back."""
 
     HELLO = 1
     PUSH = 2
@@ -57,7 +57,7 @@ NUMBERED = frozenset(
 
 
 class BoardState(IntEnum):
-    """What a board does; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only."""
+    """States of a board; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only."""
 
     IDLE = 0
     RUN = 1
@@ -67,7 +67,7 @@ class BoardState(IntEnum):
 
 
 class Happening(IntEnum):
-    """What an event reports."""
+    """Causes of an event."""
 
     REST = 1
     UNDERRUN = 2
@@ -84,7 +84,7 @@ class Happening(IntEnum):
 
 
 class FrameResult(IntEnum):
-    """What became of a frame; only one that is taken uses up its number."""
+    """Results of a frame; only a frame that is taken uses up its number."""
 
     TAKEN = 0
     DAMAGED = 1
@@ -96,7 +96,7 @@ class FrameResult(IntEnum):
 
 
 class Reflex(IntEnum):
-    """What a board does immediately when an input becomes active; the last two are added to STOP and BRAKE."""
+    """Immediate reactions of a board when an input becomes active; the last two are added to STOP and BRAKE."""
 
     NONE = 0
     STOP = 1
@@ -108,14 +108,14 @@ class Reflex(IntEnum):
 
 
 class DriverFlag(IntFlag):
-    """What is known of the driver: ENABLE leads to one whose level is known; the run is dry, so STEP has no edges."""
+    """Properties of the driver: ENABLE is connected, with a known level; the run is dry, so STEP has no edges."""
 
     ENABLE = 1
     DRY = 2
 
 
 class EnableOff(IntEnum):
-    """When a board switches the driver off by itself; at an emergency stop it always does."""
+    """Times at which a board switches the driver off by itself; at an emergency stop it always does."""
 
     NEVER = 0
     HALT = 1
@@ -123,7 +123,7 @@ class EnableOff(IntEnum):
 
 
 class ResetFlag(IntFlag):
-    """What RESET says: a position; that it is where the motor is; that the driver may be switched on again."""
+    """Flags of RESET: a position is given; it is that of the motor; the driver may be switched on again."""
 
     POSITION = 1
     KNOWN = 2
@@ -131,10 +131,10 @@ class ResetFlag(IntFlag):
 
 
 class PowerFlag(IntFlag):
-    """What ANSWER says of the driver.
+    """Flags of ANSWER for the driver.
 
-    UNSURE: the motor may be elsewhere than the count says, for it made steps without current, or was stopped dead, or
-    the board has switched its driver off.  LOCKED: the board has, and only RESET unlocks it.
+    UNSURE: the position of the motor may differ from the count, after steps without current, a stop without a ramp,
+    or a driver that the board has switched off.  LOCKED: the board has done so by itself, and only RESET unlocks it.
     """
 
     ENERGISED = 1
@@ -144,7 +144,7 @@ class PowerFlag(IntFlag):
 
 
 class Answer(NamedTuple):
-    """What became of a frame of the host, and how the board stood at that tick (u32)."""
+    """The result of a frame of the host, and the state of the board at that tick (u32)."""
 
     wanted: int
     echo: int
@@ -160,7 +160,7 @@ class Answer(NamedTuple):
 
 
 class BoardEvent(NamedTuple):
-    """What happened on a board, numbered from its power-up on; `which` is the input, or 255."""
+    """An event on a board, numbered from its power-up on; `which` is the input, or 255."""
 
     number: int
     kind: int
@@ -172,10 +172,10 @@ class BoardEvent(NamedTuple):
 
 
 class Ident(NamedTuple):
-    """What a board is.
+    """Properties of a board.
 
     `slots` of its queue, entries of its `tail`, bytes of frames that may be unanswered (`room`), the `shortest`
-    interval of steps, and its ticks a second (`hz`).
+    interval of steps, and its ticks per second (`hz`).
     """
 
     wanted: int
@@ -225,14 +225,14 @@ MOST = {  # of the numbers of CONFIG
 
 @dataclass(frozen=True, slots=True)
 class BoardConfig:
-    """How a board is to act; times in its ticks.
+    """The configuration of a board; times in its ticks.
 
     `polarity`: 1, DIR high is up; 2, ENABLE is active low.  `active`: bit n, input n is active when high.  `report`:
     bit n, each edge of input n is reported.  `driver`: DriverFlag.  `enable_off`: EnableOff, after `enable_hold` times
-    65,536 ticks.  `filter`: looks, 4 us apart, for which an input remains unchanged before it counts; not of an
-    emergency stop.  `fault_output`, `power_output`: number + 1 of the outputs that show a halt, and the driver's
-    current; 0: none.  `reflex`: one for each input.  `pattern`: phases A to D in bits 0 to 3 by the index of half
-    steps, all zero without phases; `phase`: the index now.
+    65,536 ticks.  `filter`: number of samples, 4 us apart, for which an input must be unchanged before it counts; an
+    emergency stop is not filtered.  `fault_output`, `power_output`: number + 1 of the outputs that show a halt, and the
+    driver's current; 0: none.  `reflex`: one for each input.  `pattern`: phases A to D in bits 0 to 3 by the index of
+    half steps, all zero without phases; `phase`: the present index.
     """
 
     start_stop: int
@@ -275,12 +275,12 @@ class BoardConfig:
 
     @classmethod
     def unpack(cls, payload: bytes) -> BoardConfig:
-        """Return what a payload of CONFIG says; its fields may be out of range (`check`)."""
+        """Return the configuration in a payload of CONFIG; its fields may be out of range (`check`)."""
         *numbers, lamps, reflex, pattern, phase = _CONFIG.unpack(payload)
         return cls(*numbers, lamps & 15, lamps >> 4, tuple(reflex), tuple(pattern), phase)  # type: ignore[call-arg]
 
     def check(self) -> None:
-        """Complain if a board would refuse it.
+        """Check that a board would accept the configuration.
 
         Raises:
             UsageError: a field is out of its range.
@@ -298,7 +298,7 @@ class BoardConfig:
 
     @property
     def good(self) -> bool:
-        """Whether a board takes it."""
+        """Whether a board accepts the configuration."""
         try:
             self.check()
         except UsageError:
@@ -325,13 +325,13 @@ def event_frame(event: BoardEvent) -> bytes:
 
 
 def ident_frame(ident: Ident) -> bytes:
-    """Return the frame in which a board says what it is."""
+    """Return the frame with the properties of a board."""
     wanted, *rest = ident
     return encode(wanted, FrameKind.IDENT, _IDENT.pack(*rest))
 
 
 def read(frame: Frame) -> Answer | BoardEvent | Ident | None:
-    """Return what a board says in a frame; None if no board says such a thing."""
+    """Return the message in a frame of a board; None if boards send no such frame."""
     number, kind, payload = frame
     if len(payload) != SIZES.get(kind):  # type: ignore[call-overload]  # any number
         return None
@@ -357,12 +357,12 @@ def start_tick(payload: bytes) -> int:
 
 
 def tail_payload(first: int, entries: Sequence[tuple[int, int]]) -> bytes:
-    """Return the payload of TAIL: entries of (interval in 1/256 tick, count), the first of which has that index."""
+    """Return the payload of TAIL: entries of (interval in 1/256 tick, count), the first with index `first`."""
     return bytes((first,)) + b"".join(_ENTRY.pack(*entry) for entry in entries)
 
 
 def tail_entries(payload: bytes) -> tuple[int, list[tuple[int, int]]] | None:
-    """Return the index of the first entry and the entries of TAIL; None if it has not 1 to 10 of them."""
+    """Return the index of the first entry and the entries of TAIL; None if it does not have 1 to 10 of them."""
     if not 1 + _ENTRY.size <= len(payload) <= 1 + ENTRIES_A_FRAME * _ENTRY.size or (len(payload) - 1) % _ENTRY.size:
         return None
     return payload[0], [(interval, count) for interval, count in _ENTRY.iter_unpack(payload[1:])]
@@ -372,7 +372,7 @@ def reset_payload(position: int | None, *, known: bool = False, power: bool = Fa
     """Return the payload of RESET; without a position the board keeps its own.
 
     Args:
-        known: the count is where the motor is.
+        known: the count is the position of the motor.
         power: the driver may be switched on again.
     """
     flags = ResetFlag.POSITION * (position is not None) | ResetFlag.KNOWN * known | ResetFlag.POWER * power

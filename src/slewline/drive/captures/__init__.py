@@ -1,4 +1,4 @@
-"""Recordings of STEP and DIR against the data sheets of the driver that receives them and the part that makes them.
+"""Recordings of STEP and DIR against the data sheets of the receiving driver and the sending part.
 
-What is measured is in `record/measuring`; `checking.py` names what is checked, `capture_report.py` shows it.
+The measurements are in `record/measuring`; `checking.py` defines the checks, `capture_report.py` shows the results.
 """

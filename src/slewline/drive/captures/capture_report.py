@@ -1,4 +1,4 @@
-"""What was found in a recording: limits, steps, glitches, jitter and skew; with a picture of the worst place."""
+"""The results of a recording: limits, steps, glitches, jitter and skew; with a picture of the worst place."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
     from ...core.motion.axis import Steps
 
-AROUND = 3  # so many times as long as what it shows is the window of a picture, to both sides
+AROUND = 3  # margin on both sides of a picture, as a multiple of the time shown
 
 
 @dataclass(frozen=True)
 class AxisCapture:
-    """What was recorded of an axis.
+    """The recording of an axis.
 
     Attributes:
         name: the name of the axis.
         steps: its steps, as `Waveforms.steps` returns them.
         signals: its signals, "step" and "direction", by these names.
-        glitches: the instants of pulses and gaps of STEP or DIR that are too short to be meant, ps.
-        glitch_ps: shorter than this they are on STEP, ps.
-        jitter: how evenly steps come at a constant rate; None: the rate is not constant.
+        glitches: the instants of pulses and gaps of STEP or DIR that are too short to be intended, ps.
+        glitch_ps: the length below which a pulse or gap of STEP is a glitch, ps.
+        jitter: the jitter of the steps at a constant rate; None: the rate is not constant.
     """
 
     name: str
@@ -56,14 +56,14 @@ class AxisCapture:
 
 @dataclass(frozen=True)
 class CaptureReport:
-    """A recording, checked; `print` shows it.
+    """A checked recording; `print` shows it.
 
     Attributes:
         axes: an `AxisCapture` for each axis.
         limits: the limits of the data sheets, each with the times measured: a `TimingTable`.
-        skews: by the names of two axes, how much later the second one steps: a `Skew`, or None if no steps are near.
-        resolution_ps: how much a time may be off by sampling, ps.
-        notes: what limits the result, a line each.
+        skews: by the names of two axes, the delay of the second one's steps: a `Skew`, or None if no steps are near.
+        resolution_ps: the error of a time by sampling, ps.
+        notes: restrictions of the result, one per line.
     """
 
     axes: tuple[AxisCapture, ...]
@@ -102,7 +102,7 @@ class CaptureReport:
             dark: draw light on dark.
 
         Raises:
-            UsageError: an unknown suffix, a path that cannot be written, or no limit of which something was measured.
+            UsageError: an unknown suffix, a path that cannot be written, or no limit with a measured time.
         """
         from ...record.pictures.diagram import Diagram, Lane
         from ...record.pictures.picture_files import SUFFIXES, save
@@ -121,7 +121,7 @@ class CaptureReport:
         save(draw(diagram, width, dark), path, diagram.title, diagram.description, dark)
 
     def _worst(self) -> tuple[AxisCapture, Interval, str]:
-        """The axis, the interval that is shown, and what it is about."""
+        """Return the axis, the interval to draw, and its title."""
         of_axis = {axis.name: axis.signals for axis in self.axes}
         rows = [
             row for row in self.limits if row.count and row.bound.limit.start.split()[0] in of_axis.get(row.chip, ())
@@ -136,18 +136,18 @@ class CaptureReport:
         n = int(lasts.argmin() if limit.least is not None else lasts.argmax())
         start, end = int(begins[n]), int(ends[n])
         first, second = (f"{axis.name}.{edge}" for edge in (limit.start, limit.end))
-        shown = row.kept is False or row.bound.kept(end - start, end - start)  # else sampling alone explains it
+        shown = row.kept is False or row.bound.kept(end - start, end - start)  # otherwise sampling alone explains it
         bounds = (row.bound,) if shown else ()
         return axis, Interval(first, second, start, end, bounds), limit.says
 
 
 def _room(row: Checked) -> float:
-    """How far the shortest time is from its limit, as a part of it."""
+    """Return the margin of the shortest time to its limit, as a fraction of the limit."""
     return ((row.shortest_ps or 0) - (row.bound.least or 0)) / max(row.bound.least or 1, 1)
 
 
 def _cut(signal: SignalEdges, start: int, stop: int) -> SignalEdges:
-    """What a signal did in a window."""
+    """Return the edges of a signal in a window."""
     import numpy as np
 
     first, last = np.searchsorted(signal.times_ps, (start, stop), side="right").tolist()

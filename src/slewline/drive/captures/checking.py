@@ -1,4 +1,4 @@
-"""Checks a recording of STEP and DIR, of one axis or several.
+"""Checks of a recording of STEP and DIR, of one axis or several.
 
     STEP  ____|‾‾‾‾|______|‾‾‾‾|____       high, low: the least times of the driver
     DIR   _|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|__     set-up before a step, hold after it
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-RUNT = 0.5  # of the median pulse or gap of STEP, whichever is shorter: what is shorter than this is a glitch
-COARSE = 4  # so many samples a pulse should have
+RUNT = 0.5  # of the median pulse or gap of STEP, whichever is shorter: shorter ones are glitches
+COARSE = 4  # samples that a pulse should have
 
 
 def limits_of(driver: StepDriver, edge: str) -> list[Limit]:
-    """Return what a driver needs at its inputs, as rows of a data sheet.
+    """Return the requirements of a driver's inputs, as rows of a data sheet.
 
     Args:
-        edge: the edge of STEP with which a step begins, at the place of the recording.
+        edge: the edge of STEP with which a step begins, at the point of the recording.
     """
     high, low = ("rises", "falls") if edge != "falling" else ("falls", "rises")
     active, idle = ("active", "inactive") if edge != "both" else ("high", "low")
@@ -74,22 +74,22 @@ def check_capture(
     A time that is off by no more than the sampling period is not called a violation.
 
     Args:
-        capture: what `read_waveforms` has returned, or a file for it.
+        capture: the result of `read_waveforms`, or the name of a file.
         axes: by names of your choice, the signals STEP and DIR of each axis: {"x": ("D0", "D1")}; DIR may be None.
         driver: the driver that receives them, such as "DM542", or the times of its data sheet, such as
             "high 30 us, low 30 us, setup 5 us, hold 5 us"; None: only steps, glitches, jitter and skew.
-        edge: the edge of STEP with which a step begins where it was recorded: "rising", "falling", or "both".
+        edge: the edge of STEP with which a step begins at the point of the recording: "rising", "falling", or "both".
         forward: the level of DIR at which positions count up, 0 or 1.
         idle: the level of STEP where it floats or is unknown, as for `Waveforms.steps`.
         glitch: shorter pulses and gaps are glitches; by default half of the median pulse or gap
             of STEP, and on DIR a whole one; with both edges, where a pulse lasts a step, none.
         part: the part whose pins were recorded, such as "cy525": the limits of its data sheet are checked, too.
-        pins: its pins, and the signals that they are: {"pulse": "D0", "direction": "D1"}.
+        pins: its pins, and their signals: {"pulse": "D0", "direction": "D1"}.
         crystal: the clock of the part, "11 MHz"; by default that of its data sheet.
 
     Raises:
-        UsageError: no axis, a signal that is no wire, STEP or DIR unknown where a step is, `pins` without `part`.
-        UnknownName: no such signal, driver or part.
+        UsageError: no axis, a signal that is not a wire, STEP or DIR unknown at a step, `pins` without `part`.
+        UnknownName: there is no such signal, driver or part.
         WaveformError: the file cannot be read.
     """
     waves = capture if isinstance(capture, Waveforms) else read_waveforms(capture)
@@ -118,7 +118,7 @@ def check_capture(
 
 
 def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt: int) -> Iterator[Checked]:
-    """The times of a driver, of every axis."""
+    """Yield the checked times of a driver, of every axis."""
     for axis in axes:
         for limit in limits_of(sheet, edge):
             if "direction" in axis.signals or "direction" not in limit.edges:
@@ -126,7 +126,7 @@ def _of_driver(sheet: StepDriver, edge: str, axes: Iterable[AxisCapture], doubt:
 
 
 def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
-    """What to do where a recording cannot show the pulses of a driver."""
+    """Yield a remedy if a recording cannot resolve the pulses of a driver."""
     shortest = min(filter(None, (sheet.high_ps, sheet.low_ps)), default=0)
     if shortest and doubt * COARSE > shortest:
         yield (
@@ -136,7 +136,7 @@ def _too_coarse(sheet: StepDriver, doubt: int) -> Iterator[str]:
 
 
 def _driver(text: str) -> StepDriver:
-    """A driver by its name, or by its times."""
+    """Return a driver by its name, or by its times."""
     return own_driver(text) if " " in text.strip() else step_driver(text, f"give its times, such as {OWN!r}")
 
 
@@ -178,14 +178,14 @@ def _median(lasts: NDArray[np.int64]) -> float:
 
 
 def _short(signal: SignalEdges, shorter: int) -> Iterator[int]:
-    """Where pulses and gaps begin that are too short to be meant."""
+    """Yield the starts of pulses and gaps that are too short to be intended."""
     for level in (0, 1):
         begins, ends = pulses(signal.times_ps, signal.levels, level)
         yield from begins[ends - begins < shorter].tolist()
 
 
 def _signal(waves: Waveforms, name: str, idle: int | None) -> SignalEdges:
-    """A wire without what is unknown of it: there it is at `idle`, else as before."""
+    """Return the edges of a wire; unknown levels are replaced by `idle`, or else by the level before."""
     import numpy as np
 
     times, levels = waves.edges(name)
@@ -206,7 +206,7 @@ def _checked(name: str, limit: Limit, signals: Mapping[str, SignalEdges], crysta
 def _of_part(
     waves: Waveforms, part: str, pins: Mapping[str, str], crystal: str | int | None, doubt: int
 ) -> Iterator[Checked]:
-    """The limits in the data sheet of a part, of pins that were recorded."""
+    """Yield the checked limits in the data sheet of a part, for recorded pins."""
     sheet = sheet_of(part)
     known = {pin.name for pin in sheet.pins}
     for pin in pins:

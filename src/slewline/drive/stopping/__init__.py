@@ -1,1 +1,1 @@
-"""What happens when a board stops its motor by itself, and how the chip comes to stop where the motor has."""
+"""Reactions when a board stops its motor by itself: the chip is stopped at the position of the motor."""

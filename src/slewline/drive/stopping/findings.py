@@ -1,4 +1,4 @@
-"""What a drive reports: findings of its chip, and the position register that belongs to a count."""
+"""Reports of a drive: findings of its chip, and the position register that belongs to a count."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def signed(number: int) -> int:
 
 
 class DriveFindings:
-    """Reports troubles of a drive; `reported` has them in words."""
+    """Reporter of troubles of a drive; `reported` has their texts."""
 
     def __init__(self, state: DriveState, feeder: Feeder) -> None:
         self.state, self.feeder, self.reported = state, feeder, list[str]()
@@ -26,18 +26,18 @@ class DriveFindings:
         self.state.chip.motor_report(code, text, self.state.number, position)
 
     def uncertain(self, text: str) -> None:
-        """Report that nobody knows any more where the motor is."""
+        """Report that the position of the motor is no longer known."""
         self.state.trust(False)
         self.report("position-uncertain", text)
 
     def register(self, missing: int) -> int:
-        """Return the position register without some steps; one that did not count them is unchanged."""
+        """Return the position register minus some steps; a register that did not count them is unchanged."""
         axis = self.state.axis
         counted = missing if axis.past[-1].counts or not axis.past[-1].playing else 0
         return axis.low + (axis.position - counted - axis.low) % axis.modulus
 
     def taken_over(self, missing: int) -> None:
-        """Report that the chip has made steps that the motor has not: so many, net; set its register."""
+        """Report that the chip has made `missing` net steps more than the motor; set its register."""
         if missing:
             register = self.register(missing)
             self.report(
@@ -48,7 +48,7 @@ class DriveFindings:
             )
 
     def take_over(self, position: int, known: bool = True) -> None:
-        """Set the position register of the chip to where the board has counted the motor to be.
+        """Set the position register of the chip to the count of the board.
 
         Args:
             position: the count of the board.

@@ -1,4 +1,4 @@
-"""What becomes of a chip whose motor has stopped by itself: it is stopped as well, and counts where the motor is."""
+"""Halting of a chip whose motor has stopped by itself: it is stopped as well, and takes over the motor's position."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ if TYPE_CHECKING:
     from ..drive_state import DriveState
     from .findings import DriveFindings
 
-WAYS = ("abort", "kill", "reset", "power")  # in which a chip can be stopped
-KEEPING = ("abort", "kill")  # by which it keeps its registers
+WAYS = ("abort", "kill", "reset", "power")  # stop modes of chips
+KEEPING = ("abort", "kill")  # modes that keep the registers
 
 
 def ways_of(chip: Chip) -> list[str]:
-    """Return in which of the ways a chip can be stopped."""
+    """Return the stop modes that a chip has."""
     roles = {row.role for row in chip.sheet.pins if row.way in ("in", "both")}
     return [way for way in WAYS if way in roles or way == "power" or (way == "kill" and hasattr(chip, "kill"))]
 
 
 def stop_mode(chip: Chip, how: str | None) -> str:
-    """Return how a chip is stopped: in the way that is given, or, for None, by the first one that the chip has.
+    """Return the stop mode of a chip: the given one, or, for None, the first one that the chip has.
 
     Raises:
         UsageError: the chip has no such input.
@@ -37,9 +37,8 @@ def stop_mode(chip: Chip, how: str | None) -> str:
 class StopChip:
     """Stops the chip, and takes the count of the board over when it is at rest.
 
-    By one of its inputs, by what its command to end all does (K of a GS-C), or by its supply.
-
-    After a reset or without supply its registers are those of power-up, and the user homes.
+    It uses one of the chip's inputs, the effect of its command to end all (K of a GS-C), or its supply.  After a reset
+    or without supply the registers are those of power-up, and the user must home.
 
     Args:
         how: "abort", "kill", "reset" or "power".
@@ -47,11 +46,11 @@ class StopChip:
 
     def __init__(self, state: DriveState, findings: DriveFindings, how: str) -> None:
         self.state, self.findings, self.how = state, findings, how
-        self._position: int | None = None  # that is to be taken over
-        self._acting = self._stands = False  # the chip is stopped by us; it has come to rest since
+        self._position: int | None = None  # count to be taken over
+        self._acting = self._stands = False  # the chip is being stopped from here; it has come to rest since
 
     def expects(self, event: BoardEvent) -> bool:
-        """Return False: the chip knows nothing of it."""
+        """Return False: the chip does not see the event."""
         return False
 
     def stopped(self, event: BoardEvent) -> None:
@@ -72,7 +71,7 @@ class StopChip:
             chip.power(False)
 
     def _pins(self) -> list[str]:
-        """The inputs that stop the motion of the axis."""
+        """Return the inputs that stop the motion of the axis."""
         rows = [row for row in self.state.chip.sheet.pins if row.plays("abort", self.state.number)]
         return [row.name for row in rows if row.way in ("in", "both")]
 
@@ -84,9 +83,9 @@ class StopChip:
         self._position = event.position
 
     def turn(self) -> None:
-        """Take the count over if the chip is at rest by now; a motion that its host begins then is stopped as well.
+        """Take the count over if the chip is now at rest; stop a motion that its host begins then as well.
 
-        An input that stops it is let go of at rest: some chips do not heed one that is active as a motion begins.
+        An input that stops it is released at rest: some chips ignore one that is active when a motion begins.
         """
         axis = self.state.axis
         if axis.moving or axis.log.under_way:
@@ -108,7 +107,7 @@ class StopChip:
         return self._position is None and (self._stands or not self._acting)
 
     def clear(self) -> None:
-        """Let go of the input, or switch the supply on."""
+        """Release the input, or switch the supply on."""
         if self._acting:
             self._acting = False
             if not (self._stands and self.how == "abort"):

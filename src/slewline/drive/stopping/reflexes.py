@@ -1,11 +1,11 @@
-"""Inputs of a board that are pins of a chip: what the board does at once when they change, by the law of the chip.
+"""Inputs of a board that are pins of a chip: immediate reactions of the board, by the law of the chip.
 
     inputs = inputs_of(board, x, {"A0": "abort", "A1": "!home", "A5": "estop"})
     config = configured(config, inputs)
 
-Inputs are named by what is printed beside the pins of the board, A0 to A5 on an Uno.  A pin of the chip has the
-level of the input; with "!" before its name, the other one.  An emergency stop has a contact that opens: it is active
-when its wire breaks.
+Inputs have the names printed next to the pins of the board, A0 to A5 on an Uno.  A pin of the chip has the level of the
+input; with "!" before its name, the other one.  An emergency stop has a normally closed contact: it is also active when
+its wire breaks.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..board.boards import BoardModel
 
 ESTOP = "estop"
-REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
+REFLEX: Mapping[str, int] = {  # reflex codes of a board, by the reflex of a pin
     "": Reflex.NONE,
     "stop": Reflex.STOP,
     "stop up": Reflex.STOP | Reflex.UPWARDS,
@@ -35,14 +35,14 @@ REFLEX: Mapping[str, int] = {  # of a board, by the reflex of a pin
     "hold": Reflex.STOP,  # the model then holds the motor by its own law
     "mark": Reflex.MARK,
 }
-HOMING = {"stop out": 1, "stop back": -1, "stop sought": 1}  # in a homing; in which direction, seen from its way out
+HOMING = {"stop out": 1, "stop back": -1, "stop sought": 1}  # in a homing; direction relative to its outward motion
 SOUGHT = "stop sought"
 
 
 class Homing(NamedTuple):
-    """A homing in progress: the direction of its way out; the pin that it seeks, if that is one, and its level there.
+    """A homing in progress: the direction of its outward motion; the pin that it seeks, if any, and its level there.
 
-    0: there is none.
+    The direction is 0 if there is none.
     """
 
     way: int = 0
@@ -51,7 +51,7 @@ class Homing(NamedTuple):
 
     @classmethod
     def of(cls, axis: Axis) -> Self:
-        """Return that of an axis."""
+        """Return the homing of an axis."""
         return cls(axis.homing, *axis.sought or ())
 
 
@@ -61,8 +61,8 @@ NO_HOMING = Homing()
 class BoardInput(NamedTuple):
     """An input of a board.
 
-    `pin` is that of the chip, "" of an emergency stop; `reflex` a word of its column; `acts` the level of the pin at
-    which it acts; `inverted`: the pin has the other level than the input.
+    `pin` is the pin of the chip, "" for an emergency stop; `reflex` a word of its column; `acts` the level of the pin
+    at which it acts; `inverted`: the pin has the other level than the input.
     """
 
     number: int
@@ -72,11 +72,11 @@ class BoardInput(NamedTuple):
     inverted: bool
 
     def level(self, inputs: int) -> int:
-        """Return the level of the pin, of all inputs of a board as bits."""
+        """Return the level of the pin, from all inputs of a board as bits."""
         return (inputs >> self.number & 1) ^ self.inverted
 
     def code(self, homing: Homing) -> int:
-        """Return what the board is to do."""
+        """Return the reflex code for the board."""
         if not self.pin:
             return Reflex.ESTOP
         if self.reflex in HOMING:
@@ -86,13 +86,13 @@ class BoardInput(NamedTuple):
 
 
 def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple[BoardInput, ...]:
-    """Return the inputs of a board by what they are wired to: a pin of the chip, or "estop".
+    """Return the inputs of a board by their wiring: a pin of the chip, or "estop".
 
     Args:
         wiring: by the printed names of inputs, or their numbers: {"A0": "abort"}.
 
     Raises:
-        UsageError: no such input or pin, a pin that is no input, or one that is wired twice.
+        UsageError: there is no such input or pin, a pin is not an input, or one is wired twice.
     """
     found: dict[int, BoardInput] = {}
     printed = [pin.printed for pin in board.inputs]
@@ -131,7 +131,7 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
 
 
 def configured(config: BoardConfig, inputs: Iterable[BoardInput], homing: Homing = NO_HOMING) -> BoardConfig:
-    """Return a configuration in which a board acts on its inputs as the chip would, and tells their edges."""
+    """Return a configuration with which a board acts on its inputs as the chip would, and reports their edges."""
     active, report, reflex = 0, 0, [0] * INPUTS
     for each in inputs:
         acts = homing.level if each.pin and each.pin == homing.pin else each.acts

@@ -1,4 +1,4 @@
-"""Another run of a chip: why it is made, where its motion comes to rest."""
+"""Another run of a chip: its cause, and the point where its motion comes to rest."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 
 class Cause(NamedTuple):
-    """Why the board has stopped: inputs with their instants of the model (ps), the first one is what stopped it."""
+    """The cause of a stop of the board: inputs with their instants of the model (ps); the first one stopped it."""
 
     entries: Sequence[Mapping[str, Any]]
     without: tuple[int, ...] = ()
-    lead_ps: int = 0  # so much before the motor stops the first one comes
+    lead_ps: int = 0  # time from the first input to the stop of the motor
 
     def at(self, instant: int) -> list[dict[str, Any]]:
-        """Return the inputs, with the first one moved so that it acts at an instant (ps); none comes before it."""
+        """Return the inputs, with the first one moved to act at an instant (ps); none comes before it."""
         first = instant - self.lead_ps
         return [
             {**entry, "t": first if number == 0 else max(int(entry["t"]), first)}
@@ -28,20 +28,20 @@ class Cause(NamedTuple):
 
 
 class Rewound(NamedTuple):
-    """Another run, and what it has come to."""
+    """Another run, and its result."""
 
     bench: Bench
-    instant: int  # at which the chip was told (ps)
-    since_ps: int  # when the first input came
-    missing: int  # how many steps it has made too few, in the direction of the motion; below 0: too many
-    rest_ps: int  # when the last one was
-    stands: bool  # the motion has come to its end
+    instant: int  # at which the chip received the inputs (ps)
+    since_ps: int  # time of the first input
+    missing: int  # missing steps, in the direction of the motion; below 0: too many steps
+    rest_ps: int  # time of the last step
+    stands: bool  # the motion has ended
 
 
 def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
-    """Return which instant to try next (ps): between one that is too early and one too late, if there are both.
+    """Return the instant to try next (ps): between a too early and a too late one, if there are both.
 
-    With one of them alone so many steps on as are missing; None: there are none.
+    With only one of them, move on by the number of missing steps; None: there are none.
     """
     early = max((at for at, found in tried.items() if found.missing > 0), default=None)
     late = min((at for at, found in tried.items() if found.missing < 0), default=None)
@@ -54,7 +54,7 @@ def following(tried: Mapping[int, Rewound], times: Sequence[int]) -> int | None:
 
 
 def named(chip: Chip, text: str) -> str:
-    """Return the name of the command that a chip works on, from the text by which it says so."""
+    """Return the name of the command that a chip executes, from its own text."""
     forms = {row.form: row.name for row in chip.sheet.commands}
     return forms.get(text, forms.get(text.partition(" ")[0], ""))
 

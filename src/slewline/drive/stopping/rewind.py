@@ -1,19 +1,19 @@
-"""What a chip does when inputs of the board stop the motor: its own law, at the instant at which they changed.
+"""Stops of the motor by inputs of the board, as the chip would make them: by its own law, at the instant of the change.
 
     model     ......m.............. now          the present; the board is a horizon behind it
-    board     ......| stops at k                 by its reflex, at once, and tells when that was
+    board     ......| stops at k                 by its reflex, immediately, and reports the instant
     rewound         |....... now'                another bench, in which the pin changed at m; it stops at k by itself
 
-The motor stands meanwhile.  What the first run has said after m has not left the cable.  *The count wins over the
-stamp*: where the law of the chip looks at the pin between stamp and step, the model would make a step more or less than
-the board has; then the input is moved past the next look, until the counts agree.  Where no instant gives that count,
-the nearest run is taken, and the position register is set to where the motor is.  If the chip does not stop, or going
-back would cost more time than is allowed, or the stamp is older than the last rest, the chip is stopped at the present,
-and takes the count of the board over: the finding is `late-input`.
+Meanwhile the motor is at rest.  Output of the first run after m has not left the cable.  *The count overrides the time
+stamp*: if the law of the chip samples the pin between time stamp and step, the model would take a step more or less
+than the board has; then the input is moved past the next sample, until the counts agree.  If no instant leads to that
+count, the nearest run is used, and the position register is set to the position of the motor.  If the chip does not
+stop, or going back would take longer than is allowed, or the time stamp is older than the last rest, the chip is
+stopped at the present, and takes over the count of the board: the finding is `late-input`.
 
-A command of the host that acts at once (`at_once` of its row) goes to the board past the horizon, and is moved as well.
-An input that holds the motor is one that stops it: in the other run the chip holds it by its own law, and goes on
-when it is let go.
+A command of the host that acts immediately (`at_once` of its row) bypasses the horizon on its way to the board, and is
+moved as well.  An input that holds the motor is one that stops it: in the other run the chip holds it by its own law,
+and continues when it is released.
 """
 
 from __future__ import annotations
@@ -38,22 +38,22 @@ if TYPE_CHECKING:
 
 STOPS = (Happening.STOPPED, Happening.BRAKED)
 TRIES = 6
-REST_PS = 5 * 10**12  # in which a chip comes to rest
+REST_PS = 5 * 10**12  # time for a chip to come to rest
 SLICE_PS = 10**10
-BEHIND_PS = 2 * 10**11  # at rest: to follow more often would be all that an idle drive does
-MOST_NS = 10_000_000  # of a turn, in which the past is followed
-LINE_MS = 40  # that a line and a board are slow at most, to hear a command and to answer
-MEASURED = 10  # entries that tell what one costs
-LOOK_BACK_PS = 10**12  # in which the step is found at which the board has stopped
-ALLOWED_S = 0.25  # of a usual machine, that going back may cost
-WRITES = ("write", "send")  # inputs by which bytes of a host come
+BEHIND_PS = 2 * 10**11  # at rest: following more often would keep an idle drive busy
+MOST_NS = 10_000_000  # time per turn for following the past
+LINE_MS = 40  # greatest delay of a line and a board, from a command to its answer
+MEASURED = 10  # entries for measuring the cost of one
+LOOK_BACK_PS = 10**12  # range of the search for the step at which the board has stopped
+ALLOWED_S = 0.25  # time that going back may take on a usual machine
+WRITES = ("write", "send")  # journal entries with bytes of a host
 
 
 class Rewind:
-    """Lets a chip stop where the board has, at the instant at which it has.
+    """Stops a chip where the board has stopped, at the same instant.
 
     Args:
-        otherwise: stops the chip where this does not.
+        otherwise: stops the chip if this cannot.
         motor: stops, moves to another bench and lets a stopped board continue.
         past: the past of the present bench; the drive follows by itself.
 
@@ -72,18 +72,18 @@ class Rewind:
         past: Past,
         on_event: Hook[[BoardEvent]],
     ) -> None:
-        _ = past.path  # there is a journal
+        _ = past.path  # check that there is a journal
         self.state, self.findings, self.otherwise, self.motor = state, findings, otherwise, motor
         self.wall, self.clock, self.link, self.ticks = path.wall, path.clock, path.link, path.ticks
         self.feeder, self.cable = path.feeder, path.cable
         self.past, self.allowed_s = past, ALLOWED_S
         self.inputs = {each.number: each for each in inputs}
-        self.levels: dict[int, int] = {}  # of pins, as they were last told
+        self.levels: dict[int, int] = {}  # levels of pins, as last set
         self.edges: list[tuple[BoardInput, int, int]] = []  # since the board has stopped: level, instant of the model
-        self.stop: BoardEvent | None = None  # what has stopped it
-        self.final: BoardEvent | None = None  # how it stands
-        self.not_before = 0  # an instant (ps) at which the chip stands in the run that is to be taken over
-        self.command: tuple[int, str] | None = None  # of the host, that has stopped it: when, and what it was
+        self.stop: BoardEvent | None = None  # the event that stopped it
+        self.final: BoardEvent | None = None  # the event at rest
+        self.not_before = 0  # an instant (ps) at which the chip is at rest in the run to be taken over
+        self.command: tuple[int, str] | None = None  # instant and name of the host's command that stopped it
         self.homing = NO_HOMING  # for which the board is configured
         self.rewinds, self.config = 0, state.config
         state.configure(configured(state.config, inputs))
@@ -97,7 +97,7 @@ class Rewind:
         if state.phase != "ok":
             return
         if not self.feeder.running:
-            self.command = None  # the motor stood before the board had heard of it
+            self.command = None  # the motor was at rest before the board received it
         if not self.levels and self.link.answer is not None:
             self._see(self.link.answer.inputs)
         if not self.cable.under_way and not state.axis.moving and state.kernel.now > self.past.since_ps + BEHIND_PS:
@@ -112,7 +112,7 @@ class Rewind:
             self.link.configure(state.config)
 
     def _see(self, inputs: int) -> None:
-        """Put the pins to the levels that the inputs of the board have, as bits, where they have others."""
+        """Set the pins to the levels of the board's inputs, as bits, where they differ."""
         for number, each in self.inputs.items():
             level = each.level(inputs)
             if each.pin and self.levels.get(number) != level:
@@ -120,7 +120,7 @@ class Rewind:
             self.levels[number] = level
 
     def commanded(self, text: str) -> None:
-        """Hear of a command of the host; one that acts at once goes to the board at once."""
+        """Handle a command of the host; one that acts immediately goes to the board immediately."""
         state = self.state
         row = next(
             (row for row in state.chip.sheet.commands if row.at_once and row.name in (text, named(state.chip, text))),
@@ -132,7 +132,7 @@ class Rewind:
         self.motor.stop(at_once=row.at_once == "stop")
 
     def event(self, event: BoardEvent) -> None:
-        """Hear of the board: levels of inputs."""
+        """Handle an event of the board: levels of inputs."""
         state = self.state
         instant = self._instant(event)
         for number, each in self.inputs.items():
@@ -153,7 +153,7 @@ class Rewind:
         return event.kind in STOPS and event.which in self.inputs
 
     def _instant(self, event: BoardEvent) -> int:
-        """The instant of the model that belongs to what has happened on the board (ps)."""
+        """Return the instant of the model for an event of the board (ps)."""
         state = self.state
         late = state.horizon if self.cable.under_way or self.stop is not None else 0
         return min(max(self.ticks.ps(self.clock.unwrap(event.tick) - late), 1), state.kernel.now)
@@ -167,7 +167,7 @@ class Rewind:
         return (each is not None and bool(each.pin)) or (event.which == HOST and self.command is not None)
 
     def stopped(self, event: BoardEvent) -> None:
-        """Take note that the board has stopped, or is on its way down."""
+        """Record that the board has stopped, or is ramping down."""
         if not self.expects(event):
             self._forget()
             self.otherwise.stopped(event)
@@ -175,12 +175,12 @@ class Rewind:
         self.stop = event
         self.state.leave_open(True)
         each = self.inputs.get(event.which)
-        if each is not None and not self.edges:  # it was active before, against another direction
+        if each is not None and not self.edges:  # it was already active, but against the other direction
             self.edges = [(each, each.level(event.inputs), self._instant(event))]
 
     @property
     def going_back_to(self) -> int | None:
-        """The tick from which on nothing may leave the cable, for it may be taken back; None: there is none.
+        """Tick from which on no output may leave the cable, because it may be withdrawn; None if there is none.
 
         The answer to a command that has stopped the motor is the same in both runs.
         """
@@ -193,7 +193,7 @@ class Rewind:
         return self.clock.unwrap(stop.tick) - line
 
     def halted(self, event: BoardEvent) -> None:
-        """Take note that the count is final."""
+        """Record that the count is final."""
         if self.stop is None:
             self.otherwise.halted(event)
         else:
@@ -226,26 +226,26 @@ class Rewind:
             self.otherwise.halted(final)
 
     def _forget(self) -> None:
-        """Nothing is to be gone back to any more."""
+        """Discard the stop: there is no instant to go back to any more."""
         self.stop, self.final, self.edges, self.command = None, None, [], None
         self.state.leave_open(False)
 
     @property
     def settled(self) -> bool:
-        """Whether nothing is to be gone back to, and the chip is at rest where the motor is."""
+        """Whether there is no instant to go back to, and the chip is at rest at the position of the motor."""
         return self.stop is None and self.otherwise.settled
 
     def clear(self) -> None:
-        """Let the chip go on that was stopped otherwise; inputs may have changed while the board told nothing."""
+        """Release a chip that was stopped otherwise; inputs may have changed without a report of the board."""
         self.levels.clear()
         self.otherwise.clear()
 
     # ------------------------------------------------------------------------------------------------------ going back
     def _cause(self, stop: BoardEvent, instant: int) -> Cause:
-        """What the chip is told.
+        """Return the inputs of the chip for the other run.
 
         Raises:
-            UsageError: the bytes of a command are not to be found.
+            UsageError: the bytes of a command are not found.
         """
         if stop.which != HOST or self.command is None:
             held = self._held
@@ -267,14 +267,14 @@ class Rewind:
 
     @property
     def _held(self) -> BoardInput | None:
-        """The input that holds the motor, if one does; its release takes effect at the present."""
+        """Input that holds the motor, if there is one; its release takes effect at the present."""
         each = None if self.stop is None else self.inputs.get(self.stop.which)
         return each if each is not None and each.reflex == "hold" else None
 
     def _kept(self, stop: BoardEvent, held: BoardInput) -> tuple[int, int] | None:
-        """Return an entry, and its instant: the input let go, and held the motor again before that had made a step.
+        """Return a journal entry and its instant: the input was released, and held the motor again before a step.
 
-        In the other run it does not let go.
+        In the other run it is not released.
         """
         state, name, found = self.state, f"{self.state.chip.name}.{held.pin}", None
         for offset, entry in self.past.entries():
@@ -287,7 +287,7 @@ class Rewind:
         return found if before == stop.position else None
 
     def _go_back(self, stop: BoardEvent, position: int) -> str | None:
-        """Put the chip to where the board is, by going back; return why that cannot be done, or ""; None: not yet."""
+        """Bring the chip to the position of the board, by going back; return "", or why not; None: not yet."""
         state = self.state
         now, instant = state.kernel.now, self._instant(stop)
         cause = self._cause(stop, instant)
@@ -295,11 +295,11 @@ class Rewind:
         if not times:
             return "the motor made no step"
         wanted = [at for at, there in zip(times, travel, strict=True) if there == stop.position]
-        if wanted:  # the step behind which the board was told to stop
+        if wanted:  # the step after which the board received the stop
             at = min(wanted, key=lambda step: abs(step - instant))
             after = times[times.index(at) + 1] if at != times[-1] else now
             instant = min(max(instant, at), after - 1)
-        tried: dict[int, Rewound] = {}  # by the instant at which the chip is told
+        tried: dict[int, Rewound] = {}  # by the instant of the chip's input
         told: int | None = instant
         while told is not None and len(tried) < TRIES and told not in tried:
             if told - cause.lead_ps <= self.past.since_ps:
@@ -314,12 +314,12 @@ class Rewind:
         return f"the law of the chip does not stop at the count of the board, {position}"
 
     def _run(self, cause: Cause, instant: int, now: int, position: int, sign: int) -> Rewound:
-        """Run again with the inputs at an instant; compare where the chip comes to rest with a count of the board."""
+        """Run again with the inputs at an instant; compare the rest position of the chip with a count of the board."""
         first, inputs = instant - cause.lead_ps, cause.at(instant)
         bench = self.past.at(first).rerun(inputs, now, without=cause.without, allowed_s=self.allowed_s)
         axis: Axis = bench.chips[self.state.chip.name].axis(self.state.number).motor
         missing, rest = self._missing(axis, instant, now, position, sign)
-        if axis.moving and rest >= now - SLICE_PS:  # where it comes to rest is still to come
+        if axis.moving and rest >= now - SLICE_PS:  # it is still moving
             while axis.moving and bench.now_ps < now + REST_PS:
                 bench.run_to(f"{bench.now_ps + SLICE_PS} ps")
             missing, rest = self._missing(axis, instant, bench.now_ps, position, sign)
@@ -327,16 +327,16 @@ class Rewind:
         return Rewound(bench, instant, first, missing, rest, stands)
 
     def _take_at_rest(self, found: Rewound, cause: Cause, now: int, position: int, sign: int) -> str | None:
-        """Take another run over; if the chip comes to rest in it later than now, wait for that first: return None."""
+        """Take another run over; if its chip comes to rest later than now, wait for that first: return None."""
         if found.rest_ps >= now:
             self.not_before = found.rest_ps + SLICE_PS
             return None
-        latest = not found.missing and found.bench.now_ps == now  # its copy of the journal has not been written over
+        latest = not found.missing and found.bench.now_ps == now  # its copy of the journal has not been overwritten
         return self._take(found if latest else self._run(cause, found.instant, now, position, sign), sign)
 
     @staticmethod
     def _missing(axis: Axis, instant: int, now: int, position: int, sign: int) -> tuple[int, int]:
-        """How many steps are missing where a motion in this direction ended, and when its last step was."""
+        """Return the steps missing at the end of a motion in this direction, and the instant of its last step."""
         times, travel, _ = travelled(axis, max(instant - LOOK_BACK_PS, 0), now)
         if not times:
             return (position - axis.travel) * sign, instant
@@ -348,7 +348,7 @@ class Rewind:
         return (position - before) * sign, last
 
     def _take(self, found: Rewound, sign: int) -> str:
-        """Go on with another bench, where the motor stands."""
+        """Continue with another bench, at the position of the motor."""
         state, held = self.state, self._held
         self._move(found.bench, found.since_ps)
         if held is not None and self.levels[held.number] != held.acts:
@@ -360,11 +360,11 @@ class Rewind:
         times, travel, _ = travelled(state.axis, found.rest_ps, state.kernel.now)
         self.motor.resume(travel[0] if times else state.axis.travel, found.rest_ps)
         if (answer := self.link.answer) is not None:
-            self._see(answer.inputs)  # of what changed while the board was opened again there is no event
+            self._see(answer.inputs)  # changes while the board was reopened have no event
         return ""
 
     def _move(self, bench: Bench, since_ps: int) -> None:
-        """Put another bench in the place of the present one, which did the same up to an instant (ps)."""
+        """Replace the present bench by another one, which was the same up to an instant (ps)."""
         self.state.chip.on_command.remove(self.commanded)
         self.past.go_on(bench, since_ps)
         self.motor.move(bench)
@@ -373,7 +373,7 @@ class Rewind:
 
     # ------------------------------------------------------------------------------------------------------------ marks
     def _mark(self, each: BoardInput, level: int, instant: int) -> None:
-        """Let the chip see an edge where the motor was, and goes on; at the present, if that would change its steps."""
+        """Apply an edge to the chip at the motor's instant; at the present, if it would change its steps."""
         state = self.state
         name = f"{state.chip.name}.{each.pin}"
         now, why = state.kernel.now, "it is before the last rest"

@@ -1,4 +1,4 @@
-"""What a board tells of its motor, and what the drive makes of it: findings of the chip, states of the drive."""
+"""Reports of a board about its motor, and their consequences: findings of the chip, states of the drive."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ...core.time.hook import Hook
     from ..drive_state import DrivePath, DriveState, FoundBoard, Stopping
 
-TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board tells
+TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by the event of a board
     Happening.UNDERRUN: (
         "underrun",
         "the board ran dry: the host was later than the horizon of {horizon}; the motor goes down to a stop; choose a "
@@ -29,7 +29,7 @@ TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by what a board 
     Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
 }
 MOVING = (BoardState.RUN, BoardState.BRAKE)
-AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no way down
+AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no stop ramp
 RESULTS = {
     FrameResult.WRONG_STATE: "not in this state",
     FrameResult.BAD_CONTENT: "its content makes no sense",
@@ -39,11 +39,11 @@ RESULTS = {
 
 
 class Troubles:
-    """Receives what the board reports, and halts the drive.
+    """Handler of the board's reports, which halts the drive.
 
     Args:
-        stopping: what stops the chip; another one may be put in its place.
-        on_event: is called with each event, before anything follows from it.
+        stopping: stops the chip; it may be replaced.
+        on_event: called with each event, before it has any effect.
     """
 
     def __init__(
@@ -58,14 +58,14 @@ class Troubles:
         self.clock, self.link, self.ticks = path.clock, path.link, path.ticks
         self.feeder, self.cable = path.feeder, path.cable
         self.findings, self.report = findings, findings.report
-        self._before_halt: Answer | None = None  # the last one before a halt of which the board had told nothing
+        self._before_halt: Answer | None = None  # the last answer before an unreported halt
         self.link.on_event.add(self.event)
         self.link.on_boot.add(self.booted)
         self.link.on_refused.add(self.refused)
 
     # ---------------------------------------------------------------------------------------------------------- events
     def event(self, event: BoardEvent) -> None:
-        """Hear what has happened on the board."""
+        """Handle an event of the board."""
         state = self.state
         self.on_event(event)
         event = event._replace(position=signed(event.position - state.count_origin))  # as the model counts
@@ -83,7 +83,7 @@ class Troubles:
             self.stopping.halted(event)
 
     def _stopped(self, event: BoardEvent, tick: int) -> None:
-        """The board makes no more steps of the model."""
+        """Handle the end of the model's steps on the board."""
         state = self.state
         rate = self._rate(tick)
         state.halt()
@@ -101,14 +101,14 @@ class Troubles:
         self.stopping.stopped(event)
 
     def _cut_short(self, event: BoardEvent) -> None:
-        """Something has stopped the motor at once on its way down."""
+        """Handle an immediate stop of the motor during its stop ramp."""
         self._report_stop(event)
         self.findings.uncertain(
             "the motor stood at once on its way down, at a rate that is not known: it may have lost steps; home it"
         )
 
     def _report_stop(self, event: BoardEvent) -> None:
-        """Report what has stopped the motor, and where."""
+        """Report the cause and the position of a stop."""
         state, (code, text) = self.state, TROUBLES[event.kind]
         words = {
             "horizon": readable(state.horizon_ps),
@@ -118,7 +118,7 @@ class Troubles:
         self.report(code, f"{text.format_map(words)} (at {self._position(event.position)})")
 
     def _check_count(self, event: BoardEvent) -> None:
-        """The board stands: has it counted what it was sent?"""
+        """Check, at rest, that the board has counted the steps that it was sent."""
         state, net = self.state, self.feeder.net
         if not self.feeder.running and event.position != (wanted := signed(state.counted_from + net)):
             self.report(
@@ -139,7 +139,7 @@ class Troubles:
         return abs(state.axis.velocity_at(min(max(at, 0), state.kernel.now)))
 
     def _start_stop(self) -> float:
-        """Return the rate up to which the motor may stand at once."""
+        """Return the highest rate at which the motor may stop without a ramp."""
         state = self.state
         if state.start_stop is not None:
             return state.start_stop
@@ -147,7 +147,7 @@ class Troubles:
         return state.board.hz * 65536 / first if first else state.board.hz / state.config.start_stop
 
     def goes_on(self, found: FoundBoard) -> None:
-        """A board is opened: was it in use before, and where is its motor?"""
+        """Handle a board that was in use before it was opened, and the position of its motor."""
         if found.state == BoardState.BOOT or not (found.counted or found.moving or found.state == BoardState.HALT):
             return
         axis = self.state.axis
@@ -167,7 +167,7 @@ class Troubles:
         )
 
     def port_lost(self, error: OSError) -> None:
-        """The port is gone: so is the supply of a board that has it from there."""
+        """Handle the loss of the port, which may also supply the board."""
         if self.state.phase not in ("closed", "unknown"):
             self.report(
                 "port-lost",
@@ -177,20 +177,20 @@ class Troubles:
             self._lose_count()
 
     def _lose_count(self) -> None:
-        """The count of the board is lost: stop the chip."""
+        """Stop the chip, because the count of the board is lost."""
         before = self.state.phase
         self.state.lose()
         self.feeder.halt()
-        self.cable.flush()  # its ticks are those of the board's life before
+        self.cable.flush()  # its ticks are those before the restart of the board
         if before == "ok" or not self.state.final:
             self.stopping.stopped(self._unknown())
 
     def _unknown(self) -> BoardEvent:
-        """The event of a board that has lost its count."""
+        """Return the event of a board that has lost its count."""
         return BoardEvent(0, Happening.BOOT, HOST, BoardState.BOOT, 0, signed(self.state.axis.travel), 0)
 
     def silent(self, while_: str) -> None:
-        """The board does not answer: a motor that was moving has been stopped by it, or has no supply."""
+        """Handle a board that does not answer: it has stopped a moving motor, or has no supply."""
         self.report(
             "board-silent",
             f"the board has not answered for {while_}: look for its cable and its supply",
@@ -200,7 +200,7 @@ class Troubles:
             self._halt()
 
     def heard(self) -> None:
-        """The board has said something: behind a halt of which it had told nothing, its count, once it stands."""
+        """Handle a message of the board: after an unreported halt, its count once it is at rest."""
         state, answer = self.state, self.link.answer
         if self._before_halt is None or answer is None or answer is self._before_halt:
             return
@@ -215,7 +215,7 @@ class Troubles:
             self.stopping.halted(self._unknown()._replace(state=answer.state, position=count))
 
     def booted(self) -> None:
-        """The board was reset, or had no supply: its count is lost."""
+        """Handle a reset or a power failure of the board: its count is lost."""
         if self.state.phase not in ("closed", "unknown"):
             self.report(
                 "board-reset",
@@ -223,10 +223,10 @@ class Troubles:
                 "clear the drive, then home",
             )
             self._lose_count()
-            self.link.open(self.state.config)  # it does not move, and tells the time again
+            self.link.open(self.state.config)  # it is at rest, and reports its time again
 
     def refused(self, answer: Answer) -> None:
-        """The board has not taken a frame."""
+        """Handle a frame that the board has refused."""
         state = self.state
         if state.phase != "ok":
             return
@@ -239,12 +239,12 @@ class Troubles:
         if answer.kind == FrameKind.OUTPUTS and state.enable and not energised:  # before a motion
             self.switched_off()
             return
-        if answer.state not in (BoardState.BRAKE, BoardState.HALT, BoardState.BOOT):  # of those there is an event
+        if answer.state not in (BoardState.BRAKE, BoardState.HALT, BoardState.BOOT):  # these have an event
             why = RESULTS.get(FrameResult(answer.result), str(answer.result))
             self.report("board-refused", f"the board has refused {kind}: {why}; stop the motor, and report this")
 
     def moved_by_itself(self) -> None:
-        """Halt the drive: the chip moves, and nobody has told it to."""
+        """Halt the drive: the chip moves without a command."""
         self.state.halt(final=True)
         self.report(
             "moved-by-itself",
@@ -255,12 +255,12 @@ class Troubles:
         self.stopping.stopped(self._unknown())
 
     def too_fast(self, error: Exception) -> None:
-        """The model makes steps faster than the board can."""
+        """Handle steps of the model that are too fast for the board."""
         self._halt()
         self.report("too-fast", f"{error}; steps were not made")
 
     def not_started(self) -> None:
-        """The board has not taken the start of a motion a horizon after it was due."""
+        """Handle a motion whose start the board has not taken a horizon after it was due."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -270,7 +270,7 @@ class Troubles:
         )
 
     def stopped_at_rest(self) -> None:
-        """Halt the drive: the host stops a motor that is at rest, and steps are to come."""
+        """Halt the drive: the host stops a motor that is at rest, and steps are pending."""
         self.link.abandon()
         self._halt()
         self.report(
@@ -278,7 +278,7 @@ class Troubles:
         )
 
     def switched_off(self) -> None:
-        """The board has switched the driver off by itself, at rest."""
+        """Handle a driver that the board has switched off by itself, at rest."""
         self._halt()
         self.report(
             "driver-off",
@@ -287,19 +287,19 @@ class Troubles:
         )
 
     def clock_jumped(self) -> None:
-        """This computer slept, so its clock did not run, and the board's did."""
+        """Handle a sleep of this computer: its clock stopped, and the board's did not."""
         if self.state.phase == "ok" and self.cable.under_way:
             self._halt()
             self.report(
                 "computer-slept",
                 "this computer slept during a motion, which the board has ended; keep it awake",
             )
-        self.cable.flush()  # its ticks are those of before
+        self.cable.flush()  # its ticks are the old ones
 
     def _halt(self) -> None:
         """Halt the drive for a reason that the board does not know."""
         self.link.stop(1)
         self.state.halt()
-        self._before_halt = self.link.answer  # of a board that stands already no event comes
+        self._before_halt = self.link.answer  # a board that is at rest already sends no event
         self.feeder.halt()
         self.stopping.stopped(self._unknown())

@@ -1,16 +1,16 @@
-"""Ways down: what a board is told of how its chip would slow down, from each step of a motion.
+"""Stop ramps: the deceleration of the chip from each step of a motion, as sent to a board.
 
-    table     the plan's own way down, intervals and counts: sent once a motion
-    a record  how many steps of it remain, from each of its steps on (WAY)
+    table     the plan's own stop ramp, intervals and counts: sent once per motion
+    a record  the number of its steps that remain, from each step of the record on (WAY)
 
-A chip whose input slows the motor down does so by a law of its own, in a word of REFLEXES:
+A chip whose input decelerates the motor does so by a law of its own, in a word of REFLEXES:
 
-    brake         down the levels below the one of the step that is over, each in full; at the top the whole way, and in
-                  the way down what is left of it
-    brake back    back by as many steps as it has come up; it ends at the first rate, at the first step of it
+    brake         down the levels below the one of the last step, each in full; at the top the whole stop ramp, and
+                  during deceleration the rest of it
+    brake back    down by as many steps as the acceleration has made; it ends at the first rate, at the first step of it
 
-The board makes the step that is scheduled, and then the way down.  Of a plan that does not begin at rest, or has levels
-that change too fast for a record each, nothing is said; then the pace of the motor decides.
+The board makes the scheduled step, and then the stop ramp.  For a plan that does not begin at rest, or has levels that
+change too fast for a record each, no number is sent; then the rate of the motor decides.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
     from ..feeder import Feeder
 
 LEVELS, BACK = "brake", "brake back"  # words of REFLEXES
-QUEUE_LEVELS = 40  # that a board takes at any rate
-LEVEL_PS = 1_250_000_000  # in which a longer ramp may change its level: some 800 records a second
-FAST_STEPS = 3  # at least, of an entry whose steps are fast: a board needs that long for an entry
+QUEUE_LEVELS = 40  # levels that every board can queue
+LEVEL_PS = 1_250_000_000  # least time per level of a longer ramp: some 800 records a second
+FAST_STEPS = 3  # least steps of an entry with fast steps: a board needs that long to load an entry
 Entries = list[tuple[int, int]]  # intervals in 1/256 tick, counts
 
 
 class WayPiece(NamedTuple):
-    """Steps of a plan, from `first` on and before `end`; the way down from the first has `way` steps.
+    """Steps of a plan, from `first` on and before `end`; the stop ramp from the first has `way` steps.
 
-    From each next one it has `slope` more: -1, 0, 1.  `way` is -1 where that is not known.
+    From each next one it has `slope` more: -1, 0, 1.  `way` is -1 if unknown.
     """
 
     first: int
@@ -52,17 +52,17 @@ class WayPiece(NamedTuple):
 
 
 def law_of(chip: Chip) -> str:
-    """Return by which law a chip slows its motor down at an input, in a word of REFLEXES; "": no input does."""
+    """Return the law by which an input decelerates the motor of a chip, as a word of REFLEXES; "" if no input does."""
     words = {row.reflex for row in chip.sheet.pins}
     return BACK if BACK in words else LEVELS if LEVELS in words else ""
 
 
 def way_pieces(plan: Plan, law: str) -> list[WayPiece]:
-    """Return the ways down from all steps of a plan that begins at rest."""
+    """Return the stop ramps from all steps of a plan that begins at rest."""
     found = [WayPiece(0, 1, 0, 0)]
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
-    slow = up[0][0] if up else 0  # the interval at which a way back ends
-    done = 0  # steps of the way up that a way back would have
+    slow = up[0][0] if up else 0  # the interval at which a `brake back` ends
+    done = 0  # steps of the acceleration so far, which a `brake back` would reverse
     for leg in plan.legs:
         first = leg.first
         for interval, count in leg.runs:
@@ -84,19 +84,19 @@ def way_pieces(plan: Plan, law: str) -> list[WayPiece]:
 
 
 def below(up: Runs, interval: int) -> int:
-    """Return how many steps of a way up have longer intervals."""
+    """Return the number of steps of an acceleration that have longer intervals."""
     return sum(count for each, count in up if each > interval)
 
 
 def fast(leg: Leg, step: int, slow: int) -> int:
-    """Return how many steps of a leg are not at the first rate, from a step of the plan on."""
+    """Return the number of steps of a leg that are not at the first rate, from a step of the plan on."""
     return sum(count for each, count in tail(leg.runs, step - leg.first) if each != slow)
 
 
 def _add(found: list[WayPiece], piece: WayPiece) -> None:
-    """Add a piece behind others; no way is shorter than 0."""
+    """Append a piece; no stop ramp is shorter than 0."""
     first, end, way, slope = piece
-    if slope < 0 and end > first + way + 1:  # the last ones would be
+    if slope < 0 and end > first + way + 1:  # the last ones would be below 0
         zero = max(first + way + 1, first)
         if zero > first:
             _add(found, WayPiece(first, zero, way, slope))
@@ -111,7 +111,7 @@ def _add(found: list[WayPiece], piece: WayPiece) -> None:
 
 
 class WaysDown:
-    """Tells the board of a drive the ways down of its chip: tables, and by `pieces` what records say.
+    """Sender of a chip's stop ramps to the board of a drive: tables, and by `pieces` the values in records.
 
     Args:
         send: called with the table of a motion, and the instant at which that begins (ps).
@@ -120,14 +120,14 @@ class WaysDown:
     def __init__(self, state: DriveState, link: Link, send: Callable[[Entries, int], object]) -> None:
         self.state, self.link, self._send = state, link, send
         self.law = law_of(state.chip)
-        self.tail: Entries = []  # that the board has
-        self._ident: object = None  # of the board that has it
-        self._plan: Plan | None = None  # whose way down it is
-        self._told: Plan | None = None  # of which there are pieces
+        self.tail: Entries = []  # stop ramp that the board has
+        self._ident: object = None  # IDENT of that board
+        self._plan: Plan | None = None  # plan of this stop ramp
+        self._told: Plan | None = None  # plan of the present pieces
         self._pieces: list[WayPiece] = []
 
     def turn(self, feeder: Feeder) -> None:
-        """Let the board have a way down from any rate, if steps are fast and have no plan."""
+        """Send a stop ramp from any rate, if steps are fast and have no plan."""
         state, ident = self.state, self.link.ident
         if not self._knows() or ident is None or self.tail or state.axis.past[-1].plan is not None:
             return
@@ -136,14 +136,14 @@ class WaysDown:
             self.link.tail(self.tail)
 
     def _knows(self) -> bool:
-        """Return whether there is a board; another one has no table yet."""
+        """Return whether there is a board; a new one has no table yet."""
         ident = self.link.ident
         if ident is not self._ident:
             self._ident, self._plan, self.tail = ident, None, []
         return ident is not None
 
     def _lay(self, stretch: Segment) -> None:
-        """Let the board have the way down of a stretch, when it begins there, if it is another one."""
+        """Send the stop ramp of a stretch, when it begins there, if it has changed."""
         ident = self.link.ident
         if not self._knows() or ident is None or stretch.plan is self._plan:
             return
@@ -154,7 +154,7 @@ class WaysDown:
             self._send(entries, stretch.start)
 
     def pieces(self, stretch: Segment, a: int, b: int) -> Iterator[WayPiece]:
-        """Yield the steps a ... b-1 of the train of a stretch by how long the ways down from them are."""
+        """Yield the steps a ... b-1 of the train of a stretch, by the length of the stop ramps from them."""
         plan = stretch.plan
         if plan is not None:
             self._lay(stretch)
@@ -178,7 +178,7 @@ class WaysDown:
 
 
 def sayable(plan: Plan, pieces: list[WayPiece], ps: Callable[[int], int]) -> bool:
-    """Return whether records can say the ways down of a plan: not too many of them, nor too long ones."""
+    """Return whether records can contain the stop ramps of a plan: not too many of them, nor too long ones."""
     up = plan.legs[0].runs if plan.legs[0].name == "up" else ()
     if any(max(way, way + slope * (end - first - 1)) > MOST_WAY for first, end, way, slope in pieces):
         return False
@@ -199,10 +199,10 @@ def from_rest(axis: Axis, stretch: Segment) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- tables
 def way_down(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
-    """Return the way down of the plan of a stretch, as the tail of a board.
+    """Return the stop ramp of the plan of a stretch, as the tail of a board.
 
-    It is the last leg of the plan that goes down, or, of a motion that has none, its way up, mirrored; but the last
-    interval leads to no step.  A board has room for `most` entries, so neighbours may share one.  Empty: there is no
+    It is the last decelerating leg of the plan, or, if a motion has none, its acceleration, mirrored; the last interval
+    is not followed by a step.  A board has room for `most` entries, so neighbours may share one.  Empty: there is no
     ramp.
     """
     if stretch.plan is None or stretch.playing is None:
@@ -221,7 +221,7 @@ def way_down(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
             rows[-1] = rows[-1][0] + interval * count, rows[-1][1] + count, max(interval, rows[-1][2])
     if steps(tuple((row[2], row[1]) for row in rows)) > MOST_WAY:
         return []
-    while len(rows) > most:  # those two become one that are least apart
+    while len(rows) > most:  # merge the two rows with the least error
         join(rows, min(range(len(rows) - 1), key=lambda n: apart(rows[n], rows[n + 1])))
     clock = stretch.playing.train.clock
     entries = [(clock.ps(total) * hz * 256 // (count * PS_PER_S), count) for total, count, _ in rows]
@@ -232,25 +232,25 @@ def way_down(stretch: Segment, hz: int, most: int, law: str = "") -> Entries:
 
 
 def join(rows: list[tuple[int, int, int]], n: int) -> None:
-    """Make one of a row and the next one."""
+    """Merge a row with the next one."""
     rows[n : n + 2] = [(rows[n][0] + rows[n + 1][0], rows[n][1] + rows[n + 1][1], rows[n + 1][2])]
 
 
 def apart(one: tuple[int, int, int], other: tuple[int, int, int]) -> int:
-    """Return how many clocks two rows of a way down would be off, if they were one."""
+    """Return the error of two rows of a stop ramp if they were merged, in clocks."""
     return other[2] * (one[1] + other[1]) - one[0] - other[0]
 
 
 def too_short(entries: Entries) -> int | None:
-    """Return an entry, not the last one, that a board could not follow with the next one in time."""
+    """Return an entry, not the last one, that is too short for a board to load the next one in time."""
     fast = FAST_TICKS << 8
     return next((n for n, (each, count) in enumerate(entries[:-1]) if each < fast and count < FAST_STEPS), None)
 
 
 def spread(shortest: int, start_stop: int, most: int) -> Entries:
-    """Return a way down from any rate to the one at which the motor may stand, for trains that have no plan.
+    """Return a stop ramp from any rate to the one at which the motor may stop, for trains without a plan.
 
-    It slows down by some 1/16 a step, as a board without a table does, but by a few steps at a time.
+    It decelerates by some 1/16 per step, as a board without a table does, but by a few steps at a time.
     """
     out: Entries = []
     interval = float(shortest)

@@ -1,1 +1,1 @@
-"""A dialogue against the model: exchanges, a replay in virtual time, and what differs; or played to a module now."""
+"""Comparison of a dialogue with the model: exchanges, a replay in virtual time, differences; or a repetition now."""

@@ -1,7 +1,7 @@
-"""The exchanges of a dialogue: what a host has sent up to an answer, and the answer, each with its times.
+"""The exchanges of a dialogue: data sent by a host up to an answer, and the answer, each with its times.
 
-Times are those on the line: a character that a host has handed over goes out behind the one before it, and takes as
-long as the rate has it.
+Times are those on the line: a character written by a host is sent after the previous one, and takes the time of a
+character at this rate.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LF = b"\n"
 
 
 class TimedAnswer:
-    """What follows from the times of an answer: first among the bases."""
+    """Values derived from the times of an answer: the first base class."""
 
     over_us: float
     first_us: float | None
@@ -26,39 +26,39 @@ class TimedAnswer:
 
     @property
     def delay_us(self) -> float | None:
-        """From the end of the last character that was sent to the first one that came."""
+        """Time from the end of the last character sent to the first one received; None without an answer."""
         return None if self.first_us is None else self.first_us - self.over_us
 
     @property
     def duration_us(self) -> float:
-        """From the first character of the answer to the last one."""
+        """Time from the first character of the answer to the last one."""
         return 0 if self.first_us is None or self.last_us is None else self.last_us - self.first_us
 
 
 @dataclass
 class RecordedExchange(TimedAnswer):
-    """What was sent, and what came until the next line was sent.
+    """Data sent, and data received until the next line was sent.
 
-    `at_us` is when the first character was handed over, `over_us` when the last one was on the line; `first_us` and
-    `last_us` are when the first and the last character of the answer came, if there was one.
+    `at_us` is the time when the first character was written, `over_us` when the last one had been sent on the line;
+    `first_us` and `last_us` are the times of the first and the last character of the answer, if there was one.
     """
 
     number: int
     at_us: int
     over_us: float
-    characters: list[tuple[int, int]] = field(default_factory=list)  # when each was handed over (µs), and its code
+    characters: list[tuple[int, int]] = field(default_factory=list)  # time of each character (µs), and its code
     answer: bytes = b""
     first_us: int | None = None
     last_us: int | None = None
 
     @property
     def sent(self) -> bytes:
-        """The characters that were sent."""
+        """Characters that were sent."""
         return bytes(code for _, code in self.characters)
 
 
 def commands(speech: Speech, data: bytes) -> list[str]:
-    """Return what was sent as commands: without carriage returns, checksums and addresses, and without the wake."""
+    """Return the data sent as commands: without carriage returns, checksums and addresses, and without the wake-up."""
     found = []
     for line in re.split(b"[%b]" % speech.ends, data.removeprefix(speech.wake)):
         line = line.strip(LF)
@@ -68,27 +68,27 @@ def commands(speech: Speech, data: bytes) -> list[str]:
 
 
 def is_for(speech: Speech, data: bytes) -> bool:
-    """Return whether a line is for the module that is spoken to."""
+    """Return whether a line is for the module of this dialogue."""
     return not speech.address or data.startswith(str(speech.address).encode())
 
 
 def exchanges_of(said: Iterable[Said], speech: Speech) -> list[RecordedExchange]:
-    """Return the exchanges of a dialogue with one module; what is for others on its line is left out.
+    """Return the exchanges of a dialogue with one module; data for others on its line is left out.
 
-    A line that a host sends without waiting until the one before it is over shares its exchange.
+    A line that a host sends before the previous one is complete shares its exchange.
     """
     found: list[RecordedExchange] = []
     character_us = speech.character_s * 1e6
     over_us = 0.0
     begun = False  # a line
-    passed = False  # the last line is for another module, and so is what comes
+    passed = False  # the last line is for another module, and so is its answer
     for entry in said:
         if entry.speaker == "module" and found and not passed:
             _answered(found[-1], entry)
         if entry.speaker != "host":
             continue
         for at_us, code in spread(entry):
-            begins = not begun and not (found and code == LF[0])  # a line feed belongs to the line before
+            begins = not begun and not (found and code == LF[0])  # a line feed belongs to the previous line
             if begins:
                 passed = not is_for(speech, bytes([code]))
                 if not passed and not (found and waits_for_none(found[-1], at_us)):
@@ -102,7 +102,7 @@ def exchanges_of(said: Iterable[Said], speech: Speech) -> list[RecordedExchange]
 
 
 def waits_for_none(before: RecordedExchange, at_us: int) -> bool:
-    """Return whether a line is sent before the one before it is over on the line, let alone answered."""
+    """Return whether a line is sent before the previous one is complete on the line, and so before its answer."""
     return not before.answer and at_us < before.over_us and before.sent.strip(CR) != b""
 
 
@@ -114,7 +114,7 @@ def are_checked(said: Iterable[Said]) -> bool:
 
 
 def spread(entry: Said) -> list[tuple[int, int]]:
-    """Return the characters of an entry with their times; those between the first and the last are at equal ones."""
+    """Return the characters of an entry with their times; those between the first and the last are equally spaced."""
     span, last = entry.last_us - entry.at_us, max(len(entry.data) - 1, 1)
     return [(entry.at_us + span * number // last, code) for number, code in enumerate(entry.data)]
 

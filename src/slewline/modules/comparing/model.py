@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from ...parts.hosts.bus_host import BusHost
     from ...parts.lines.rs232 import SerialPort
 
-PAUSE_PS = 10**12  # between power-up and what comes first
+PAUSE_PS = 10**12  # between power-up and the first character
 
 
 class ModelAdapter:
     """The adapter of a model on a bus: lines of text in, and characters out, each at its rate.
 
     Args:
-        speech: how it is spoken to.
+        speech: the protocol of the part.
     """
 
     def __init__(self, bench: Bench, chip: Chip, speech: FramedSpeech) -> None:
@@ -47,7 +47,7 @@ class ModelAdapter:
         self.write = self.line.feed
 
     def _said(self, data: bytes) -> int:
-        """Pass on what the adapter says; nothing of it is lost."""
+        """Pass on the output of the adapter; return 0: no character is dropped."""
         for number, byte in enumerate(data):
             over_ps = self.kernel.now + number * self.character_ps
             self.on_character(Character(byte, False, False, over_ps, over_ps))
@@ -57,18 +57,18 @@ class ModelAdapter:
 class ModelLine:
     """The model of a part at the end of a line, a second after power-up.
 
-    `heard` are the characters that it has said, `found` its findings; both may be cleared.
+    `heard` are the characters that it has sent, `found` its findings; both may be cleared.
 
     Args:
         header: its crystal and straps.
-        speech: how it is spoken to.
-        options: of the model.
-        memory: an image of the memory beside the chip, in a file.
+        speech: the protocol of the part.
+        options: the options of the model.
+        memory: an image of the memory of the chip, in a file.
         cls: the class of the chip; None: that of the part which the header names, unless it is code.
-        shown: its bytes, if there is no file.
+        shown: the bytes of the memory, if there is no file.
 
     Raises:
-        UsageError: straps, a crystal or options that the part has not.
+        UsageError: the part does not have such straps, crystal or options.
     """
 
     def __init__(
@@ -107,18 +107,18 @@ class ModelLine:
         bench.run(PAUSE_PS)
 
     def run(self, ps: int) -> None:
-        """Let time pass up to an instant (ps), if it is not over."""
+        """Let time run up to an instant (ps), unless it is in the past."""
         self.kernel.run(max(ps, self.kernel.now))
 
     def wake(self) -> None:
-        """Send what a module gets before its first command, if there is any; let it take its time."""
+        """Send the characters that a module needs before its first command, if any, and wait for their end."""
         if self.speech.wake:
             self.port.write(self.speech.wake)
             self.run(self.kernel.now + PAUSE_PS)
 
 
 def strapped(speech: Speech) -> dict[str, int]:
-    """Return the straps of a part that is spoken to so."""
+    """Return the straps of a part for a protocol."""
     line = speech.sheet.channel(SerialLine)
     if line is None:
         return {}

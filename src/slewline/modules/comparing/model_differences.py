@@ -1,9 +1,9 @@
-"""How a module differs from its model: every answer and every delay of a dialogue that is another one with the model.
+"""Differences between a module and its model, in every answer and every delay of a dialogue.
 
-A delay differs if it does so by more than a tolerance: a fixed part for the way of a character into a computer, and a
-share of the time for the clocks of both (see docs/howto/proxy_and_compare.md, which says where they come from).  An
-answer that depends on the instant of its question, such as one that polls a motion, agrees if the model gives it within
-the tolerance of that instant.
+A delay differs if the difference exceeds a tolerance: a fixed part for the transfer of a character into a computer, and
+a fraction of the time for the clocks of both (docs/howto/proxy_and_compare.md has their sources).  An answer that
+depends on the instant of its query, such as the state of a motion, agrees if the model sends it within the tolerance of
+that instant.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from .shown_memory import memory_of
 if TYPE_CHECKING:
     from ...core.chip import Chip
 
-ADAPTER_US = 16_000  # how long an adapter for USB may hold a character back
-SYSTEM_US = 4_000  # two frames of USB, a proxy, and the waking of a program
-FIFO_CHARACTERS = 4  # of silence after which a UART with a FIFO reports less than a trigger level
-RESONATOR, CRYSTAL = 0.005, 0.0002  # how far the clock of a part may be off: a ceramic one, a crystal that is known
-LATER = 20  # differing answers that are asked for earlier and later, of a dialogue
-SHOWN = 60  # characters of an answer in a line of the report
+ADAPTER_US = 16_000  # longest delay of a character in a USB adapter
+SYSTEM_US = 4_000  # two frames of USB, a proxy, and the wake-up of a program
+FIFO_CHARACTERS = 4  # silence after which a UART reports a FIFO below its trigger level
+RESONATOR, CRYSTAL = 0.005, 0.0002  # error of a part's clock: a ceramic resonator, a known crystal
+LATER = 20  # differing answers per dialogue whose queries are tried earlier and later
+SHOWN = 60  # characters of an answer per line of the report
 
 Kind = Literal["answer", "listing", "delay", "duration"]
 
 
 class Tolerance(NamedTuple):
-    """How far two times may be apart: so many µs, and a share of them."""
+    """Allowed difference of two times: a number of µs, and a fraction of them."""
 
     fixed_us: float
     share: float
@@ -48,16 +48,16 @@ class Tolerance(NamedTuple):
 
 
 def usual_tolerance(speech: Speech, crystal_hz: int | None) -> Tolerance:
-    """Return the tolerance of a computer with an adapter for USB, at the rate of a line."""
+    """Return the tolerance of a computer with a USB adapter, at the rate of a line."""
     fixed_us = ADAPTER_US + SYSTEM_US + FIFO_CHARACTERS * speech.character_s * 1e6
     return Tolerance(round(fixed_us), RESONATOR if crystal_hz is None else CRYSTAL)
 
 
 class DialogueDifference(NamedTuple):
-    """Where module and model differ.
+    """A difference between module and model.
 
-    `line` counts the lines of a listing from 1; of an answer of one line it is 0.  `module` and `model` are answers, or
-    times in µs.
+    `line` counts the lines of a listing from 1; for an answer of one line it is 0.  `module` and `model` are answers,
+    or times in µs.
     """
 
     exchange: int
@@ -87,13 +87,13 @@ def _shown(answer: str) -> str:
 
 @dataclass
 class Differences:
-    """What a comparison has found.
+    """The result of a comparison.
 
-    `is_timed` says whether times are compared; `moments` counts answers that agree within the tolerance of the instant
-    at which they were asked for; `delays_us` are the delays of the module less those of the model, of all answers that
-    both have given.  `deviations` are those of the module from the sheet, each with its exchanges; `from_before` are
-    questions for what the module may hold since before the dialogue; `shown` counts the bytes of memory that the model
-    has been given, since the dialogue lists them.
+    `is_timed` is whether times are compared; `moments` counts answers that agree within the tolerance of the instant of
+    their query; `delays_us` are the delays of the module minus those of the model, of all answers that both have sent.
+    `deviations` are those of the module from the sheet, each with its exchanges; `from_before` are queries for values
+    that the module may hold since before the dialogue; `shown` counts the bytes of memory loaded into the model,
+    because the dialogue lists them.
     """
 
     part: str
@@ -110,11 +110,11 @@ class Differences:
 
     @property
     def agree(self) -> bool:
-        """Is there no difference?"""
+        """Whether there is no difference."""
         return not self.rows
 
     def as_json(self) -> dict[str, Any]:
-        """Return it as JSON has it."""
+        """Return the result as data for JSON."""
         delays: dict[str, Callable[[Iterable[float]], float]] = {"least": min, "median": median, "greatest": max}
         return {
             "part": self.part,
@@ -166,16 +166,16 @@ class DialogueComparison:
     """Compares a dialogue with the model.
 
     Args:
-        dialogue: what was recorded.
-        speech: how the module was spoken to.
+        dialogue: the recorded dialogue.
+        speech: the protocol of the module.
         tolerance: None: `usual_tolerance`.
-        options: of the model.
-        memory: an image of the memory beside the chip; None: what the dialogue shows of it (`shown`).
+        options: the options of the model.
+        memory: an image of the memory of the chip; None: the bytes that the dialogue lists (`shown`).
         cls: the class of the chip, as for `ModelLine`.
-        progress: called with the number of the exchange now and then.
+        progress: called at times with the number of the exchange.
 
     Raises:
-        UsageError: the model takes no such straps, crystal or options.
+        UsageError: the model does not have such straps, crystal or options.
     """
 
     def __init__(
@@ -197,7 +197,7 @@ class DialogueComparison:
         self.asked_again = 0
 
     def compare(self) -> Differences:
-        """Play the dialogue to the model, and return where it differs."""
+        """Play the dialogue to the model, and return the differences."""
         found = Differences(self.header.part, self.tolerance, len(self.exchanges), self.speech.is_timed)
         found.shown = len(self.shown)
         answers = self.played(len(self.exchanges))
@@ -215,14 +215,14 @@ class DialogueComparison:
         return found
 
     def played(self, count: int, shift_us: float = 0) -> list[ModelAnswer]:
-        """Return what the model answers to the first lines of the dialogue; the last one may be shifted."""
+        """Return the answers of the model to the first `count` lines of the dialogue; the last one may be shifted."""
         replay = ModelReplay(self.header, self.speech, self.options, self.memory, self.cls, self.shown)
         replay.progress = self.progress
         return replay.play(self.exchanges[:count], lambda *both: bool(self._time_rows(*both)), shift_us)
 
     # ---------------------------------------------------------------------------------------------------------- times
     def _time_rows(self, exchange: RecordedExchange, answer: ModelAnswer) -> list[DialogueDifference]:
-        """Return the delay or the duration of an answer, if it differs; an adapter has times of its own."""
+        """Return the delay or the duration of an answer, if it differs; not for an adapter, which has its own times."""
         delay_us, model_us = exchange.delay_us, answer.delay_us
         if delay_us is None or model_us is None or not self.speech.is_timed:
             return []
@@ -247,7 +247,7 @@ class DialogueComparison:
         )
         if len(module) == len(model) == 1 and module != model:
             return [self._row(exchange, "answer", module[0], model[0])]
-        if module == model:  # but for the ends of their lines
+        if module == model:  # except the ends of their lines
             return [self._row(exchange, "answer", exchange.answer.decode("latin-1"), answer.answer.decode("latin-1"))]
         lines = max(len(module), len(model))
         pairs = zip(_filled(module, lines), _filled(model, lines), strict=True)
@@ -258,7 +258,7 @@ class DialogueComparison:
         ]
 
     def _explain(self, exchange: RecordedExchange, found: Differences) -> None:
-        """Note what explains an answer that differs: a deviation from the sheet, or what the module held before."""
+        """Record the cause of a differing answer: a deviation from the sheet, or a value from before the dialogue."""
         sent = commands(self.speech, exchange.sent)
         if not sent or not exchange.answer:
             return
@@ -269,7 +269,7 @@ class DialogueComparison:
             found.from_before.append(sent[-1])
 
     def _is_from_before(self, number: int, command: str) -> bool:
-        """Does a question ask for a register that no line before it may have changed?"""
+        """Return whether a query is for a register that no line before it may have changed."""
         names = {register.letter for register in self.speech.sheet.registers}
         letter = command[-1:]
         row = self.speech.row(command)
@@ -279,7 +279,7 @@ class DialogueComparison:
         return not any(each.startswith(letter) or self.speech.moves(each) for each in before)
 
     def _at_another_moment(self, exchange: RecordedExchange) -> bool:
-        """Does the model answer as the module did if it is asked a little earlier or later?"""
+        """Return whether the model answers as the module did if the query comes a little earlier or later."""
         if not exchange.answer or self.asked_again >= LATER:
             return False
         self.asked_again += 1
@@ -288,7 +288,7 @@ class DialogueComparison:
         return exchange.answer in (early, late)
 
     def _since_motion_us(self, exchange: RecordedExchange) -> float:
-        """Return the time since a command that may have begun a motion, from which a lag grows."""
+        """Return the time since a command that may have started a motion, since which a clock error accumulates."""
         before = [
             each.at_us
             for each in self.exchanges[: exchange.number]

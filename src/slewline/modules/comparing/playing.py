@@ -1,4 +1,4 @@
-"""A dialogue once more, with a module: the same commands, with the pauses that they had."""
+"""The repetition of a dialogue with a module: the same commands, with their pauses."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from .exchanges import RecordedExchange, commands
 LONGEST_PAUSE_S = 60.0
 
 
-REPLACING = ("enter", "erase", "recall", "store")  # what the module held before is lost, in RAM or in its EEPROM
+REPLACING = ("enter", "erase", "recall", "store")  # the former content is lost, in RAM or in the EEPROM
 
 
 class Hazards(NamedTuple):
-    """The commands of a dialogue that may make a step, and those that replace the program of a module."""
+    """The commands of a dialogue that may step the motor, and the commands that replace the program of a module."""
 
     moving: list[str]
     replacing: list[str]
 
 
 def hazards(exchanges: Sequence[RecordedExchange], speech: Speech) -> Hazards:
-    """Return what of a dialogue is not harmless; a move that is entered into a program, for sure, makes no step."""
+    """Return the hazardous commands of a dialogue; a move that is certainly entered into a program is harmless."""
     found, entering = Hazards([], []), False
     for exchange in exchanges:
         for command in commands(speech, exchange.sent):
@@ -41,15 +41,15 @@ def hazards(exchanges: Sequence[RecordedExchange], speech: Speech) -> Hazards:
 
 
 def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: bool = False, wait_s: float = 0.0) -> None:
-    """Send the commands of a dialogue to a module, whose transcript takes down what it answers.
+    """Send the commands of a dialogue to a module, whose transcript records the answers.
 
     Args:
         may_replace: the program of the module may be lost.
-        wait_s: answers are awaited for as long as this at least.
+        wait_s: the least time to wait for an answer.
 
     Raises:
-        MotionRefused: one of them may make a step, and the module may not; nothing has been sent.
-        ReplacementRefused: one of them replaces the program, and may not; nothing has been sent.
+        MotionRefused: a command may step the motor, and the module may not move; no command has been sent.
+        ReplacementRefused: a command replaces the program, which is not allowed; no command has been sent.
         NoAnswer: the line echoes.
         PortLost: the port is gone.
     """

@@ -1,8 +1,8 @@
-"""A dialogue once more, with the model: the same lines at the same times, in virtual time.
+"""The repetition of a dialogue with the model: the same lines at the same times, in virtual time.
 
-A line goes out at its own time of the dialogue, but not before the answer to the line before it.  Where an answer of
-the model comes so much later or sooner that it counts as a difference, what follows is shifted by that: a difference
-is reported once, and not again with every line behind it.
+A line is sent at its time in the dialogue, but not before the answer to the previous line.  If the time of an answer
+of the model differs beyond the tolerance, all later lines are shifted by that: a difference is
+reported once, and not again with every following line.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from ...core.component import Finding
 
 PS_PER_US = 10**6
-LATE_US = 10_000_000  # how much later than the module's an answer of the model is still waited for
+LATE_US = 10_000_000  # longest wait for an answer of the model after the time of the module's
 
 
 @dataclass(eq=False)
 class ModelAnswer(TimedAnswer):
-    """What the model has answered in an exchange; times in µs of the replay, as those of a `RecordedExchange`."""
+    """The answer of the model in an exchange; times in µs of the replay, as those of a `RecordedExchange`."""
 
     over_us: float = 0.0
     answer: bytes = b""
@@ -37,7 +37,7 @@ class ModelAnswer(TimedAnswer):
 class ModelReplay(ModelLine):
     """The model of a part, to which a dialogue is sent; a new one for each replay.
 
-    `progress` is called with the number of the exchange now and then, while a replay goes on.
+    `progress` is called at times with the number of the exchange during a replay.
     """
 
     progress: Callable[[int], object] = staticmethod(lambda _number: None)
@@ -48,16 +48,16 @@ class ModelReplay(ModelLine):
         differs: Callable[[RecordedExchange, ModelAnswer], bool],
         shift_us: float = 0,
     ) -> list[ModelAnswer]:
-        """Send the lines of a dialogue, from its beginning; return what the model has answered to each.
+        """Send the lines of a dialogue, from its beginning; return the model's answer to each.
 
         Args:
-            differs: whether times differ so much that what follows is to be shifted.
-            shift_us: how much later than in the dialogue the last line is sent; its answer may depend on it.
+            differs: whether times differ so much that later lines are shifted.
+            shift_us: the delay of the last line against the dialogue; its answer may depend on it.
         """
         answers: list[ModelAnswer] = []
         offset_us = self.kernel.now / PS_PER_US - exchanges[0].at_us if exchanges else 0.0
         if self.speech.wake and not b"".join(each.sent for each in exchanges[:2]).startswith(self.speech.wake):
-            self.wake()  # the module has been woken before the dialogue began
+            self.wake()  # the module was woken before the dialogue began
             offset_us += PAUSE_PS / PS_PER_US
         for number, exchange in enumerate(exchanges, start=1):
             answer = ModelAnswer()
@@ -72,7 +72,7 @@ class ModelReplay(ModelLine):
     def _send(
         self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float, answers: list[ModelAnswer]
     ) -> None:
-        """Send the characters of a line at their times; what has come until then belongs to the line before."""
+        """Send the characters of a line at their times; characters received until then belong to the previous line."""
         character_us = self.speech.character_s * 1e6
         for at_us, group in groupby(exchange.characters, key=lambda pair: pair[0]):
             data = bytes(code for _, code in group)
@@ -85,7 +85,7 @@ class ModelReplay(ModelLine):
             self.port.write(data)
 
     def _wait(self, exchange: RecordedExchange, answer: ModelAnswer, offset_us: float) -> None:
-        """Let time pass until the answer has as many lines as that of the module."""
+        """Let time run until the answer has as many lines as that of the module."""
         if exchange.last_us is not None:
             limit_us = max(exchange.last_us + offset_us, answer.over_us) + LATE_US
             lines = exchange.answer.count(CR)
@@ -98,7 +98,7 @@ class ModelReplay(ModelLine):
         return sum(each.byte == CR[0] for each in self.heard) >= lines
 
     def _take(self, answers: list[ModelAnswer]) -> None:
-        """Note what has come since the last line was sent."""
+        """Record the characters received since the last line was sent."""
         for answer in answers[-1:]:
             answer.findings = list(self.found)
             answer.answer = bytes(each.byte for each in self.heard)

@@ -1,6 +1,6 @@
-"""What the memory beside a module held, as far as a dialogue shows it: the lines that it lists.
+"""The memory of a module, as far as a dialogue lists it.
 
-What the host has written before a line is listed is no more what was there, so it is left out.
+Bytes that the host has written before they are listed are left out, because they replace the former content.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from .exchanges import RecordedExchange
 
 
 class ShownMemory:
-    """Follows a dialogue: where the pointer is, what is written, and what is listed.
+    """Tracker of a dialogue: the memory pointer, and bytes written and listed.
 
     `image` has the bytes by their addresses.
     """
@@ -32,7 +32,7 @@ class ShownMemory:
         self.pointer, self.entering, self.line = 0, False, b""
 
     def sent(self, data: bytes) -> int:
-        """Follow what was sent; return how many lines of memory the last line asks for."""
+        """Process data sent to the module; return the number of memory lines that the last line requests."""
         asked = 0
         for byte in data:
             if self.entering:
@@ -53,7 +53,7 @@ class ShownMemory:
         return asked
 
     def came(self, lines: int, answer: bytes) -> None:
-        """Take lines of memory from an answer, in which they follow the pointer."""
+        """Read lines of memory from an answer, in which they follow the pointer."""
         answer = answer.replace(b"\r\n", CR)
         found = re.search(rb"%b=([0-9]{5})\r" % self.pointer_form.encode("ascii"), answer)
         if not found or not lines:
@@ -68,7 +68,7 @@ class ShownMemory:
 
 
 def memory_of(exchanges: Iterable[RecordedExchange], speech: Speech) -> bytes:
-    """Return the memory beside a module as a dialogue shows it, from address 0 on; empty: it lists no line."""
+    """Return the memory of a module as a dialogue lists it, from address 0 on; empty if it lists no line."""
     if not isinstance(speech, QuerySpeech):
         return b""
     shown = ShownMemory(speech)

@@ -1,6 +1,6 @@
-"""Files of a module: what it holds is saved before anything else, and a program is put back only over what was saved.
+"""Files of a module: its content is saved before any other action, and a program only replaces a saved one.
 
-A file appears whole or not at all, and none is replaced unless that is asked for.
+A file is written completely or not at all, and none is replaced unless that is requested.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ IMAGE = ".ihx"
 
 
 class Unfinished(ModuleFailure):
-    """Something went wrong on the way; the message says what the module holds now, and how to go on."""
+    """An error in the middle of a task; the message has the present content of the module, and how to continue."""
 
 
 # ---------------------------------------------------------------------------------------------------------------- pull
@@ -41,19 +41,20 @@ def pull(
     replace: bool = False,
     say: Say = lambda _text: None,
 ) -> ModuleContents:
-    """Save what a module holds into a file, and return it.
+    """Save the content of a module to a file, and return it.
 
     Args:
         path: a new file.
-        base: where the program begins, in a memory with addresses.
-        recall: save also the program that the module keeps without power, into a file of its own; that takes the place
-            of the other one for a moment, which is put back, and verified.
-        replace: the file may be there already.
-        say: told what is done.
+        base: the start of the program, in a memory with addresses.
+        recall: save also the program in the EEPROM, to a separate file; it replaces the one in RAM for a moment, which
+            is
+            then restored and verified.
+        replace: the file may exist.
+        say: called with progress messages.
 
     Raises:
-        UsageError: the file is there, or cannot be written; the part keeps no other program.
-        Unfinished: the other program was not put back; it is in the file.
+        UsageError: the file exists, or cannot be written; the part stores no other program.
+        Unfinished: the program in RAM was not restored; it is in the file.
         ModuleFailure: the module could not be read.
     """
     own, other = Path(path), beside(path, "eeprom")
@@ -68,7 +69,7 @@ def pull(
 
 
 def _pull_other(module: Module, contents: ModuleContents, path: Path, say: Say) -> None:
-    """Save the program that is kept without power, and put the other one back."""
+    """Save the program in the EEPROM, and restore the one in RAM."""
     (row,) = contents.sheet.acting("recall")
     with _putting_back(module, contents, say) as restore:
         try:
@@ -81,7 +82,7 @@ def _pull_other(module: Module, contents: ModuleContents, path: Path, say: Say) 
 
 @contextmanager
 def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterator[Restore]:
-    """Put a program back into a module at the end, whatever happens meanwhile; it is verified by its listing."""
+    """Restore the program of a module at the end, in any case; verify it by its listing."""
     wanted = ProgramText.read(contents.text, contents.sheet, module.name)
     restore = Restore(module, wanted, contents, say)
     began = ""
@@ -102,7 +103,7 @@ def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterato
 
 
 def _put_back(restore: Restore) -> None:
-    """Send a program, unless the module holds it; what it holds is not known if it cannot be read."""
+    """Send a program, unless the module holds it; its content is unknown if it cannot be read."""
     try:
         restore.contents = read_contents(restore.module)
     except PortLost:
@@ -119,7 +120,7 @@ def _why(failure: BaseException) -> str:
 
 
 def check_recall(sheet: Sheet, recall: bool) -> None:
-    """Check that a part keeps a second program, if that is asked for.
+    """Check that a part stores a second program, if it is requested.
 
     Raises:
         UsageError: it does not.
@@ -139,22 +140,22 @@ def push(
     pace: float = STORED_BYTE_S,
     say: Say = lambda _text: None,
 ) -> None:
-    """Send a program to a module, verify it by its listing, and only then let the module keep it without power.
+    """Send a program to a module, verify it by its listing, and only then store it in the EEPROM.
 
-    What was there is saved first, unless it is the beginning of the same program, which an earlier push has left.
+    The old program is saved first, unless it is the beginning of the same program, left by an earlier push.
 
     Args:
-        path: the file that the program comes from.
-        store: let the module keep it without power.
-        keep: where to save what was there; None: a new file beside `path`.
-        pace: seconds from one character to the next that goes into a memory with addresses.
-        say: told what is done.
+        path: the file with the program.
+        store: store it in the EEPROM.
+        keep: the file for the old program; None: a new file next to `path`.
+        pace: seconds from one character to the next, for a memory with addresses.
+        say: called with progress messages.
 
     Raises:
-        UsageError: what was there cannot be saved, or the part stores nothing.
-        MotionRefused: a command outside the program may make a step.
-        Unfinished: the program was not sent whole, or not verified; what the module holds is said.
-        ModuleFailure: the module could not be read; nothing was sent.
+        UsageError: the old program cannot be saved, or the part has no command to store.
+        MotionRefused: a command outside the program may step the motor.
+        Unfinished: the program was not sent completely, or not verified; the message has the content of the module.
+        ModuleFailure: the module could not be read; no command was sent.
     """
     check_store(wanted.sheet, store)
     wanted.check_motion(module, str(path))
@@ -180,10 +181,10 @@ def keep_before(
     keep: str | PathLike[str] | None,
     say: Say,
 ) -> str:
-    """Save what a module holds before a push, unless that is the pushed program or its beginning, which is cut off.
+    """Save the content of a module before a push, unless it is the pushed program or a truncated beginning of it.
 
     Returns:
-        Where what was there is, in words; "" if it is the pushed program.
+        A text with the file of the old content; "" if it is the pushed program.
 
     Raises:
         UsageError: it cannot be saved.
@@ -213,7 +214,7 @@ def check_push(sheet: Sheet) -> None:
 
 
 def check_store(sheet: Sheet, store: bool) -> None:
-    """Check that a part can keep its program without power, if that is asked for.
+    """Check that a part can store its program in its EEPROM, if that is requested.
 
     Raises:
         UsageError: it cannot.
@@ -226,13 +227,13 @@ def check_store(sheet: Sheet, store: bool) -> None:
 
 # --------------------------------------------------------------------------------------------------------------- files
 def beside(path: str | PathLike[str], what: str) -> Path:
-    """Return the name of a file beside another one: weld.before.gs-c200s beside weld.gs-c200s."""
+    """Return the name of a file next to another one: weld.before.gs-c200s next to weld.gs-c200s."""
     own = Path(path)
     return own.with_name(f"{own.stem}.{what}{own.suffix}")
 
 
 def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
-    """Return the name of a file beside another one that is not taken, or has a text already.
+    """Return a free name for a file next to another one, or the name of a file with the same text.
 
     Args:
         same: the text.
@@ -245,18 +246,18 @@ def free(path: str | PathLike[str], what: str, same: str | None = None) -> Path:
 
 
 def has(path: Path, text: str) -> bool:
-    """Return whether a file is there, and has this text; what is no regular file, or longer, has not."""
+    """Return whether a file exists and has this text; False for a longer file, or one that is not regular."""
     return path.is_file() and path.stat().st_size == len(text) and read_file(path) == text.encode("latin-1")
 
 
 def check_new(path: Path, replace: bool | None) -> None:
-    """Check that a file is not there, unless it may be replaced.
+    """Check that a file does not exist, unless it may be replaced.
 
     Args:
-        replace: it may; None: nothing is asked for that would let it be.
+        replace: it may be replaced; None: there is no option for that.
 
     Raises:
-        UsageError: it is there.
+        UsageError: it exists.
     """
     if path.is_file() and not replace:
         remedy = "name a new file" + ", or give --replace" * (replace is not None)
@@ -264,7 +265,7 @@ def check_new(path: Path, replace: bool | None) -> None:
 
 
 def save(path: Path, contents: ModuleContents, say: Say) -> None:
-    """Write what a module holds into a file, whole; beside it an image, if the text cannot say all of it.
+    """Write the content of a module to a file; add an image next to it, if the text cannot represent all of it.
 
     Raises:
         UsageError: it cannot be written.
@@ -282,10 +283,10 @@ def save(path: Path, contents: ModuleContents, say: Say) -> None:
 def save_beside(
     path: str | PathLike[str], contents: ModuleContents, keep: str | PathLike[str] | None, say: Say
 ) -> Path:
-    """Save what was in a module before a push; return where.
+    """Save the old content of a module before a push; return the path.
 
     Raises:
-        UsageError: the file is there with something else in it, or cannot be written.
+        UsageError: the file exists with other content, or cannot be written.
     """
     text = contents.text
     found = free(path, "before", text) if keep is None else Path(keep)

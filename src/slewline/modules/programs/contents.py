@@ -1,4 +1,4 @@
-"""What a module holds, and how that is asked for: its program (readers.py), position and registers by questions."""
+"""The content of a module, and how it is read: its program (readers.py), position and registers by queries."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ..failures import ListingDiffers
 from ..module import Module
 from .readers import ERASED, READINGS, ProgramReading, Say, read_buffer, read_listing, read_memory
 
-SAVING_S = 3.0  # what an EEPROM may take: an earlier session has sent M, and was cut off
+SAVING_S = 3.0  # writing time of an EEPROM: an earlier session may have been interrupted after M
 
 
 @dataclass(frozen=True)
 class ModuleContents:
-    """What a module holds.
+    """The content of a module.
 
     Args:
-        program: an instruction each, as it is written.
-        stored: the same as the assembler stores it.
-        base: where it begins.
-        values: the answers to the questions of the sheet, by what they ask for.
-        notes: what a reader of the program should know.
+        program: the instructions as text.
+        stored: the same, as the assembler stores them.
+        base: the start of the program.
+        values: the answers to the queries of the sheet, by name.
+        notes: notes for a reader of the program.
     """
 
     sheet: Sheet
@@ -38,7 +38,7 @@ class ModuleContents:
 
     @property
     def text(self) -> str:
-        """All of it as the text of a program, which `slewline asm` and `slewline push` take."""
+        """Content as the text of a program, which `slewline asm` and `slewline push` take."""
         sheet, settings = self.sheet, self._settings()
         head = [f"; {sheet.part}, as slewline pull has read it"]
         head += [f"; {name} {value}" for name, value in self.values.items() if name not in settings]
@@ -54,9 +54,9 @@ class ModuleContents:
         return "".join(f"{line}\n" for line in lines)
 
     def _settings(self) -> dict[str, tuple[Row, str]]:
-        """Return the commands that set the values again, each as it is written, by the names of the values.
+        """Return the commands that set the values again, as text, by the names of the values.
 
-        A register may hold what no command sets, as after power-up.
+        A register may have a value that no command sets, as after power-up.
         """
         by_form = {row.form: row for row in self.sheet.commands if len(row.args) < 2 and not row.may_step}
         letters = {each.name: each.letter for each in self.sheet.registers}
@@ -70,7 +70,7 @@ class ModuleContents:
 
     @property
     def unsaid(self) -> str:
-        """What `text` cannot say of the program, such as blanks at the end of a line; empty: it says all."""
+        """Parts of the program that `text` cannot represent, such as blanks at the end of a line; empty if none."""
         try:
             if assemble(self.text, self.sheet, self.sheet.part).stored == self.stored:
                 return ""
@@ -80,28 +80,28 @@ class ModuleContents:
 
     @property
     def image(self) -> bytes:
-        """The memory from address 0 to the end of the program."""
+        """Memory from address 0 to the end of the program."""
         return bytes([ERASED]) * self.base + self.stored
 
     @property
     def size(self) -> str:
-        """How long the program is, in words."""
+        """Length of the program, as text."""
         where = f" from {self.base} on" if self.base else ""
         count = len(self.program)
         return f"{count} instruction{'s' * (count != 1)}, {len(self.stored)} {units(self.sheet)}{where}"
 
 
 def harmless_end(sheet: Sheet) -> Row | None:
-    """Return the command that ends program entry and does nothing else; None: each of them runs the program."""
+    """Return the command that ends program entry without other effects; None if each of them runs the program."""
     return next((row for row in reversed(sheet.leave) if not row.may_step), None)
 
 
 def read_contents(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ModuleContents:
-    """Return what a module holds; nothing in it changes.
+    """Return the content of a module, which is not changed.
 
     Args:
-        base: where to begin in a memory with addresses; None: at its start.
-        say: told what takes long.
+        base: the address to begin at, in a memory with addresses; None: its start.
+        say: called with a message for a long wait.
 
     Raises:
         UsageError: the memory of the part has no addresses.
@@ -117,7 +117,7 @@ def read_contents(module: Module, base: int | None = None, say: Say = lambda _te
 
 
 def _believed(module: Module, what: str) -> str:
-    """Return the value of a question; where a character does not show its faults, one that comes twice in a row."""
+    """Return the answer to a query; if characters have no parity, one that comes twice in a row."""
     value = module.value(what)
     if module.speech.shows_faults:
         return value

@@ -1,6 +1,6 @@
-"""How a program is read: by its listing, line by line of a memory, or in the bytes of a buffer.
+"""Reading of a program: by its listing, line by line of a memory, or in the bytes of a buffer.
 
-It is read until two readings agree, since a line without checksums does not show every fault.
+It is read until two readings agree, because a line without checksums does not reveal every fault.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from ..failures import DamagedAnswer, ListingDiffers, ModuleFailure, NoAnswer
 from ..module import Module
 from ..spoken import CR
 
-READINGS = 8  # of which two must agree
-LONGEST_LINE = 1024  # characters; more without a carriage return are no program
+READINGS = 8  # readings, of which two must agree
+LONGEST_LINE = 1024  # characters; more without a carriage return are not a program
 ERASED = 0xFF
 Say = Callable[[str], object]
 T = TypeVar("T")
 
 
 class ProgramReading(NamedTuple):
-    """A program that was read: an instruction each, as the assembler stores them, and what should be noted."""
+    """A program that was read: its instructions, as the assembler stores them, and notes."""
 
     program: tuple[str, ...]
     stored: bytes
@@ -36,12 +36,12 @@ class ProgramReading(NamedTuple):
 
 
 def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] = lambda _found: False) -> T:
-    """Return what two readings agree on.
+    """Return the result on which two readings agree.
 
     Args:
-        where: what is read, for messages.
-        read: reads once; None: not what was asked for.
-        alone: says of what was read that it needs no second reading.
+        where: the object of the reading, for messages.
+        read: reads once; None: not the expected data.
+        alone: returns whether a result needs no second reading.
 
     Raises:
         ListingDiffers: no two readings agree.
@@ -65,25 +65,25 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
 
 
 def came_twice(before: ModuleFailure | None, now: ModuleFailure) -> bool:
-    """Return whether two readings failed with the same characters: that is no noise."""
+    """Return whether two readings failed with the same characters, which cannot be noise."""
     received = getattr(now, "received", b"")
     return bool(received) and getattr(before, "received", b"") == received
 
 
 def _check_base(sheet: Sheet, base: int | None) -> None:
-    """Check that no address is given where a program begins at 0."""
+    """Check that no address is given if programs begin at 0."""
     if base:
         raise UsageError(f"--from {base}: the program of a {sheet.part.upper()} begins at 0; leave it out")
 
 
-# ------------------------------------------------------------------------------------------------------- what lists all
+# ------------------------------------------------------------------------------------------------------ whole listings
 def read_listing(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
     """Return the program that a module lists.
 
     Raises:
         ListingDiffers: no two listings agree.
         NoAnswer: no listing ends.
-        DamagedAnswer: what it lists is no program of the part.
+        DamagedAnswer: the listing is not a program of the part.
         UsageError: `base` is given.
     """
     sheet = module.speech.sheet
@@ -111,7 +111,7 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
     """Return the program of a listing, whose last line is its end.
 
     Raises:
-        DamagedAnswer: a line of it is no instruction.
+        DamagedAnswer: a line of it is not an instruction.
     """
     sheet = module.speech.sheet
     stored = b""
@@ -128,16 +128,16 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
     return ProgramReading(lines[:-1], stored)
 
 
-# ------------------------------------------------------------------------------------------- what shows lines of memory
+# -------------------------------------------------------------------------------------------------- lines of memory
 class ProgramReader:
-    """Reads a program instruction by instruction, as far as a run of it goes."""
+    """Reads a program instruction by instruction, as far as it can be executed."""
 
     def __init__(self, module: Module, say: Say) -> None:
         self.module, self.say = module, say
         self.sheet = module.speech.sheet
 
     def program(self, base: int) -> ProgramReading:
-        """Return the instructions from an address on, up to where no run of them goes on."""
+        """Return the instructions from an address on, up to the last one that can be executed."""
         dialect = dialect_of(self.sheet)
         found: list[bytes] = []
         notes: tuple[str, ...] = ()
@@ -157,11 +157,11 @@ class ProgramReader:
         return ProgramReading(tuple(self.written(data) for data in found), b"".join(found), notes)
 
     def instruction(self, address: int) -> bytes:
-        """Return what is stored of the instruction at an address; empty: nothing is."""
+        """Return the stored bytes of the instruction at an address; empty if there is none."""
         raise NotImplementedError
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return where a branch goes that ends at an address."""
+        """Return the target of a branch that ends at an address."""
         raise NotImplementedError
 
     def written(self, data: bytes) -> str:
@@ -169,13 +169,13 @@ class ProgramReader:
         raise NotImplementedError
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program goes on where there is no instruction."""
+        """Return a note that the program continues where there is no instruction."""
         shown = repr(data[:24]) if data and data[0] != ERASED else "erased memory"
         return f"at {address} is {shown}, no instruction: nothing after it was read"
 
 
 class MemoryReader(ProgramReader):
-    """Reads a memory line by line, where its program goes.
+    """Reads a memory line by line, along its program.
 
     An erased memory has no lines: it would be read to its end, which takes a minute.
     """
@@ -195,7 +195,7 @@ class MemoryReader(ProgramReader):
         return end // self.dialect.page * self.dialect.page + value
 
     def instruction(self, address: int) -> bytes:
-        """Return the line at an address, with its carriage return; of a string all its lines; empty: there is none."""
+        """Return the line at an address, with its carriage return; all lines of a string; empty if there is none."""
         data = b""
         decoder = self.dialect.decoder(self.sheet)
         while line := self.line(address + len(data)):
@@ -207,7 +207,7 @@ class MemoryReader(ProgramReader):
         return data
 
     def line(self, address: int) -> bytes:
-        """Return a line of memory, on which two readings agree; empty: the memory is erased there.
+        """Return a line of memory, on which two readings agree; empty if the memory is erased there.
 
         Raises:
             ListingDiffers: no two readings agree.
@@ -216,7 +216,7 @@ class MemoryReader(ProgramReader):
         return agreed(f"{self.module.name}: address {address}", lambda: self.read(address), lambda line: not line)
 
     def read(self, address: int) -> bytes | None:
-        """Return a line of memory; empty: erased; None: the module speaks of another address."""
+        """Return a line of memory; empty: erased; None: the answer is for another address."""
         module = self.module
         module.ask(f"{self.pointer.form} {address}")
         answer = module.once(
@@ -234,15 +234,15 @@ class MemoryReader(ProgramReader):
 
 
 def _shows_erased(received: bytes) -> bool:
-    """Return whether the line of memory that has begun is none: the memory is erased."""
+    """Return whether the received beginning shows that the memory is erased, not a line."""
     return received.partition(CR)[2][:1] == bytes([ERASED])
 
 
 def read_memory(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
-    """Return the program in a memory with addresses; the pointer is as it was.
+    """Return the program in a memory with addresses, and restore the pointer.
 
     Args:
-        base: where it begins; None: 0.
+        base: its start; None: 0.
     """
     reader = MemoryReader(module, say)
     what = next(name for name, (command, _) in module.speech.questions.items() if command[-1] == reader.pointer.form)
@@ -253,11 +253,11 @@ def read_memory(module: Module, base: int | None = None, say: Say = lambda _text
         module.ask(f"{reader.pointer.form} {pointer}")
 
 
-# ------------------------------------------------------------------------------------------- what gives its first bytes
+# ------------------------------------------------------------------------------------------- first bytes of a buffer
 class BufferReader(ProgramReader):
-    """Reads a program in the bytes of a buffer, of which a part may give the first ones alone.
+    """Reads a program from the bytes of a buffer; a part may report only the first ones.
 
-    A label of a program that has not run yet stands in it as its letter, so that where it branches is not known.
+    A label of a program that has not run yet is stored as its letter, so the target of its branches is unknown.
     """
 
     def __init__(self, module: Module, say: Say, stored: bytes) -> None:
@@ -270,7 +270,7 @@ class BufferReader(ProgramReader):
         return instruction(self.stored, address, self.sheet).data if address < len(self.stored) else b""
 
     def target(self, value: int, row: Row, end: int) -> int:
-        """Return where a branch goes; a label may be anywhere."""
+        """Return the target of a branch; a label may be anywhere."""
         if value < self.sheet.buffer_bytes:
             return value
         self.labels += chr(value) if chr(value) not in self.labels else ""
@@ -280,20 +280,20 @@ class BufferReader(ProgramReader):
         return text_at(data, 0, self.sheet)
 
     def stopped(self, address: int, data: bytes) -> str:
-        """Return a note that the program goes on where there is no instruction, or behind the bytes that are given."""
+        """Return a note that the program continues where there is no instruction, or after the reported bytes."""
         if address + len(data) < len(self.stored):
             return super().stopped(address, data)
         given, room = len(self.stored), self.sheet.buffer_bytes
         return f"the program goes on at {address}; the part gives the first {given} of its {room} bytes, and no more"
 
     def whole(self) -> ProgramReading:
-        """Return the program, with notes on what the part does not tell of it."""
+        """Return the program, with notes on parts that the module does not report."""
         if not any(self.stored):
             return ProgramReading((), b"", (f"all {len(self.stored)} bytes that the part gives are 00: no program",))
         found = self.program(0)
         if not self.labels:
             return found
-        surplus = len(found.stored) - len(found.stored.rstrip(b"\0")) - 1  # commands 0 behind the one that ends it
+        surplus = len(found.stored) - len(found.stored.rstrip(b"\0")) - 1  # commands 0 after the one that ends it
         kept = found.program[: len(found.program) - max(surplus, 0)]
         note = (
             f"it has not run yet, so the part does not tell where its labels are ({', '.join(self.labels)}): write "
@@ -303,7 +303,7 @@ class BufferReader(ProgramReader):
 
 
 def read_buffer(module: Module, base: int | None = None, say: Say = lambda _text: None) -> ProgramReading:
-    """Return the program behind an adapter, as far as the part gives it.
+    """Return the program of a part with an adapter, as far as the part reports it.
 
     Raises:
         ListingDiffers: no two readings agree.

@@ -1,4 +1,4 @@
-"""What a program text wants of a module, and how far a module has come with it: `Restore.stands` says it in words."""
+"""A program text for a module, and the progress of sending it: `Restore.stands` describes it in words."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from ..spoken import STORED_S
 from .contents import ModuleContents
 from .readers import Say
 
-ROUNDS = 8  # in which a program is sent, or what of it came damaged
-STORED_BYTE_S = 0.021  # of a character that an EEPROM stores: it may take 20 ms until it reads back
+ROUNDS = 8  # attempts to send a program, or its damaged parts
+STORED_BYTE_S = 0.021  # per character stored in an EEPROM: it may take 20 ms until it reads back
 
 
 @dataclass(frozen=True)
 class ProgramText:
-    """A program text, as it is sent: a program, and the commands before and after it, which set registers."""
+    """A program text in the order of sending: a program, and the commands before and after it, which set registers."""
 
     sheet: Sheet
     before: tuple[Statement, ...]
@@ -32,12 +32,12 @@ class ProgramText:
 
     @classmethod
     def read(cls, text: str, sheet: Sheet, where: str) -> ProgramText:
-        """Return a text, taken apart.
+        """Return a parsed text.
 
         Raises:
             ProgramError: the assembler does not take it.
             UsageError: it has no program, or is a script for `slewline run`; a comment that looks like commands; or the
-                part keeps no program.
+                part stores no program.
         """
         if sheet.enter is None:
             raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
@@ -64,10 +64,10 @@ class ProgramText:
         return cls(sheet, before, assembly.statements, after, assembly.stored, assembly.base)
 
     def check_motion(self, module: Module, where: str) -> None:
-        """Check that none of the commands outside the program may make a step, unless that is allowed.
+        """Check that none of the commands outside the program may step the motor, unless that is allowed.
 
         Raises:
-            MotionRefused: one may; nothing has been sent.
+            MotionRefused: one may; no command has been sent.
         """
         for each in (*self.before, *self.after):
             if each.row.may_step and not module.may_move:
@@ -78,13 +78,13 @@ class ProgramText:
 
 
 class Restore:
-    """A program that goes to a module.
+    """A program to be sent to a module.
 
     Args:
         wanted: the program.
-        contents: what the module holds.
-        say: told what is done, a line each.
-        pace: seconds from one character to the next that goes into a memory with addresses.
+        contents: the content of the module.
+        say: called with progress messages.
+        pace: seconds from one character to the next, for a memory with addresses.
     """
 
     def __init__(
@@ -97,13 +97,13 @@ class Restore:
     ) -> None:
         self.module, self.wanted, self.contents, self.say, self.pace = module, wanted, contents, say, pace
         self.sheet = wanted.sheet
-        self.holds = "its program is as it was"  # until it is sent another one, in words
-        self.stands = self.holds  # what the module holds now, in words
-        self.is_known = True  # `contents` are what it holds
+        self.holds = "its program is as it was"  # content before sending, in words
+        self.stands = self.holds  # present content of the module, in words
+        self.is_known = True  # `contents` are up to date
 
     @property
     def is_there(self) -> bool:
-        """Does the module hold the program already?"""
+        """Whether the module holds the program already."""
         held, wanted = self.contents, self.wanted
         whole = held.stored == wanted.stored or not self.sheet.acting("list")
         same = held.base == wanted.base and whole and held.stored.startswith(wanted.stored)
@@ -111,12 +111,12 @@ class Restore:
 
     @property
     def was_cut(self) -> bool:
-        """Does the module hold the beginning of the program, as after a `send` that was cut?"""
+        """Whether the module holds the beginning of the program, as after an interrupted `send`."""
         held, wanted = self.contents, self.wanted
         return held.base == wanted.base and bool(held.stored) and wanted.stored.startswith(held.stored)
 
     def set(self, statement: Statement) -> None:
-        """Send a command that is not part of the program; where there is a question for what it sets, ask."""
+        """Send a command that is not part of the program; verify its value if there is a query for it."""
         module, text = self.module, statement.text
         question = next((name for name in module.speech.questions if self._sets(statement, name)), None)
         for _ in range(ROUNDS):
@@ -130,11 +130,11 @@ class Restore:
         return letter == statement.row.form and len(statement.values) == 1
 
     def recall(self) -> None:
-        """Let the module's program in RAM be the one that it keeps without power.
+        """Load the stored program into the module's RAM.
 
         Raises:
-            RefusedCommand: it keeps none; its program is as it was.
-            ModuleFailure: which of the two is there is not known.
+            RefusedCommand: it stores none; the program in RAM is unchanged.
+            ModuleFailure: it is unknown which of the two is in RAM.
         """
         (row,) = self.sheet.acting("recall")
         before = self.holds
@@ -147,11 +147,11 @@ class Restore:
         self.holds = self.stands = "its RAM has the program that it keeps without power"
 
     def store(self) -> None:
-        """Let the module keep its program without power.
+        """Store the program in the EEPROM.
 
         Raises:
             RefusedCommand: it could not be stored.
-            ModuleFailure: whether it was is not known.
+            ModuleFailure: it is unknown whether it was.
         """
         (row,) = self.sheet.acting("store")
         held = "it holds the program, verified"
@@ -162,7 +162,7 @@ class Restore:
         except (NoAnswer, DamagedAnswer) as failure:
             self.module.transcript.note(f"sent again: {failure}")
             self.module.wait_until_ready(STORED_S)
-            self.module.ask(row.form)  # the same program once more
+            self.module.ask(row.form)  # the same program again
         except RefusedCommand as refused:
             self.stands = f"{held}; it does not keep it without power ({refused.code}: {refused.says})"
             raise
@@ -170,5 +170,5 @@ class Restore:
 
 
 def can_store(sheet: Sheet) -> bool:
-    """Return whether a part has a command that keeps its program without power."""
+    """Return whether a part has a command that stores its program in an EEPROM."""
     return bool(sheet.acting("store"))

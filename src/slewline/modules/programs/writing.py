@@ -1,4 +1,4 @@
-"""A program goes into a module, and is verified by its listing; nothing on the way may make a step."""
+"""Writing of a program into a module, with verification by its listing; no command on the way may step the motor."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .contents import harmless_end
 from .readers import MemoryReader, read_listing
 from .restore import ROUNDS, Restore, can_store
 
-QUIET_S = 0.4  # without an answer to a question: program entry is open
+QUIET_S = 0.4  # silence without an answer to a query: program entry is open
 
 
-# ---------------------------------------------------------------------------------------------- what takes line by line
+# ---------------------------------------------------------------------------------------------------- entry by lines
 def write_listed(restore: Restore) -> None:
-    """Enter a program line by line; a line of which it is not known whether it was taken shows in the listing."""
+    """Enter a program line by line; the listing shows whether a line without an answer was taken."""
     for left in reversed(range(ROUNDS)):
         try:
             _enter(restore)
@@ -45,7 +45,7 @@ def _is_silent(module: Module) -> bool:
 
 
 def _enter(restore: Restore) -> None:
-    """Begin program entry, for sure, and send the instructions."""
+    """Make sure that program entry is open, and send the instructions."""
     module, sheet, lines = restore.module, restore.sheet, restore.wanted.program
     whole = len(lines)
     assert sheet.enter is not None  # noqa: S101  # a program text has been read for it
@@ -63,7 +63,7 @@ def _enter(restore: Restore) -> None:
 
 
 def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
-    """Send a line; if its answer is lost, look into the listing whether it was taken, and send it again if not."""
+    """Send a line; if its answer is lost, check in the listing whether it was taken, and send it again if not."""
     for left in reversed(range(3)):
         try:
             restore.module.ask(text)
@@ -88,7 +88,7 @@ def _compare(restore: Restore) -> None:
     """Check that the module lists the program.
 
     Raises:
-        ListingDiffers: it does not.
+        ListingDiffers: the listing differs.
     """
     found = read_listing(restore.module)
     if found.stored != restore.wanted.stored:
@@ -104,7 +104,7 @@ def _compare(restore: Restore) -> None:
 
 
 def _leave(restore: Restore) -> None:
-    """End program entry, where a command does so without a run."""
+    """End program entry, if a command does so without a run."""
     sheet, module = restore.sheet, restore.module
     held = f"it holds the program, verified; {_kept(sheet)}"
     restore.stands = f"{held}, program entry is open"
@@ -119,17 +119,18 @@ def _leave(restore: Restore) -> None:
     try:
         module.ask(end.form)
     except (NoAnswer, DamagedAnswer):
-        module.ask(end.form)  # a second one does nothing
+        module.ask(end.form)  # a second one has no effect
     restore.stands = held
 
 
-# -------------------------------------------------------------------------------------------- what has a memory
+# ------------------------------------------------------------------------------------------------- into a memory
 class MemoryWriter:
-    """Writes a program into a memory with addresses, in groups that begin with an instruction that may step.
+    """Writes a program into a memory with addresses, in groups that begin with an instruction that may step the motor.
 
-    Were program entry not open, what is sent would be obeyed.  So two questions go in front of such an instruction:
-    they are answered if entry is not open, and are stored if it is, over the end of the group before, which is written
-    later: groups go last to first.  In front of the first group they go to the end of the memory, if that is erased.
+    If program entry were not open, the instructions would be executed.  So two queries are sent before such an
+    instruction: they are answered if entry is not open, and are stored if it is, over the end of the previous group,
+    which is written later: groups are written last to first.  Before the first group they go to the end of the memory,
+    if that is erased.
     """
 
     def __init__(self, restore: Restore) -> None:
@@ -140,11 +141,11 @@ class MemoryWriter:
         self.groups = _groups(self.wanted.program)
 
     def write(self) -> None:
-        """Write, and read back, until all of it is there.
+        """Write, and read back, until the whole program is stored.
 
         Raises:
-            ListingDiffers: it does not get there.
-            MotionRefused: the first instruction may step, and there is no room for the questions in front of it.
+            ListingDiffers: it cannot be stored.
+            MotionRefused: the first instruction may step the motor, and there is no room for the queries before it.
         """
         whole = f"of {len(self.wanted.stored)} {units(self.sheet)} from {self.wanted.base} on"
         wrong = self.closed({n for n, group in enumerate(self.groups) if not self.was_read(group)})
@@ -173,9 +174,9 @@ class MemoryWriter:
         return begin >= 0 and held.stored[begin:end] == b"".join(map(_bytes, group))
 
     def differing(self, missed: set[int]) -> set[int]:
-        """Return the numbers of the groups to write: those missed, those that read back wrong, and what they overwrite.
+        """Return the numbers of the groups to write: missed or wrong ones, and groups that they overwrite.
 
-        What was missed is not read: it may be erased, and that takes long to find out.
+        Missed groups are not read: they may be erased, which takes long to detect.
         """
         read = (number for number in range(len(self.groups)) if number not in missed)
         return self.closed(missed | {number for number in read if not self.reads_back(self.groups[number])})
@@ -188,7 +189,7 @@ class MemoryWriter:
             return False
 
     def closed(self, wrong: set[int]) -> set[int]:
-        """Return the numbers of groups with those of the groups that the questions in front of them overwrite."""
+        """Return the numbers of groups, and of the groups that the queries before them overwrite."""
         for number in range(len(self.groups) - 1, 0, -1):
             if number in wrong and self.is_checked(self.groups[number]):
                 reach = self.groups[number][0].address - len(self.question)
@@ -196,11 +197,11 @@ class MemoryWriter:
         return wrong
 
     def is_checked(self, group: Sequence[Statement]) -> bool:
-        """Return whether it must be known, before a group is sent, that program entry is open."""
+        """Return whether program entry must be known to be open before a group is sent."""
         return group[0].row.may_step and not self.module.may_move
 
     def check_room(self) -> None:
-        """Check that the questions in front of the first group overwrite nothing: an erased end of the memory."""
+        """Check that the queries before the first group overwrite only an erased end of the memory."""
         first = self.groups[0][0]
         begin = (first.address - len(self.question)) % self.sheet.buffer_bytes
         at_end = begin > first.address
@@ -215,7 +216,7 @@ class MemoryWriter:
         )
 
     def is_written(self, group: Sequence[Statement]) -> bool:
-        """Write instructions that follow one another; return whether as many characters were stored as were sent."""
+        """Write consecutive instructions; return whether as many characters were stored as were sent."""
         try:
             self.write_group(group)
         except (NoAnswer, DamagedAnswer) as failure:
@@ -227,12 +228,12 @@ class MemoryWriter:
 
     @property
     def pointer(self) -> int:
-        """Where the memory pointer is."""
+        """Address of the memory pointer."""
         questions = self.module.speech.questions.items()
         return int(self.module.value(next(n for n, (ask, _) in questions if ask[-1] == self.reader.pointer.form)))
 
     def write_group(self, group: Sequence[Statement]) -> None:
-        """Write instructions that follow one another."""
+        """Write consecutive instructions."""
         assert self.sheet.enter is not None  # noqa: S101  # a program text has been read for it
         checked = self.is_checked(group)
         begin = (group[0].address - len(self.question) * checked) % self.sheet.buffer_bytes
@@ -248,7 +249,7 @@ class MemoryWriter:
             self.put(_bytes(each))
 
     def put(self, data: bytes) -> None:
-        """Send characters, each when the one before is stored."""
+        """Send characters, each after the previous one is stored."""
         for byte in data:
             self.module.send(bytes([byte]))
             self.module.port.pause(self.restore.pace + self.module.speech.character_s)
@@ -272,7 +273,7 @@ def _bytes(statement: Statement) -> bytes:
 
 
 def _groups(program: Sequence[Statement]) -> list[list[Statement]]:
-    """Cut a program in front of every instruction that may step."""
+    """Split a program before every instruction that may step the motor."""
     groups: list[list[Statement]] = []
     for each in program:
         if not groups or each.row.may_step:
@@ -282,7 +283,7 @@ def _groups(program: Sequence[Statement]) -> list[list[Statement]]:
 
 
 def write_memory(restore: Restore) -> None:
-    """Write a program into a memory with addresses; the pointer is as it was."""
+    """Write a program into a memory with addresses, and restore the pointer."""
     writer = MemoryWriter(restore)
     pointer = writer.pointer
     writer.write()
@@ -290,10 +291,10 @@ def write_memory(restore: Restore) -> None:
 
 
 def send(restore: Restore) -> None:
-    """Send the commands before a program, the program, and those after it, and verify what can be verified.
+    """Send the commands before a program, the program, and the commands after it; verify them as far as possible.
 
     Raises:
-        ModuleFailure: `restore.stands` says what the module holds.
+        ModuleFailure: `restore.stands` describes the content of the module.
     """
     if restore.wanted.before:
         restore.stands = f"of its registers some may be set already; {restore.holds}"

@@ -1,4 +1,4 @@
-"""A chip: where its motors are, its registers, and the levels of its pins, in the manual's names."""
+"""The pane of a chip: the positions of its motors, its registers, and the levels of its pins, in the manual's names."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .panes import OfChip
 from .session import CURVE_PS
 from .text_drawing import LEVELS, Part, figure, line, pair, strip
 
-SHOWN = (  # roles of the pins that are shown, in this order
+SHOWN = (  # roles of the pins shown, in this order
     *("ready", "running", "moving", "slewing", "ramping", "motion_complete", "program_entry", "direction", "step"),
     *("output1", "output2", "output3", "input1", "input2", "input3", "interrupt", "enable", "abort"),
     *("end", "end_plus", "end_minus", "home", "jog", "flow", "display_select", "text", "select", "reset"),
 )
-STRIP_ROWS = {False: 2, True: 5}  # of the strip of velocity, on a screen that is wide or not
-NAME = 13  # columns of the names beside a table of axes
-EXPLAINED = 26  # columns of a name and its value, beside what the manual says
+STRIP_ROWS = {False: 2, True: 5}  # height of the velocity strip, on a wide and a narrow screen
+NAME = 13  # columns of the names next to a table of axes
+EXPLAINED = 26  # columns of a name and its value, next to the text of the manual
 DIM = "dim"
 
 
@@ -34,12 +34,12 @@ class ChipPane(OfChip):
 
     @property
     def state(self) -> dict[str, Any]:
-        """The state of the chip."""
+        """State of the chip."""
         return self.session.chip_state(self.chip)
 
     @property
     def sheet(self) -> dict[str, Any]:
-        """The data sheet of the chip."""
+        """Data sheet of the chip."""
         return self.session.sheets[self.chip]
 
     def lines(self, width: int, height: int) -> list[Content]:
@@ -68,7 +68,7 @@ class ChipPane(OfChip):
         return rows
 
     def explained(self, axis: dict[str, Any], width: int) -> list[Content]:
-        """Return registers and pins one below the other, each with what the manual says of it."""
+        """Return registers and pins one below the other, each with its description from the manual."""
         rows = [line(width), line(width, ("registers", "bold $text-primary"))]
         sheet = self.sheet
         for (name, value, _, style), row in zip(self.registers(axis), sheet["registers"], strict=True):
@@ -93,7 +93,7 @@ class ChipPane(OfChip):
 
     @property
     def scale(self) -> str:
-        """What the strips of velocity show."""
+        """Scale of the velocity strips."""
         tops = [peak(self.session.curves.get(name, [])) for name in self.session.velocities(self.chip)]
         up_to = f", up to {figure(tops[0])} steps/s" if len(tops) == 1 and tops[0] else ""
         return f"last {CURVE_PS // PS_PER_S} s{up_to}"
@@ -105,7 +105,7 @@ class ChipPane(OfChip):
         return strip(values, width, height or STRIP_ROWS[self.app.has_class("wide")], peak(values))
 
     def work(self, width: int) -> list[Content]:
-        """Return what the chip works on, and what it waits for."""
+        """Return the command that the chip executes, and its wait."""
         waiting = self.state.get("waiting") or ""
         current = self.session.row_at(self.chip)
         instruction = "" if current is None else self.session.listings[self.chip][current]["text"]
@@ -128,7 +128,7 @@ class ChipPane(OfChip):
         return found
 
     def shown(self) -> list[dict[str, Any]]:
-        """Return the pins that are shown: those that a role makes worth it, and user bits."""
+        """Return the pins to show: those with important roles, and user bits."""
         pins = [pin for pin in self.sheet["pins"] if pin["role"] in SHOWN or (pin["way"] == "both" and not pin["role"])]
         return sorted(pins, key=lambda pin: SHOWN.index(pin["role"]) if pin["role"] in SHOWN else len(SHOWN))
 
@@ -141,12 +141,12 @@ class ChipPane(OfChip):
         return found
 
     def parts(self, width: int) -> list[Content]:
-        """Return what the parts around the chips show: displays, switches, shafts."""
+        """Return the displays, switches and shafts of the parts around the chips."""
         rows = [line(width, row) for row in self.around()]
         return [line(width), line(width, ("around the chips", "bold $text-primary")), *rows] if rows else []
 
     def around(self) -> list[str]:
-        """Return what each part shows."""
+        """Return the state of each part as text."""
         shown = {name: part.get("shows") or {} for name, part in self.session.client.view.get("parts", {}).items()}
         return [
             f"{name} {', '.join(shown_value(key, value) for key, value in shows.items())}"
@@ -194,7 +194,7 @@ class ChipPane(OfChip):
 
 
 def peak(values: Sequence[float | None]) -> float:
-    """Return the greatest velocity, either way."""
+    """Return the greatest velocity, in either direction."""
     return max((abs(value) for value in values if value is not None), default=0.0)
 
 
@@ -204,19 +204,19 @@ def spoken(name: str) -> str:
 
 
 def active_style(pin: dict[str, Any], level: int | None) -> str:
-    """Return how a level is shown: what is active stands out."""
+    """Return the style of a level: active levels are highlighted."""
     return "bold $text-success" if level is not None and level == pin.get("active") else DIM
 
 
 def shown_value(key: str, value: Any) -> str:
-    """Return what a part shows as text: the rows of a display as they are."""
+    """Return the value of a part as text; the rows of a display unchanged."""
     if key == "text" and isinstance(value, list):
         return "│".join(["", *map(str, value), ""])
     return f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
 
 
 def points_out(point: dict[str, Any]) -> str:
-    """Return a breakpoint in words, other than that of an instruction."""
+    """Return a breakpoint other than on an instruction, in words."""
     if "pin" in point:
         return f"{point['pin']} {'changes' if point['edge'] == 'any' else point['edge']}"
     if "finding" in point:

@@ -14,16 +14,16 @@ from .session import DebugSession
 
 
 class Completion(Suggester):
-    """What a line may become."""
+    """Completions of a line."""
 
     def __init__(self, session: DebugSession) -> None:
         super().__init__(use_cache=False, case_sensitive=True)
         self.session = session
 
     async def get_suggestion(self, value: str) -> str | None:
-        """Return the likeliest one."""
+        """Return the likeliest completion."""
         found = candidates(self.session, value) if value else []
-        # a command is written as it was begun, r as well as R
+        # keep the case of the typed beginning, r as well as R
         return next((each for each in found if each.startswith(value)), None)
 
 
@@ -38,17 +38,17 @@ class CommandLine(Input):
     ]
 
     class Left(Message):
-        """The line is left without a word."""
+        """Message that the user has left the line without a command."""
 
     def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(suggester=Completion(session), compact=True, select_on_focus=False, **names)
         self.session = session
         self.history: list[str] = []
         self.place = 0  # in the history, from its end; 0: the line itself
-        self.found: list[str] = []  # what tab goes through
+        self.found: list[str] = []  # completions that tab cycles through
 
     def put(self, text: str) -> None:
-        """Begin a line."""
+        """Start a new line with this text."""
         self.value = text
         self.cursor_position = len(text)
         self.place = 0
@@ -60,13 +60,13 @@ class CommandLine(Input):
         self.put("")
 
     def action_older(self, by: int) -> None:
-        """Show an older line, or a younger one."""
+        """Show an older line, or a newer one."""
         place = min(max(self.place + by, 0), len(self.history))
         self.put(self.history[-place] if place else "")
         self.place = place
 
     def action_complete(self) -> None:
-        """Complete the line; again: the next one that it may be."""
+        """Complete the line; a repeated call shows the next completion."""
         if self.value in self.found:
             self.put(self.found[(self.found.index(self.value) + 1) % len(self.found)])
             return

@@ -1,6 +1,6 @@
 """The screen of the debugger: chips side by side, their programs, the conversation, and a command line.
 
-All that it does goes over the control port: it holds no bench, and nothing it waits for blocks the screen.
+It uses only the control port, has no bench of its own, and never blocks the screen while it waits.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from .panes import Pane, ProgramPane, TalkPane
 from .session import DebugSession
 from .text_drawing import clock, line
 
-WIDE = 150  # columns from which on the conversation stands beside the chips
-TALL = 34  # rows from which on a wide screen is used so
-NARROW = 100  # columns up to which the first row names the program alone
-OWN = 256  # bytes of a program up to which the memory is the chip's own; one beside it may hold anything, or nothing
+WIDE = 150  # columns from which on the conversation is next to the chips
+TALL = 34  # rows needed for this layout
+NARROW = 100  # columns up to which the first row has only the program name
+OWN = 256  # greatest program of a chip's own memory, bytes; an external one may have any content
 DRAWN_S = 1 / 15
-KEYS = (  # at the foot: key, what it does, its action; what comes first stays when there is little room
+KEYS = (  # at the foot: key, label, action; the first ones remain on a narrow screen
     ("space", "go", "go"),
     ("s", "instr", "step('instruction')"),
     ("n", "step", "step('step')"),
@@ -90,12 +90,12 @@ class Debugger(App[None]):
         super().__init__()
         self.session, self.named = session, name
         self.changed = True
-        self.written: dict[str, str] = {}  # rows, by where they stand
-        self.failure: SlewlineError | None = None  # why it has ended, unless the user wanted it to
+        self.written: dict[str, str] = {}  # rows by position
+        self.failure: SlewlineError | None = None  # reason of the end, unless the user ended it
 
     # ------------------------------------------------------------------------------------------------------ the screen
     def compose(self) -> ComposeResult:
-        """Make what does not depend on the chips; they come when the port has told of them."""
+        """Make the widgets that do not depend on the chips; the others follow after the first reply."""
         yield Static("", id="title")
         with Container(id="body"):
             yield Container(id="chips")
@@ -141,16 +141,16 @@ class Debugger(App[None]):
         self.arrange(event.size.width, event.size.height)
 
     def arrange(self, width: int, height: int) -> None:
-        """Choose between a screen with one chip over the conversation, and one with all of it side by side."""
+        """Choose between a layout with one chip above the conversation, and one with everything side by side."""
         self.set_class(width >= WIDE and height >= TALL, "wide")
         self.note()
 
     def note(self) -> None:
-        """Have the screen drawn at the next turn."""
+        """Request a redraw at the next turn."""
         self.changed = True
 
     def draw(self) -> None:
-        """Draw what has changed."""
+        """Draw changes."""
         if not self.changed or not self.session.chips:
             return
         self.changed = False
@@ -176,7 +176,7 @@ class Debugger(App[None]):
         self.write("#title", Content.assemble((left, "bold"), line(room, f"  {why}"), (right, "bold")))
 
     def write(self, where: str, text: Content) -> None:
-        """Write a row anew, if it reads otherwise."""
+        """Rewrite a row if its text has changed."""
         if self.written.get(where) != text.plain:
             self.written[where] = text.plain
             self.query_one(where, Static).update(text)
@@ -194,7 +194,7 @@ class Debugger(App[None]):
         self.write("#keys", foot)
 
     def name_pane(self, pane: Pane) -> None:
-        """Give a pane its title."""
+        """Set the title of a pane."""
         session = self.session
         if isinstance(pane, ChipPane):
             chosen = "▸ " if pane.chip == session.selected and len(session.chips) > 1 else ""
@@ -213,29 +213,29 @@ class Debugger(App[None]):
 
     # --------------------------------------------------------------------------------------------------------- the keys
     def perform(self, work: Any) -> None:
-        """Do something that takes time, beside the screen."""
+        """Run a task that takes time, without blocking the screen."""
         self.session.trouble = ""
         self.run_worker(self.session.attempt(work))
 
     def action_go(self) -> None:
-        """Let time pass, or stand."""
+        """Let time run, or pause it."""
         stands = self.session.paused and not self.session.doing
         self.perform(self.session.go() if stands else self.session.pause())
 
     def action_step(self, by: str) -> None:
-        """Go on to the next one."""
+        """Run to the next event of a kind."""
         self.perform(self.session.step(by))
 
     def action_shift(self, seconds: float) -> None:
-        """Go on or back in time."""
+        """Move forwards or back in time."""
         self.perform(self.session.shift(seconds))
 
     def action_rate(self, by: int) -> None:
-        """Let time pass faster or slower."""
+        """Let time run faster or slower."""
         self.perform(self.session.change_rate(by))
 
     def action_break(self) -> None:
-        """Put a breakpoint on the selected row."""
+        """Set a breakpoint on the selected row."""
         pane = self.program()
         if pane is not None and pane.address is not None:
             self.perform(self.session.toggle({"chip": pane.chip, "address": pane.address}))
@@ -251,13 +251,13 @@ class Debugger(App[None]):
             self.perform(self.session.to_address(pane.address))
 
     def program(self) -> ProgramPane | None:
-        """Return the program that the keys speak of: the one in focus, else that of the selected chip."""
+        """Return the program that the keys refer to: the one in focus, else that of the selected chip."""
         panes = [pane for pane in self.query(ProgramPane) if pane.display and pane.parent and pane.parent.display]
         focused = [pane for pane in panes if pane.has_focus]
         return next(iter([*focused, *(pane for pane in panes if pane.chip == self.session.selected)]), None)
 
     def action_ask(self, verb: str) -> None:
-        """Begin a line with a verb, whose value is to be typed."""
+        """Start a line with a verb, whose value the user types."""
         given = self.session.last_edge if verb == "edge" else ""
         self.action_line(f":{verb} {given}")
 
@@ -285,7 +285,7 @@ class Debugger(App[None]):
         self.push_screen(HelpScreen(self.session))
 
     def action_dark(self) -> None:
-        """Change between dark and light."""
+        """Switch between dark and light."""
         self.theme = "textual-light" if self.theme == "textual-dark" else "textual-dark"
 
     # ------------------------------------------------------------------------------------------------- the command line
@@ -293,12 +293,12 @@ class Debugger(App[None]):
         """Explain what is being typed."""
         if event.value:
             self.session.trouble = ""
-        if event.value == "/":  # which begins a line, and no command of any chip
+        if event.value == "/":  # starts a line, but no command of any chip
             self.query_one(CommandLine).put("")
         self.note()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Do what was typed."""
+        """Execute the typed line."""
         text = event.value.strip()
         command = self.query_one(CommandLine)
         command.keep(text)
@@ -355,6 +355,6 @@ def has_program(session: DebugSession, place: int) -> bool:
 
 
 def light_background() -> bool:
-    """Return whether the terminal says that its background is light."""
+    """Return whether the terminal reports a light background."""
     colours = os.environ.get("COLORFGBG", "").split(";")
     return len(colours) > 1 and colours[-1] in ("7", "15")

@@ -1,6 +1,6 @@
-"""The command line: what the debugger itself is asked begins with a colon, anything else goes to the chip.
+"""The command line: a line for the debugger itself begins with a colon, any other line goes to the chip.
 
-`R 100` goes to the selected chip, as a host would send it; `:break 7` asks the debugger.  `VERBS` has all verbs.
+`R 100` goes to the selected chip, as a host would send it; `:break 7` is for the debugger.  `VERBS` has all verbs.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ def instant(text: str) -> int:
 
 
 def quoted(words: list[str]) -> str:
-    """Return what was given to a verb, as a message has it after the name of the verb."""
+    """Return the words after a verb, quoted for a message."""
     return f" {' '.join(words)!r};" if words else ":"
 
 
 async def go(session: DebugSession, words: list[str]) -> None:
-    """Let time pass."""
+    """Let time run."""
     await session.go(rate_of(words[0]) if words else None)
 
 
@@ -66,12 +66,12 @@ def rate_of(text: str) -> float:
 
 
 async def pause(session: DebugSession, _words: list[str]) -> None:
-    """Let time stand."""
+    """Pause time."""
     await session.pause()
 
 
 async def step(session: DebugSession, words: list[str]) -> None:
-    """Go on to the next instruction, or what else is named."""
+    """Run to the next instruction, or to the named event."""
     by = words[0] if words else STEPS[0]
     if by not in STEPS:
         raise UsageError(f"step {by!r}; allowed {', '.join(STEPS)}{hint(by, STEPS)}")
@@ -79,7 +79,7 @@ async def step(session: DebugSession, words: list[str]) -> None:
 
 
 async def edge(session: DebugSession, words: list[str]) -> None:
-    """Go on to the next edge of a pin."""
+    """Run to the next edge of a pin."""
     which = words[1] if len(words) > 1 else "any"
     if not words or which not in EDGES:
         raise UsageError(f"edge{quoted(words)} expected a pin, and rises, falls or any")
@@ -119,7 +119,7 @@ async def position(session: DebugSession, words: list[str]) -> None:
 
 
 async def put_break(session: DebugSession, words: list[str]) -> None:
-    """Put a breakpoint, or take it away."""
+    """Set a breakpoint, or remove it."""
     point = point_of(session, words)
     await session.toggle(point)
     listed = [row["address"] for row in session.listings.get(session.selected, ())]
@@ -130,7 +130,7 @@ async def put_break(session: DebugSession, words: list[str]) -> None:
 
 
 def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
-    """Return a breakpoint as words describe it."""
+    """Return the breakpoint that words describe."""
     chip, first, rest = session.selected, words[0] if words else "", words[1:]
     if first == "finding":
         return {"finding": rest[0] if rest else ""}
@@ -151,14 +151,14 @@ def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
 
 
 async def clear(session: DebugSession, words: list[str]) -> None:
-    """Take all breakpoints away."""
+    """Remove all breakpoints."""
     if words:
         raise UsageError(f"clear: takes all breakpoints away; :break {' '.join(words)} takes one away")
     await session.put_breakpoints([])
 
 
 async def rate(session: DebugSession, words: list[str]) -> None:
-    """Set how fast time passes."""
+    """Set the rate of time."""
     if not words:
         raise UsageError("rate: expected virtual seconds per second, such as 0.1")
     session.rate = rate_of(words[0])
@@ -167,7 +167,7 @@ async def rate(session: DebugSession, words: list[str]) -> None:
 
 
 async def drive(session: DebugSession, words: list[str]) -> None:
-    """Put a level on a pin."""
+    """Drive a pin to a level."""
     if len(words) != 2:
         raise UsageError(f"drive{quoted(words)} expected a pin and a level, such as wait 0")
     if words[1] not in ("0", "1"):
@@ -176,7 +176,7 @@ async def drive(session: DebugSession, words: list[str]) -> None:
 
 
 async def release(session: DebugSession, words: list[str]) -> None:
-    """Let go of a pin."""
+    """Release a pin."""
     if not words:
         raise UsageError("release: expected a pin")
     await session.client.request("release", pin=session.full_pin(words[0]))
@@ -190,7 +190,7 @@ async def power(session: DebugSession, words: list[str]) -> None:
 
 
 async def act(session: DebugSession, words: list[str]) -> None:
-    """Do with a part what a hand could."""
+    """Operate a part, as an operator would."""
     if len(words) < 2:
         raise UsageError(f"act{quoted(words)} expected a part and a verb; parts: {', '.join(session.parts) or 'none'}")
     arguments = [int(word) if re.fullmatch(r"[+-]?\d+", word) else word for word in words[2:]]
@@ -241,10 +241,10 @@ KEYS = {
 
 
 async def obey(session: DebugSession, text: str) -> None:
-    """Do what a line asks for.
+    """Execute a line.
 
     Raises:
-        UsageError: no such verb, or the server refuses it.
+        UsageError: there is no such verb, or the server refuses it.
     """
     if not text.startswith(":"):
         check_verb(session, text)
@@ -260,10 +260,10 @@ async def obey(session: DebugSession, text: str) -> None:
 
 
 def check_verb(session: DebugSession, text: str) -> None:
-    """Refuse to send a word that is one of the debugger's, and of no command.
+    """Refuse to send a verb of the debugger that is not a command of the chip.
 
     Raises:
-        UsageError: it is.
+        UsageError: the text is such a verb.
     """
     word = next(iter(text.lower().split()), "")
     forms = [row["form"].lower().split() for row in session.sheets.get(session.selected, {}).get("commands", ())]
@@ -273,21 +273,21 @@ def check_verb(session: DebugSession, text: str) -> None:
 
 
 def only(start: str) -> Verb | None:
-    """Return the only verb that begins so."""
+    """Return the only verb with this beginning."""
     found = [verb for verb in VERBS if start and verb.name.startswith(start)]
     return found[0] if len(found) == 1 else None
 
 
 # ----------------------------------------------------------------------------------------------------------- completion
 def candidates(session: DebugSession, text: str) -> list[str]:
-    """Return whole lines that a line may become, the likeliest first."""
+    """Return completions of a line, the likeliest first."""
     head, _, word = text.rpartition(" ")
     head += " " if head else ""
     return [head + each for each in words_at(session, text) if each.lower().startswith(word.lower()) and each != word]
 
 
 def words_at(session: DebugSession, text: str) -> Iterable[str]:
-    """Return the words that may stand at the end of a line."""
+    """Return possible words at the end of a line."""
     words = text.split(" ")
     if not text.startswith(":"):
         rows = session.sheets.get(session.selected, {}).get("commands", ())
@@ -315,7 +315,7 @@ def words_at(session: DebugSession, text: str) -> Iterable[str]:
 
 
 def explained(session: DebugSession, text: str) -> str:
-    """Return one row of help about what is being typed: the manual's, or that of a verb."""
+    """Return one row of help about the typed text: from the manual, or for a verb."""
     if text.startswith(":"):
         name = text[1:].partition(" ")[0]
         verb = BY_NAME.get(name) or only(name)
@@ -327,7 +327,7 @@ def explained(session: DebugSession, text: str) -> str:
 
 
 def of_command(session: DebugSession, text: str) -> dict[str, Any] | None:
-    """Return the command of the sheet that a text begins with: the longest form that fits."""
+    """Return the command of the sheet that a text begins with: the longest matching form."""
     rows = session.sheets.get(session.selected, {}).get("commands", ())
     text = text.strip().split("$")[-1]
     best: dict[str, Any] | None = None

@@ -40,7 +40,7 @@ KEYS = (
 
 
 class HelpScreen(ModalScreen[None]):
-    """All there is to know, in one page."""
+    """Complete help on one page."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,q,question_mark,enter", "dismiss", show=False),
@@ -77,7 +77,7 @@ class HelpScreen(ModalScreen[None]):
 
 
 def entry(width: int, name: str, says: str) -> list[Part]:
-    """Return a name, and what is said of it in rows beside it."""
+    """Return a name, and its description in rows next to it."""
     first, *more = wrap(says, max(width - NAME - 3, 20)) or [""]
     rows: list[Part] = [(f"  {name:<{NAME}}", "bold"), (f" {first}\n", "")]
     return rows + [(f"{' ' * (NAME + 3)}{row}\n", "") for row in more]

@@ -1,6 +1,6 @@
-"""What the three kinds of panes have in common, and two of them: a stored program, and the conversation.
+"""The common base of the three kinds of panes, and two of them: a stored program, and the conversation.
 
-A pane draws the rows that are seen and no others, so a program of 64K costs no more than one of ten bytes.
+A pane draws only its visible rows, so a program of 64K costs no more than one of ten bytes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .text_drawing import Part, line, stamp
 MARKS = {"sent": "→", "got": "←", "finding": "!", "command": "·", "event": " "}
 STYLES = {"sent": "$text-primary", "got": "$text-accent", "finding": "bold $text-error", "command": "dim"}
 WHEEL = 3  # rows
-NARROWEST = 20  # columns; in fewer there is nothing to be read
+NARROWEST = 20  # columns; fewer are unreadable
 
 
 class Pane(Widget, can_focus=True):
@@ -40,42 +40,42 @@ class Pane(Widget, can_focus=True):
         self.named = "", ""  # on its border
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the rows that are seen."""
+        """Return the visible rows."""
         raise NotImplementedError
 
     def move(self, rows: int) -> None:
-        """Scroll, or move what is selected, by so many rows."""
+        """Scroll, or move the selection, by a number of rows."""
 
     def render(self) -> Content:
-        """Return what is seen."""
+        """Return the visible content."""
         self.seen = self.look()
         return self.seen
 
     def look(self) -> Content:
-        """Return what is to be seen now."""
+        """Return the content to show now."""
         width, height = self.content_size
         if width < NARROWEST or not height:
             return Content()
         return Content("\n").join(self.lines(width, height)[:height])
 
     def renew(self) -> None:
-        """Draw it anew if it looks otherwise: a terminal far away takes its time for every row."""
+        """Redraw the pane if its content has changed: a remote terminal needs time for every row."""
         seen = self.look()
         if seen.plain != self.seen.plain or seen.spans != self.seen.spans:
             self.refresh()
 
     def entitle(self, title: str, subtitle: str = "") -> None:
-        """Write these on the border."""
+        """Write title and subtitle on the border."""
         if (title, subtitle) != self.named:
             self.named = title, subtitle
             self.border_title, self.border_subtitle = title, subtitle
 
     def on_focus(self) -> None:
-        """Show what is selected."""
+        """Show the selection."""
         self.refresh()
 
     def on_blur(self) -> None:
-        """Show what is selected no more."""
+        """Hide the selection."""
         self.refresh()
 
     def action_scroll_rows(self, rows: int) -> None:
@@ -84,16 +84,16 @@ class Pane(Widget, can_focus=True):
         self.refresh()
 
     def action_scroll_pages(self, pages: int) -> None:
-        """Move by what is seen at once."""
+        """Move by the visible height."""
         self.action_scroll_rows(pages * max(self.content_size.height - 1, 1))
 
     def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
-        """Move on."""
+        """Move down."""
         self.action_scroll_rows(WHEEL)
         event.stop()
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
-        """Move back."""
+        """Move up."""
         self.action_scroll_rows(-WHEEL)
         event.stop()
 
@@ -107,35 +107,35 @@ class OfChip(Pane):
 
     @property
     def chip(self) -> str:
-        """The chip that is shown."""
+        """Name of the chip."""
         names = list(self.session.chips)
-        if len(names) <= 2:  # they keep their places, as on the screen of the manual
+        if len(names) <= 2:  # axes keep their columns, as on the screen of the manual
             both_seen = self.app.has_class("wide")
             return names[self.place] if both_seen else self.session.selected
         return names[(names.index(self.session.selected) + self.place) % len(names)]
 
     @property
     def axes(self) -> int:
-        """How many axes the chip has."""
+        """Number of axes of the chip."""
         return len(self.session.chip_state(self.chip)["axes"])
 
 
 class ProgramPane(OfChip):
-    """The stored program: the current instruction, a row that is selected, breakpoints."""
+    """The stored program: the current instruction, the selected row, breakpoints."""
 
     def __init__(self, session: DebugSession, place: int, **names: Any) -> None:
         super().__init__(session, place, **names)
         self.row = self.top = 0
-        self.followed: object = None  # what was current when the selected row was put there
+        self.followed: object = None  # current instruction when the row was selected
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """The instructions."""
+        """Instructions of the program."""
         return self.session.listings.get(self.chip, [])
 
     @property
     def address(self) -> int | None:
-        """The address of the selected row."""
+        """Address of the selected row."""
         return self.rows[self.row]["address"] if self.row < len(self.rows) else None
 
     def move(self, rows: int) -> None:
@@ -183,18 +183,18 @@ class ProgramPane(OfChip):
 
 
 class TalkPane(Pane):
-    """The conversation: what the host sends, what the chip answers and works on, and findings."""
+    """The conversation: lines of the host, answers and commands of the chip, and findings."""
 
     def __init__(self, session: DebugSession, **names: Any) -> None:
         super().__init__(session, **names)
-        self.behind = 0  # rows below what is seen
+        self.behind = 0  # rows below the visible ones
 
     def move(self, rows: int) -> None:
-        """Scroll; at the end it follows what comes."""
+        """Scroll; at the end the pane follows new entries."""
         self.behind = min(max(self.behind - rows, 0), max(len(self.session.entries) - 1, 0))
 
     def lines(self, width: int, height: int) -> list[Content]:
-        """Return the last entries, or those further up."""
+        """Return the last entries, or earlier ones."""
         entries = list(self.session.entries.values())
         stop = len(entries) - self.behind
         found: list[Content] = []
@@ -205,7 +205,7 @@ class TalkPane(Pane):
         return found[-height:]
 
     def drawn(self, width: int, entry: dict[str, Any]) -> list[Content]:
-        """Return an entry as rows: a finding is shown whole, anything else in one row."""
+        """Return an entry as rows: a finding is shown completely, any other entry in one row."""
         kind = entry["kind"]
         style = STYLES.get(kind, "")
         names = [*self.session.chips, "host"]

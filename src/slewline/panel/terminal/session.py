@@ -1,6 +1,6 @@
-"""What a debugger knows of the bench on the other end of a control port, and what it asks of it.
+"""The state of a bench as seen by a debugger through a control port, and its requests.
 
-Nothing here knows of a screen: `on_change` says that something is to be shown anew.
+This module is independent of the screen: `on_change` requests a redraw.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from ...links.clients.control_client import ControlClient
 
 Data = dict[str, Any]
 EVERY = "50 ms"
-LIMIT = "3600 s"  # how long a step or a wait may take, in virtual time
+LIMIT = "3600 s"  # longest step or wait, in virtual time
 KEPT = 5000  # entries of the conversation
-CURVE_PS = 2 * PS_PER_S  # how much of the past a strip of velocity shows
+CURVE_PS = 2 * PS_PER_S  # time span of a velocity strip
 CURVE_COLUMNS = 240
 CURVE_EVERY_S = 0.2
 RATES = tuple(float(f"{digit}e{power}") for power in range(-3, 4) for digit in (1, 2, 5))[:-2]  # 0.001 to 1000
 
 
 class DebugSession:
-    """A bench, as its control port tells of it."""
+    """A bench, as its control port reports it."""
 
     def __init__(self, address: str, token: str | None = None, rate: float = 1.0) -> None:
         self.address, self.token, self.rate = address, token, rate
@@ -38,19 +38,19 @@ class DebugSession:
         self.curves: dict[str, list[float | None]] = {}  # velocity, by the name of the signal
         self.quantities: list[str] = []
         self.selected = ""
-        self.why = ""  # why time stands
-        self.doing = ""  # what is waited for
-        self.trouble = ""  # what could not be done
-        self.last_edge = ""  # the pin whose edge was waited for
+        self.why = ""  # reason of the pause
+        self.doing = ""  # description of the pending wait
+        self.trouble = ""  # last error
+        self.last_edge = ""  # pin of the last edge wait
         self.ended = ""
         self.on_change: Hook[[]] = Hook()
-        self._programs: dict[str, Any] = {}  # the number of the listing that is held
+        self._programs: dict[str, Any] = {}  # number of the present listing
         self._tasks: set[asyncio.Task[None]] = set()
         self.drawn_ps = -1
 
     # ------------------------------------------------------------------------------------------------ the connection
     async def open(self) -> None:
-        """Connect, and ask for everything."""
+        """Connect, and request the complete state."""
         self.client = await ControlClient.connect(self.address, self.token, remote=True)
         self.client.on_event.add(self._event)
         self.client.on_end.add(self._end)
@@ -71,7 +71,7 @@ class DebugSession:
             await self.client.close()
 
     async def _all_again(self) -> None:
-        """Ask for what the view does not hold."""
+        """Request the data that the view does not contain."""
         for chip in self.chips:
             await self._listing(chip)
         said = await self.client.request("said", start=0)
@@ -109,13 +109,13 @@ class DebugSession:
         self.on_change()
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
-        """Do something beside; what goes wrong in it is shown."""
+        """Run a task in the background; show its errors."""
         task = asyncio.get_running_loop().create_task(self.attempt(work))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
     async def attempt(self, work: Coroutine[Any, Any, None]) -> None:
-        """Do something, and keep what goes wrong for the screen."""
+        """Run a task, and keep its error for the screen."""
         try:
             await work
         except SlewlineError as error:
@@ -125,24 +125,24 @@ class DebugSession:
     # ------------------------------------------------------------------------------------------------------ the state
     @property
     def chips(self) -> Data:
-        """The chips of the view, by name."""
+        """Chips of the view, by name."""
         found: Data = self.client.view.get("chips", {})
         return found
 
     @property
     def pace(self) -> Data:
-        """How time passes."""
+        """State of time."""
         found: Data = self.client.view.get("pace", {})
         return found
 
     @property
     def paused(self) -> bool:
-        """Does time stand?"""
+        """Whether time is paused."""
         return bool(self.pace.get("paused"))
 
     @property
     def now_ps(self) -> int:
-        """The present instant."""
+        """Present instant, in ps."""
         return self.client.now_ps
 
     def chip_state(self, chip: str) -> Data:
@@ -157,7 +157,7 @@ class DebugSession:
         self.on_change()
 
     def row_at(self, chip: str) -> int | None:
-        """Return the number of the row of the current instruction."""
+        """Return the row number of the current instruction; None if there is none."""
         counter = self.chips[chip].get("counter")
         if counter is None:
             return None
@@ -174,22 +174,22 @@ class DebugSession:
         return sorted(found | {f"{part}.{pin}" for part, row in self.parts.items() for pin in row.get("pins", ())})
 
     def full_pin(self, name: str) -> str:
-        """Return the full name of a pin; one of the selected chip needs no chip."""
+        """Return the full name of a pin; the name of the selected chip may be left out."""
         return name if "." in name else f"{self.selected}.{name}"
 
     # ----------------------------------------------------------------------------------------------------------- time
     async def go(self, rate: float | None = None) -> None:
-        """Let time pass."""
+        """Let time run."""
         self.rate = self.rate if rate is None else rate
         self.why = ""
         await self.client.request("go", rate=f"{self.rate:g}")
 
     async def pause(self) -> None:
-        """Let time stand; a wait that is under way is broken off."""
+        """Pause time; abort a pending wait."""
         await self.client.request("pause")
 
     async def wait_for(self, doing: str, do: str, **keys: Any) -> None:
-        """Step, or wait for something, one at a time; `doing` says what is waited for."""
+        """Step, or wait for an event, one at a time; `doing` describes it."""
         if self.doing:
             raise UsageError(f"busy: {self.doing}; the space bar ends it")
         self.doing, self.why, since = doing, "", self.now_ps
@@ -205,11 +205,11 @@ class DebugSession:
             self.on_change()
 
     async def step(self, by: str) -> None:
-        """Go on to the next instruction, step of the motor, command or finding of the selected chip."""
+        """Run to the next instruction, step of the motor, command or finding of the selected chip."""
         await self.wait_for(f"next {by}", "step", chip=self.selected, by=by, timeout=LIMIT)
 
     async def to_edge(self, pin: str, edge: str = "any") -> None:
-        """Go on to the next edge of a pin."""
+        """Run to the next edge of a pin."""
         name = self.full_pin(pin)
         await self.wait_for(f"next edge of {name}", "step", pin=name, edge=edge, timeout=LIMIT)
 
@@ -226,7 +226,7 @@ class DebugSession:
         await self.wait_for(f"{self.selected} at position {position}", "until", **keys)
 
     async def to_time(self, ps: int) -> None:
-        """Go to an instant, on or back."""
+        """Go to an instant, forwards or back."""
         ps = max(ps, 0)
         if ps >= self.now_ps:
             await self._stand()
@@ -239,11 +239,11 @@ class DebugSession:
             await self.client.request("pause")
 
     async def shift(self, seconds: float) -> None:
-        """Go on by so many seconds, or back."""
+        """Move by a number of seconds, forwards or back."""
         await self.to_time(self.now_ps + picoseconds(f"{abs(seconds)} s") * (1 if seconds > 0 else -1))
 
     async def change_rate(self, by: int) -> None:
-        """Let time pass faster or slower, by so many places of the row 1, 2, 5, 10."""
+        """Let time run faster or slower, by `by` places of the series 1, 2, 5, 10."""
         near = min(range(len(RATES)), key=lambda at: abs(RATES[at] - self.rate))
         self.rate = RATES[min(max(near + by, 0), len(RATES) - 1)]
         if not self.paused:
@@ -252,19 +252,19 @@ class DebugSession:
 
     # ---------------------------------------------------------------------------------------------------- breakpoints
     async def toggle(self, point: Data) -> None:
-        """Put a breakpoint, or take it away."""
+        """Set a breakpoint, or remove it."""
         without = [each for each in self.breakpoints if each != point]
         await self.put_breakpoints(without if len(without) < len(self.breakpoints) else [*without, point])
 
     async def put_breakpoints(self, points: list[Data]) -> None:
-        """Put these breakpoints and no others."""
+        """Replace all breakpoints."""
         await self.client.request("breakpoints", breakpoints=points)
         self.breakpoints = points
         self.on_change()
 
     # ---------------------------------------------------------------------------------------------------------- curves
     async def _draw_curves(self) -> None:
-        """Keep the strips of velocity up to date, while time passes."""
+        """Keep the velocity strips up to date, while time runs."""
         while self.client.open:
             if self.now_ps != self.drawn_ps and not self.doing:
                 now = self.now_ps
@@ -279,7 +279,7 @@ class DebugSession:
         start = max(now - CURVE_PS, 0)
         try:
             found = await self.client.request("window", signals=signals, start=start, stop=now, columns=CURVE_COLUMNS)
-        except UsageError:  # nothing is kept of so early an instant, or no such signal
+        except UsageError:  # so early an instant is not stored, or there is no such signal
             self.curves = {}
             return
         for signal, curve in found["signals"].items():
@@ -293,7 +293,7 @@ class DebugSession:
 
 
 def columns(curve: Data, start: int, stop: int) -> list[float | None]:
-    """Return what a quantity was, by columns of a window: of each the greatest value, whatever its sign."""
+    """Return the values of a quantity by columns of a window: for each column the value of greatest magnitude."""
     width = max(stop - start, 1)
     found: list[float | None] = [None] * CURVE_COLUMNS
     times, values = curve["times_ps"], curve["values"]

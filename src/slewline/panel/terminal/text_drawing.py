@@ -9,9 +9,9 @@ from textual.content import Content
 from ...core.time.timebase import PS_PER_S
 
 Part = tuple[str, str]  # text, and its style
-DOTS = (0x40, 0x04, 0x02, 0x01), (0x80, 0x20, 0x10, 0x08)  # of a braille character: left and right, from below
+DOTS = (0x40, 0x04, 0x02, 0x01), (0x80, 0x20, 0x10, 0x08)  # bits of a braille character: left and right, from below
 EMPTY = 0x2800
-LEVELS = {0: "▁ 0", 1: "▔ 1", None: "· –"}  # a level as one sees it on a scope, and as a digit
+LEVELS = {0: "▁ 0", 1: "▔ 1", None: "· –"}  # a level as on a scope, and as a digit
 
 
 def line(width: int, *parts: str | Part) -> Content:
@@ -27,7 +27,7 @@ def pair(width: int, name: str, value: str, name_style: str = "", value_style: s
 
 
 def clock(ps: int) -> str:
-    """Return an instant in seconds, to the microsecond, its digits by three."""
+    """Return an instant in seconds, to the microsecond, with digits in groups of three."""
     whole, rest = divmod(ps // 10**6, 10**6)
     return f"{whole}.{rest // 1000:03} {rest % 1000:03} s"
 
@@ -43,7 +43,7 @@ def figure(value: float) -> str:
 
 
 def strip(values: Sequence[float | None], width: int, height: int, top: float) -> list[str]:
-    """Return a curve as rows of braille, filled from below, two values a character; what is at rest is a line."""
+    """Return a curve as rows of braille, filled from below, two values per character; at rest it is a line."""
     values = spread(values, width * 2)
     steps = height * 4 - 1
     heights = [0 if value is None else 1 + round(abs(value) / (top or 1) * steps) for value in values]
@@ -61,7 +61,7 @@ def strip(values: Sequence[float | None], width: int, height: int, top: float) -
 
 
 def spread(values: Sequence[float | None], count: int) -> list[float | None]:
-    """Return so many values: of several that fall on one the greatest."""
+    """Return `count` values: of several for one position, the greatest."""
     if not values:
         return [None] * count
     found: list[float | None] = []

@@ -22,6 +22,7 @@ from ..meaning import (
     WaitInput,
 )
 from ..role_reader import delay_unit_ps
+from ..special_commands import ELSEWHERE
 from ..translation_report import LineKind, LineVerdict
 from .base import Impossible
 from .conditions import LOW_BIT
@@ -186,7 +187,10 @@ class Actions(MotionWriter):
             return [ResultPiece(self.rows[role], (0,))]
         if action.needless and (role != "axis" or int(action.command[-1]) == 1):
             return []
-        says = ROW_ROLES.get(role, action.says)
+        if action.says == ELSEWHERE:
+            has = f"the {self.sheet.part.upper()} has no program before one is entered ({self.sheet.manual})"
+            raise Impossible(ELSEWHERE, has, action.remedy)
+        says = action.says if role in self.rows else ROW_ROLES.get(role, action.says)
         raise Impossible(
             action.text,
             f"no command of the {self.sheet.part.upper()} does this: {says} ({self.sheet.manual})",

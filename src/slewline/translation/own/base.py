@@ -23,13 +23,15 @@ from ..meaning import (
     SetPosition,
     SetProfile,
 )
-from ..source_registers import rows_by_role, takes_part
+from ..source_registers import after_reset, rows_by_role, takes_part
 from ..translation_report import LineKind, LineVerdict
 from .conditions import CannotTest, Conditions
 from .layout import ResultPiece
 from .limits import no_command, out_of
 from .nearest_rates import Rates
 from .target_directives import Directives
+
+FULL_STEPS = 4  # of the phases; the parts have other patterns above these
 
 
 class Impossible(Exception):
@@ -96,10 +98,11 @@ class ActionWriter:
     def start(self, actions: Sequence[Action]) -> None:
         """Record settings with which the target begins like the source: position 0, and the direction after a reset."""
         relative = placed = False
+        skipped = skips(actions)
         for action in actions:
             if isinstance(action, SetPosition):
                 placed = True
-            elif isinstance(action, SetDirection | MoveTo):
+            elif isinstance(action, SetDirection | MoveTo) and action.block not in skipped:
                 relative = True
             if isinstance(action, MoveTo) and not placed:
                 placed = True
@@ -155,6 +158,8 @@ class ActionWriter:
             return self.nothing if action.line in self.cleared else None
         if not all(arg.allows(value) for arg, value in zip(mine.args, action.values, strict=True)):
             return None
+        if mine.role == "phases" and action.values[0] >= FULL_STEPS:
+            return None
         if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
             return None
         if isinstance(action, MoveBy | MoveTo | RunEndless):
@@ -188,6 +193,19 @@ class ActionWriter:
         return value
 
 
+def skips(actions: Sequence[Action]) -> set[int]:
+    """Return the programs of which a path leaves commands out: by a jump forward, or a start at a label."""
+    found, passed, entered = set(), set(), {action.at for action in actions if isinstance(action, RunProgram)}
+    for action in actions:
+        if isinstance(action, Label):
+            passed.add(action.name)
+        if (isinstance(action, Label) and action.name in entered) or (
+            isinstance(action, Jump) and action.to not in passed
+        ):
+            found.add(action.block)
+    return found
+
+
 def alike(theirs: Row, mine: Row) -> bool:
     """Return whether a command has the same meaning in two parts: role, flow and units, not the ranges."""
     if takes_part(theirs, ()) or any(arg.name == "target" for arg in theirs.args):
@@ -203,9 +221,3 @@ def alike(theirs: Row, mine: Row) -> bool:
         (arg.name, arg.unit, arg.size) for arg in mine.args
     ]
     return same and purpose and shapes
-
-
-def after_reset(sheet: Sheet) -> int:
-    """Return the direction after a reset: 1 clockwise, -1 counterclockwise."""
-    pin = sheet.role("direction")
-    return 1 if pin is None or pin.reset == pin.sense else -1

@@ -63,6 +63,9 @@ class PacketPort:
         received: all words read, of all its chipsets.
         finding: reports a finding.
         delay_ps: time that its program takes before each operation.
+
+    Attributes:
+        sparse: a wait omits the status queries whose answers cannot differ because no event is due.
     """
 
     def __init__(
@@ -75,7 +78,7 @@ class PacketPort:
     ) -> None:
         host, self.kernel, self.chip, self.delay_ps = queue.name, queue.kernel, chip.name, delay_ps
         self.queue, self.received, self.finding = queue, received, finding
-        self.sheet = chip.sheet
+        self.sheet, self.rows = chip.sheet, chip.sheet.rows(PacketRow).by_code
         self.crystal_hz = chip.crystal_hz  # of the board: base of rates per second and of cycles
         self.pins = pins = chip.pins
         self.select, self.reading, self.writing, self.command = (
@@ -85,6 +88,7 @@ class PacketPort:
         self.operation = Operation(HostLines(self.select, self.command, self.writing, self.reading, self.bus))
         self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
         self.worked_ps = 0  # by then the cycle of the last update has begun
+        self.sparse = False
         self.axis = 1
         self.pending: dict[str, None] = {}  # commands that wait for an update
         pins["reset"].net.watch(self._restarts)
@@ -144,12 +148,12 @@ class PacketPort:
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
-        elif (row := self.sheet.rows(PacketRow).by_code.get(code)) is not None and row.buffered:
+        elif (row := self.rows.get(code)) is not None and row.buffered:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
         """Record the current axis after a packet, given the words read."""
-        row = self.sheet.rows(PacketRow).by_code.get(code)
+        row = self.rows.get(code)
         if row is None:
             return
         if row.name == RESET:
@@ -219,13 +223,25 @@ class PacketPort:
             await until(self.kernel, self.worked_ps)
         hopeless = False
         while True:
+            began_ps, due_ps = self.kernel.now, self.kernel.next_time()
             (word,) = await self.exchange(question, axis)
             if field.of(word) == wanted:
                 return word
             before, hopeless = hopeless, never()
             if before and hopeless:
                 raise Timeout(f"{self.queue.name}: {bit} of {self.chip} cannot become true any more")
-            await until(self.kernel, self.kernel.now + every_ps)
+            omitted_ps = self._omitted(due_ps, self.kernel.now - began_ps + every_ps) if self.sparse else 0
+            await until(self.kernel, self.kernel.now + omitted_ps + every_ps)
+
+    def _omitted(self, due_ps: int | None, period_ps: int) -> int:
+        """Return the time of the status queries, one per period, that end before the next event (ps).
+
+        Args:
+            due_ps: the next event when the last query began; it may be during that query.
+        """
+        horizon_ps = self.kernel.horizon
+        end_ps = horizon_ps if due_ps is None else min(due_ps, horizon_ps)
+        return max((end_ps - self.kernel.now - 1) // period_ps, 0) * period_ps
 
 
 # ------------------------------------------------------------------------------------------------- commands as packets
