@@ -85,9 +85,7 @@ def main() -> int:
     with checkout(options.other) as other:
         if not (other / "benchmarks" / "run.py").is_file():
             parser.error(f"{other}: no benchmarks/run.py; name the folder of a checkout")
-        print(
-            "| workload | other | this tree | time, this to other | half of the ratios |\n|---|---:|---:|---:|---|"
-        )
+        print("| workload | other | this tree | time, this to other | half of the ratios |\n|---|---:|---:|---:|---|")
         fine = [compared(other, name, options.turns, options.core) for name in options.names or every]
     return 0 if all(fine) else 1
 
