@@ -336,7 +336,7 @@ def exchanging() -> list[Row]:
 
 
 LONG = ("hour", "hours")
-JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # compared with the reference, alternately
+JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # against the reference, by turns
 WORKLOADS: dict[str, dict[str, Workload]] = {
     "CY525": {
         "plans": plans,

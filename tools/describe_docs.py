@@ -104,7 +104,7 @@ def older_page(part: str) -> str:
 
 def cy545_page() -> str:
     """Return the page of the CY545: data sheet, differences of the CY545B, mode register, and open questions."""
-    heads = ("bit", "mask", "effect", "trust")
+    heads = ("bit", "mask", "function", "trust")
     bits = [(f"MB{mask.bit_length() - 1}", f"{mask:02X}", *of) for mask, of in cy545.MODE_BITS.items()]
     quirks = quirk_lines("cy545")
     quirks[:2] = [

@@ -1,8 +1,8 @@
 """The interface of a target: a writer for programs in its language, and a reader that proves the result.
 
 A writer goes through `program.lines` in order and returns lines of its own, each with its line of the source; comments
-are kept next to the same code.  A part that cannot be written is a `LineVerdict` with the limit of the target and advice
-to the user, and a comment at that line of the result.  `translate` puts the warning at the head, and makes the report.
+are kept next to the same code.  A part that cannot be written is a `LineVerdict` with the limit of the target and
+advice to the user, and a comment at that line of the result.  `translate` adds the warning at the head and the report.
 """
 
 from __future__ import annotations

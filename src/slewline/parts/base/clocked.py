@@ -4,7 +4,7 @@
     direction   high ------------------|  low --------------------------------
                                        cut: steps so far; schedule: from here on each edge counts in the other direction
 
-A promised step is not an event.  The part is brought up to an instant when the drive of an input changes, or on request;
+A promised step is not an event.  The part is brought up to an instant when an input is driven, or on request;
 its promises from there on follow from the inputs.
 
 An input that decides the effect of a step (`steers`) may have edges ahead itself.  The clock is then followed up to the

@@ -22,7 +22,8 @@ from ..meaning import (
     WaitInput,
 )
 from ..role_reader import delay_unit_ps
-from ..special_commands import ELSEWHERE
+from ..source_registers import leads
+from ..special_commands import ELSEWHERE, SWITCHED
 from ..translation_report import LineKind, LineVerdict
 from .base import Impossible
 from .conditions import LOW_BIT
@@ -96,7 +97,7 @@ class Actions(MotionWriter):
         rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
         if not rows:
             raise Impossible(
-                f"{action.passes} passes", no_command(self.sheet, "loop"), "let the host run the program so often"
+                f"{action.passes} passes", no_command(self.sheet, "loop"), "let the host repeat the program"
             )
         row = next((row for row in rows if row.args[0].allows(action.passes)), None)
         if row is None:
@@ -134,7 +135,7 @@ class Actions(MotionWriter):
         row = rows[-1]
         if not action.runs:
             limit = f"{row.form} runs the program as well ({row.where})"
-            raise Impossible("the program is stored alone", limit, "enter it when it may run")
+            raise Impossible("the program is only stored", limit, "enter it when it may run")
         return [ResultPiece(row), *self.on_runprogram(RunProgram(line=action.line, text=action.text))]
 
     def on_runprogram(self, action: RunProgram) -> list[ResultPiece]:
@@ -174,8 +175,8 @@ class Actions(MotionWriter):
         """Return the comment for a query, whose answer differs between parts."""
         raise Impossible(
             action.text,
-            f"the {self.sheet.part.upper()} is read in another way",
-            f"slewline describe {self.sheet.part} lists what it answers",
+            f"the {self.sheet.part.upper()} is queried differently",
+            f"slewline describe {self.sheet.part} lists its queries",
         )
 
     def on_special(self, action: Special) -> list[ResultPiece]:
@@ -187,12 +188,15 @@ class Actions(MotionWriter):
             return [ResultPiece(self.rows[role], (0,))]
         if action.needless and (role != "axis" or int(action.command[-1]) == 1):
             return []
+        mine = self.sheet.commands.by_form.get(action.command)
+        if action.says == SWITCHED and self.verbatim and mine is not None and not leads(mine):
+            return [ResultPiece(mine, text=action.text)]
         if action.says == ELSEWHERE:
             has = f"the {self.sheet.part.upper()} has no program before one is entered ({self.sheet.manual})"
             raise Impossible(ELSEWHERE, has, action.remedy)
         says = action.says if role in self.rows else ROW_ROLES.get(role, action.says)
         raise Impossible(
             action.text,
-            f"no command of the {self.sheet.part.upper()} does it: {says} ({self.sheet.manual})",
+            f"no command of the {self.sheet.part.upper()} does this: {says} ({self.sheet.manual})",
             action.remedy or "leave it out, or let the host do it",
         )

@@ -105,7 +105,7 @@ class Shadow:
         match = re.fullmatch(pattern, command) if isinstance(command, str) else None
         if match is None:
             forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
-            raise UsageError(f"{who}: {command!r} has no answer; ask() takes {forms},n, and send() the rest")
+            raise UsageError(f"{who}: {command!r} has no answer; use ask() for {forms},n, send() for other commands")
         return Query(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
 
 
@@ -135,7 +135,7 @@ class Query:
 class FlowControl:
     """Decides whether a host obeys the flow line of its chip, FPL or CTS: while the mode register enables this use.
 
-    `gone` processes bytes while they are sent; `news` is notified of each of them, and whenever the host starts or stops
+    `gone` processes bytes while they are sent; `news` is notified of each of them, and when the host starts or stops
     obeying the line; `heeding` is the last setting; None: the host follows its own mode commands.
     """
 
