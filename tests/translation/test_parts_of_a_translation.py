@@ -201,7 +201,7 @@ def test_a_host_drives_no_output_of_the_target(text: str, to: str) -> None:
 
 
 @pytest.mark.parametrize(("code", "kind"), [("@drive abort=0", LineKind.IMPOSSIBLE), ("@drive wait=0", LineKind.SAME)])
-def test_a_level_that_a_host_drives_is_not_possible_in_a_language_but_for_inputs(code: str, kind: LineKind) -> None:
+def test_a_host_of_a_language_drives_inputs_and_no_other_pins(code: str, kind: LineKind) -> None:
     for to in ("grbl", "linuxcnc", "klipper", "tmcl", "arduino", "python"):
         (line,) = translate_text(f"{code}\n", "cy525", to).report.lines
         assert line.kind is kind

@@ -77,8 +77,8 @@ def runs(program: Program) -> dict[int, int]:
 def started_plainly(program: Program) -> Program:
     """Return a program whose host runs only stored programs of the text, from their start or a label.
 
-    These commands of the host become a `Special`: a loop or branch, a level at a pin other than an input of programs, and
-    a run of a program that the text does not enter.
+    These commands of the host become a `Special`: a loop or branch, a level at a pin other than an input of programs,
+    and a run of a program that the text does not enter.
     """
     its, sheet = runs(program), sheet_of(program.part)
     pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]
