@@ -127,7 +127,7 @@ NEVER = "and no event is pending, so the bit cannot change"
         (
             "SET_POS 50\nSET_VEL 65536\nUPDATE\n",
             f"wait motion_complete: axis 1 is at rest {NEVER}; "
-            "no-start at 4.26084 ms: axis 1: UPDATE while acceleration is 0: nothing starts; give SET_ACC before it",
+            "no-start at 4.26084 ms: axis 1: UPDATE while acceleration is 0: no motion starts; send SET_ACC before it",
         ),
         ("SET_2\nSET_POS 50\nSET_VEL 65536\n", f"wait motion_complete: axis 2 is at rest {NEVER}"),
     ],
@@ -203,7 +203,7 @@ def test_anything_else_is_a_finding_and_the_script_goes_on():
 
 
 def test_nothing_can_be_expected_before_something_was_asked():
-    with pytest.raises(slewline.ProgramError, match=r"line 2, column 1: no command above has returned anything"):
+    with pytest.raises(slewline.ProgramError, match=r"line 2, column 1: no command above has returned a value"):
         Played("SET_POS 5\nexpect 5")
 
 

@@ -97,10 +97,10 @@ MISTAKES = [
         ("drive", "gs-c200s", "--board", "/dev/ttyNONE", "--serial", "/dev/ttyNONE"),
         ["--board and --serial: both are /dev/ttyNONE"],
     ),
-    ((*DRIVE, "--board", "twin", "--input", "A1"), ["give an input of the board and what it is, such as 'A1=home'"]),
-    ((*DRIVE, "--board", "twin", "--output", "D2"), ["an output of the board and what it shows, such as 'D12=fault'"]),
+    ((*DRIVE, "--board", "twin", "--input", "A1"), ["give an input of the board and its signal, such as 'A1=home'"]),
+    ((*DRIVE, "--board", "twin", "--output", "D2"), ["an output of the board and its signal, such as 'D12=fault'"]),
     ((*DRIVE, "--board", "twin", "--stop", "abort"), ["stop='abort'; allowed 'kill', 'power'"]),
-    ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; there are: gs_c200s.1"]),
+    ((*DRIVE, "--board", "twin", "--of", "y"), ["--of: 'y' has no motor; allowed: gs_c200s.1"]),
     ((*DRIVE, "--board", "twin", "--of", "gs_c200s.2"), ["--of: 'gs_c200s.2' has no motor"]),
     ((*DRIVE, "--board", "twin", "--of", "gs_c200s.x"), ["--of: 'gs_c200s.x' has no motor"]),
 ]
@@ -142,7 +142,7 @@ tcp = "127.0.0.1:0"
 def test_of_several_chips_one_is_chosen(call, write):
     write("two.toml", TWO)
     ran = call("drive", "--bench", "two.toml", "--board", "twin", "--no-black-box")
-    assert ran.status == 2 and "--of: which motor is it?; there are: x.1, y.1" in ran.err
+    assert ran.status == 2 and "--of: no motor given; allowed: x.1, y.1" in ran.err
 
 
 @pytest.mark.system
@@ -267,7 +267,7 @@ def test_without_a_black_box_nothing_is_left(folder):
 def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
     with Slewline(*DRIVE, *AHEAD, "--board", "twin", "--no-black-box", folder=folder, typed=True) as driven:
         where = driven.ready()
-        driven.hears("slewline: type clear: go on after a halt, clear homing, clear homed: with current; stop: stop")
+        driven.hears("slewline: type clear: continue after a halt; clear homing, clear homed: with current; stop: stop")
         driven.type("clear")
         driven.hears("slewline: the drive is not halted: there is nothing to clear")
         driven.type("Halt")
@@ -283,7 +283,7 @@ def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
             stood = driven.stands()
             assert stood > 300
             driven.type("clear")
-            driven.hears("the drive goes on")
+            driven.hears("the drive continues")
             assert host.ask("F") == "R"
             host.program(*SPEEDS, "+5")
             host.until_ready()

@@ -16,7 +16,7 @@ def test_a_program_goes_in_and_comes_out_with_its_dialogues(call, write):
     sent = call("push", url, write("weld.gs-c200s", *WELD), "--store", "--markings", "GS-C200S 9431")
     assert (sent.status, sent.out) == (0, "")
     assert sent.err.splitlines() == [
-        f"slewline: gs-c200s at {url}, 9600 7O2; what is said goes to weld.gs-c200s.dialogue, raw characters to "
+        f"slewline: gs-c200s at {url}, 9600 7O2; the dialogue is recorded in weld.gs-c200s.dialogue, raw characters in "
         "weld.gs-c200s.raw",
         "slewline: wrote weld.before.gs-c200s: 0 instructions, 0 locations",
         "slewline: verified: 4 instructions",
@@ -46,7 +46,7 @@ def test_a_dialogue_is_not_replaced_but_has_a_number(call, write):
 
 CANNOT_BE = [
     (("pull", "/dev/nowhere", "-o", "a.gs-c200s"), 2, "/dev/nowhere: No such file or directory; name"),
-    (("pull", "slewline://gs-c200s", "-o", "a"), 2, "a: the chip is not given"),
+    (("pull", "slewline://gs-c200s", "-o", "a"), 2, "a: no chip given"),
     (("pull", "slewline://gs-c200s", "-o", "no/a.gs-c200s"), 2, "no/a.gs-c200s: there is no directory 'no'"),
     (("pull", "slewline://gs-c200s", "-o", "here.gs-c200s"), 2, "here.gs-c200s: this file exists; name a new file"),
     (("pull", "slewline://cy545", "-o", "a.cy545", "--eeprom"), 2, "--eeprom: the CY545 has one program"),

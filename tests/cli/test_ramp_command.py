@@ -24,7 +24,7 @@ def test_a_ramp_is_told_in_five_lines(call: Any) -> None:
         "cy525, 11 MHz: F 3, R 80, S 100, Z 1",
         "rates         300 to 5978 steps/s",
         f"ramp          {readable(ramp.time_ps)}, {ramp.steps} steps",
-        f"acceleration  {mean} steps/s² in the mean, {first} at first, {greatest} at most",
+        f"acceleration  {mean} steps/s² on average, {first} at first, {greatest} at most",
         f"reached       from {ramp.reached_from} steps on",
     ]
 
@@ -142,7 +142,7 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
 WRONG = [
     (("cy999",), "no chip 'cy999'; there are: cy525"),
     (("cy525", "R"), "'R': give a parameter and its value, such as R=100"),
-    (("cy525", "R=1", "r=2"), "cy525: r twice; give one value"),
+    (("cy525", "R=1", "r=2"), "cy525: r is given twice; give one value"),
     ((*CY, "time=3", "--steps", "4"), "cy525: no parameter 'time'; there are: F, R, S, Z"),
     ((*CY, "part=3"), "cy525: no parameter 'part'; there are: F, R, S, Z"),
     (("cy525", "F=3", "R=200", "S=1"), "cy525: R '200'; allowed 0..127"),

@@ -56,14 +56,17 @@ def test_lines_their_answers_and_what_is_odd(talk):
         "gs-c200s> Q",
         "END  (end of the listing, 1 ms)",
     ]
-    assert found.err == f"slewline: gs-c200s at {GSC}, 9600 7O2; raw characters go to terminal.gs-c200s.raw; {LEAVES}\n"
+    assert (
+        found.err
+        == f"slewline: gs-c200s at {GSC}, 9600 7O2; raw characters are recorded in terminal.gs-c200s.raw; {LEAVES}\n"
+    )
 
 
 def test_a_part_that_answers_queries_only(talk):
     found = talk("R 300", "? R", url="slewline://cy545", part="cy545")
     assert re.sub(r"[0-9]+ ms", "1 ms", found.out).splitlines() == [
         "cy545> R 300",
-        "  ! range: RATE rate 300: allowed 0..255; its low bits count, so 44 is taken",
+        "  ! range: RATE rate 300: allowed 0..255; only its low bits are used: 44",
         "cy545> ? R",
         "R=00044  (1 ms)",
     ]

@@ -483,7 +483,7 @@ def test_a_bench_file_serves_chipsets_beside_modules(serve, client, folder):
         (["--rfc2217", "127.0.0.1:0"], "mc1451a: has no serial line for --rfc2217; use --tcp"),
         (["--serial", "/dev/null"], "mc1451a: has no serial line for --serial; use --tcp"),
         (["--tcp", "127.0.0.1:0", "--framing"], "mc1451a: has registers of its own; leave out the framing"),
-        (["--tcp", "127.0.0.1:0", "--state", "d"], "--state keeps EEPROMs, and a mc1451a has none; leave it out"),
+        (["--tcp", "127.0.0.1:0", "--state", "d"], "--state stores EEPROMs, but a mc1451a has none; leave it out"),
         (["--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
         (["--tcp", "127.0.0.1:0", "--strap", "br0=0"], "no pin 'br0'"),

@@ -34,7 +34,7 @@ class Effects:
     def at_rest(self, name: str) -> None:
         """Refuse an action that is not allowed while a motion is requested or in progress."""
         if not self.motions.idle:
-            raise UsageError(f"{name}: a motion is under way, or waits for SPMG; allowed at rest; stop it first")
+            raise UsageError(f"{name}: a motion is in progress, or waits for SPMG; allowed at rest only; stop it first")
 
     # ---------------------------------------------------------------------------------------------------- positions
     async def drive(self, name: str, value: float) -> None:

@@ -58,7 +58,7 @@ class ModuleMotor:
         self.values, _ = read(calculator, values, self.crystal_hz, search=False)
         self.goto = next(iter(self.sheet.acting("goto")), None)
         if self.goto is None:
-            raise UsageError(f"{self.sheet.part}: no command moves it to a position; allowed a part that has one")
+            raise UsageError(f"{self.sheet.part}: has no command that moves to a position; use a part with one")
         self.homing = next((row for row in self.sheet.acting("home") if row.args[0].sign == "alone"), None)
         self.presetting = next(iter(self.sheet.acting("preset")), None)
         stops = {row.at_once: row for row in self.sheet.commands if row.at_once}
@@ -208,7 +208,7 @@ class ModuleMotor:
             ModuleFailure: the module does not execute it.
         """
         if self.stopping is None:
-            raise UsageError(f"{self.sheet.part}: takes no command while it moves; stop it by its pins")
+            raise UsageError(f"{self.sheet.part}: accepts no command while it moves; stop it by its pins")
         self.module.ask(self.stopping.form)
 
     def at_rest(self) -> bool:

@@ -169,9 +169,7 @@ class Dialect(Generic[R]):
         Raises:
             UsageError: the part has no binary form.
         """
-        raise UsageError(
-            f"the {sheet.part.upper()} takes no binary commands; choose ascii, which is what a host sends it"
-        )
+        raise UsageError(f"the {sheet.part.upper()} has no binary commands; choose ascii, the form that a host sends")
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
         """Return lines of bytes in hexadecimal as a host sends them, one command per line."""
@@ -179,7 +177,9 @@ class Dialect(Generic[R]):
 
     def check_stream(self, sheet: Sheet) -> None:
         """Raise UsageError if the part has no binary form of commands."""
-        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is text already")
+        raise UsageError(
+            f"--stream: the {sheet.part.upper()} has no binary mode; the output of its host is text already"
+        )
 
     # ------------------------------------------------------------------------------------------------------ reference
     def meant(self, sheet: Sheet, text: str) -> list[Row]:

@@ -91,7 +91,7 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
         rest = stream[begun:]
         more = "" if len(rest) <= 8 else " ..."
         where = f"from byte {begun} on, {_hex(rest[:8])}{more}"
-        notes.append(Note("cut-short", f"the stream ends inside a command, which is left out: {where}"))
+        notes.append(Note("cut-short", f"the stream ends inside a command, which is omitted: {where}"))
     return said + _entered(stored or b"", sheet), notes
 
 

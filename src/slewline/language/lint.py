@@ -140,7 +140,7 @@ def targets(source: Source) -> None:
         elif inside.address != address:
             found = f"{statement.row.name} to {unit} {address}, inside {inside.text} of line {inside.line}"
             starts = f"{inside.address} or {inside.end}"
-            remedy = "let a label count the bytes" if source.sheet.labels else ""
+            remedy = "use a label instead of an address" if source.sheet.labels else ""
             where = section(statement.row)
             source.report(target, "branch-middle", "warning", found, allowed=starts, section=where, remedy=remedy)
 

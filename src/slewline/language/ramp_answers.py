@@ -303,7 +303,7 @@ class Calculator(ABC):
         """
         arg = self.quantity(name).arg
         if arg is None:
-            raise UsageError(f"{name}: is not a number; give its row of the calculator an arg, which has a range")
+            raise UsageError(f"{name}: is not a number; set `arg`, which has a range, in its row of the calculator")
         return arg
 
     @abstractmethod
@@ -323,7 +323,7 @@ class Calculator(ABC):
             UsageError: the part has no such commands.
         """
         raise UsageError(
-            f"{self.sheet.part}: its calculator has no `script`, what a host sends for a move; give it one"
+            f"{self.sheet.part}: its calculator has no `script` method, which returns commands for a move; define it"
         )
 
     @abstractmethod
@@ -361,7 +361,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
     for name, value in given.items():
         quantity = calculator.quantity(name)
         if quantity.name in named:
-            raise UsageError(f"{part}: {name} twice; give one value")
+            raise UsageError(f"{part}: {name} is given twice; give one value")
         named[quantity.name] = value_of(calculator, quantity, value, crystal_hz)
     values: dict[str, Value] = {}
     missing: list[RampParameter] = []

@@ -139,7 +139,7 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
     if exact.denominator != 1:
         shown = f"{float(exact):.6g}"
         raise UsageError(
-            f"{counts} counts for {steps} steps are {shown}: the ratio must be a whole number, else it drifts"
+            f"{counts} counts for {steps} steps are {shown}: the ratio must be a whole number, or the position drifts"
         )
     return _held(arg, Fraction(counts, steps), f"{counts}/{steps}")
 

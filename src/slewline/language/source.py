@@ -114,7 +114,7 @@ def _place(source: Source, block: Block, statement: Statement) -> Statement:
     statement = dialect.placed(statement)
     for letter in statement.labels:
         if letter in block.labels:
-            found = f"label {dialect.label(letter)} a second time; the chip would take the last one"
+            found = f"label {dialect.label(letter)} is defined twice; the chip would use the last one"
             section = source.sheet.sections.get("labels", "")
             source.report(statement, "label-twice", "error", found, section=section, remedy="use another letter")
         block.labels[letter] = statement.address

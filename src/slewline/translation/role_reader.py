@@ -202,7 +202,7 @@ class RoleReader:
         """Yield the setting of outputs by a number."""
         outputs = self.bits.outputs(statement)
         if outputs is None:
-            yield Special(says=f"{statement.text}: bits that are no single outputs", **common)  # type: ignore[arg-type]
+            yield Special(says=f"{statement.text}: bits that are not single outputs", **common)  # type: ignore[arg-type]
         else:
             yield from (SetOutput(number=number, level=level, **common) for number, level in outputs)  # type: ignore[arg-type]
 

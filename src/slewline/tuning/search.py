@@ -107,7 +107,7 @@ class BestFirst:
         order = self._sorted(Counter(filter(None, self._killers)))
         first = self.candidates.rank[best.place]
         for done, place in enumerate(self.candidates.order[first:], first):
-            self._report("the one to recommend", done, best)
+            self._report("the recommended one", done, best)
             around = self.candidates.neighbours(place)
             if any(each in self.known and not self.known[each].holds for each in around):
                 continue

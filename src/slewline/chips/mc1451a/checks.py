@@ -37,7 +37,7 @@ ARMING = {row.name for row in ROWS if row.sets and row.sets[0] == "breakpoint" a
 SCALE = 1 << 16
 PASSING = ("drive", "release", "pulse", "note", "expect")  # directives without duration
 USED = ("SET_VEL", "SET_START_VEL", "SET_ACC", "SET_MAX_ACC", "SET_JERK")
-WAIT = "put wait motion_complete before it"
+WAIT = "add wait motion_complete before it"
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,9 @@ class KnownChipset:
         row, name, axis = self.rows[statement.row.form], statement.row.name, self.current
         self.begun = b""
         if row.encoder and not self.source.sheet.encoder:
-            self.warn(statement, "no-encoder", f"{name} needs an encoder: this part only accepts it", note=True)
+            self.warn(
+                statement, "no-encoder", f"{name} needs an encoder: this part accepts it without effect", note=True
+            )
         if row.acts == "set":
             self.current = self.axes[row.code - 1]
         elif name == "SET_I":
@@ -168,7 +170,7 @@ class KnownChipset:
         name = statement.row.name
         self.in_motion(statement, axis)
         if name in COMPARING and axis.value("SET_BRK_PNT") is None:
-            found = f"{name} before SET_BRK_PNT: it compares with what was written before"
+            found = f"{name} comes before SET_BRK_PNT: it compares with the previous value"
             self.warn(statement, "breakpoint-value", found, "write the value first")
         axis.written[name] = statement
         if self.rows[statement.row.form].buffered:
@@ -187,7 +189,7 @@ class KnownChipset:
                 self.update(axis)
         if mask >> len(self.axes):
             axes = len(self.axes)
-            found = f"bits for axes above {axes}, which this part does not have"
+            found = f"the mask has bits for axes above {axes}, which this part does not have"
             self.warn(statement, "absent-axis", found, f"use 0..{(1 << axes) - 1}", note=True)
 
     # ------------------------------------------------------------------------------------------------------- updates
@@ -198,7 +200,7 @@ class KnownChipset:
         for name, statement in axis.pending.items():
             if mode and name not in (*uses, *ALWAYS):
                 found = f"{statement.text} has no effect in {mode} mode"
-                self.warn(statement, "unused-parameter", found, f"{mode} mode takes {', '.join(uses)}")
+                self.warn(statement, "unused-parameter", found, f"{mode} mode uses {', '.join(uses)}")
         self.accelerations(axis)
         self.move(axis)
         axis.pending.clear()
@@ -325,8 +327,8 @@ def script(source: Source) -> None:
             continue
         chipset.direct(item)
         if item.verb == "expect" and not returned:
-            found, remedy = "no command above returns anything", "such as GET_STATUS"
-            source.report(item, "nothing-returned", "error", found, remedy=f"put one above it, {remedy}")
+            found, remedy = "no command above returns a value", "such as GET_STATUS"
+            source.report(item, "nothing-returned", "error", found, remedy=f"add one above it, {remedy}")
     chipset.end()
 
 

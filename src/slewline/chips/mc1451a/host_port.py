@@ -232,7 +232,7 @@ class Port:
             self._early("data read")
             return self.shown
         if self.wanted and not self.half:
-            self.chip.finding("early-read", f"{self._name} is waiting for words, and a word is read: 0000")
+            self.chip.finding("early-read", f"{self._name} is waiting for words, but a word is read: 0000 is returned")
         word = 0 if self.wanted or not self.answer else self.answer[0]
         self.shown = word & 0xFF if self.half else word >> 8
         return self.shown
@@ -250,7 +250,7 @@ class Port:
             self.answer.popleft()
 
     def _early(self, what: str) -> None:
-        self.chip.finding("busy-access", f"{what} while HostRdy is low: no effect")
+        self.chip.finding("busy-access", f"{what} while HostRdy is low: it has no effect")
 
     def _busy(self, then: Callable[[], None]) -> None:
         """Lower HostRdy, and call a function when it rises."""
@@ -293,7 +293,7 @@ class Port:
         """Begin a packet with a command byte."""
         if self.bytes:
             self.chip.finding(
-                "odd-byte", f"a single byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
+                "odd-byte", f"a single byte of a word, {self.bytes[0]:02x}, before command {code:02x} is dropped"
             )
             self.bytes = []
         if self.wanted:
@@ -313,12 +313,12 @@ class Port:
         """Answer a code that is not a command of this part."""
         if code in self.codes.illegal:
             self.chip.finding(
-                "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: checksum 0"
+                "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: the checksum is 0"
             )
             self.silent, self.answer = True, deque([0])
             return
         if code not in self.codes.reserved and code not in self.codes.siblings:
-            self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: no effect")
+            self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: it has no effect")
         sibling = self.codes.siblings.get(code)
         self.wanted = sibling.writes if sibling is not None else 0
         if SERVO not in self.told and (text := servo(self.chip.sheet, code)):
@@ -331,7 +331,9 @@ class Port:
         """Process a word of the host."""
         if not self.wanted:
             if not self.silent:
-                self.chip.finding("extra-word", f"{word:04x} after {self._name}, which takes no more words: dropped")
+                self.chip.finding(
+                    "extra-word", f"{word:04x} after {self._name}, which needs no more words: it is dropped"
+                )
             return
         self.words.append(word)
         self.wanted -= 1
@@ -348,7 +350,9 @@ class Port:
         if row.encoder and not chip.sheet.encoder and row.name not in self.told:
             self.told.add(row.name)
             part = chip.sheet.part
-            chip.finding("no-encoder", f"{row.name} needs an encoder: the {part} only accepts it; take the {part}-e")
+            chip.finding(
+                "no-encoder", f"{row.name} needs an encoder: the {part} accepts it without effect; use the {part}-e"
+            )
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
         found = self.instructions.perform(row, int.from_bytes(data, "big"))
         if found is None:

@@ -89,9 +89,7 @@ class Instructions:
     def from_row(self, row: RegisterRow) -> Callable[..., int | None]:
         """Return a handler for a command whose row states its effect on a register."""
         if not (row.loads or row.sets or row.shows):
-            raise SheetError(
-                f"{row.name}: no method do_{row.name.lower()}, and the row says of no register what it does"
-            )
+            raise SheetError(f"{row.name}: no method do_{row.name.lower()}, and its row names no register")
         of = "registers.axis" if row.acts == "current" else "registers"
         if row.loads:
             whose, put = attrgetter(of), AxisState.load if row.buffered else setattr
@@ -115,7 +113,7 @@ class Instructions:
         kept = signed(value, -bits) if bits < 0 else value & (1 << bits) - 1
         written = what.unpack(what.pack(value, "big"), "big")
         if not what.allows(written):
-            text = f"{what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
+            text = f"{what.name} {written}; allowed {what.low}..{what.high}: {kept} is stored"
             self.chip.finding("out-of-range", f"axis {self.registers.current}: {text}")
         return kept
 
@@ -131,7 +129,7 @@ class Instructions:
         number = self.kept(sheet.ACCELERATION, value, -32)
         self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
-            text = f"axis {self.registers.current}: acceleration {number} in trapezoidal mode: {-number}"
+            text = f"axis {self.registers.current}: acceleration {number} in trapezoidal mode: {-number} is used"
             self.chip.finding("out-of-range", text)
 
     def do_set_start_vel(self, value: int) -> None:

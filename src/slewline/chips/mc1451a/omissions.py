@@ -29,17 +29,17 @@ REST = {  # by profile mode: its name, and the registers that an update may not 
     S_CURVE: ("S-curve", ("SET_VEL", "SET_MAX_ACC", "SET_JERK")),
 }
 IN_MOTION = {
-    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only the destination "
-    "of what was written is taken; wait for motion complete before it"
+    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only a new "
+    "destination is applied; wait for motion complete before it"
     for mode, (name, names) in REST.items()
 }
 AT_LIMIT = (
-    "nothing starts, because the limit switch ahead is active, or the event bit of a switch is set; clear that bit "
-    "with RST_STATUS, then move the other way"
+    "no motion starts, because the limit switch ahead is active, or the event bit of a switch is set; clear that bit "
+    "with RST_STATUS, then move in the other direction"
 )
 STARTING = TRAPEZOIDAL, VELOCITY  # the profile modes with a start velocity
-NEXT_START = "SET_START_VEL in motion: it counts from the next start; give it at rest"
-STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or the encoder counts wrong"
+NEXT_START = "SET_START_VEL in motion takes effect at the next start; send it at rest"
+STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or the encoder miscounts"
 
 
 def missing(mode: int, value: Callable[[str], int | None], written: Container[str], starts: bool) -> list[str]:
@@ -81,7 +81,7 @@ def pending_of(buffer: Profile) -> list[str]:
 
 # -------------------------------------------------------------------------------------------- programs for a servo chip
 ELSEWHERE = MappingProxyType({0x3B: "SET_OUTPUT_DAC16", 0x3C: "SET_OUTPUT_PWM"})  # codes with another meaning there
-REMEDY = "motion commands are the same in both; leave out those for gains and outputs"
+REMEDY = "motion commands are the same in both; omit commands for gains and outputs"
 
 
 def servo(sheet: Sheet, code: int) -> str:

@@ -249,7 +249,7 @@ class ChipsetRamps(Calculator):
         """Yield the values around the wanted one; the gentlest among values with the same ramp."""
         if len(search.free) > 1:
             names = " and ".join(search.free)
-            raise UsageError(f"{self.sheet.part}: {names} cannot both be free; give one of them")
+            raise UsageError(f"{self.sheet.part}: {names} cannot both be free; set one of them")
         name, wanted = search.free[0], search.wanted
         arg = self.arg(name)
         sign = -1 if wanted.goal == "acceleration" else 1

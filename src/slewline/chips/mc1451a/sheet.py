@@ -56,7 +56,7 @@ PINS = (
     Pin(51, "hostread", "in", "low: the chip puts a byte on the host bus", active=0, tie=1, seen="both edges", where=_IO, role="read"),
     Pin(47, "hostwrite", "in", "its rising edge takes a byte from the host bus", active=0, tie=1, seen="rising edge", where=_IO, role="write"),
     Pin(48, "hostslct", "in", "low selects the port; high while it is not used", active=0, tie=1, seen=_STROBE, where=_IO, role="chip_select"),
-    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask lets through", active=0, reset=1, where=_IO, role="interrupt", told=("an axis has an event for the host", "")),
+    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask enables", active=0, reset=1, where=_IO, role="interrupt", told=("an axis has an event for the host", "")),
     *(Pin(number, f"hostdata{bit}", "both", f"host bus, bit {bit}", active=1, where=_IO, role="data") for bit, number in enumerate((50, 61, 53, 65, 67, 62, 64, 60))),
     Pin(46, "io_cpclk", "none", "clock from CLKOUT", where=_IO),
     Pin(52, "io_ioclkin", "none", "shifted clock; wire it to IOCLKOUT", where=_IO),
@@ -214,8 +214,8 @@ ROWS = (
     _do("SET_RATIO", 0x14, "gear ratio", RATIO, buffered=True, encoder=True, loads="ratio", bits=-32),
     _do("SET_MAX_ACC", 0x15, "greatest acceleration of the S-curve", MAX_ACCELERATION, buffered=True, loads="max_acceleration", bits=15),
     _do("SET_START_VEL", 0x6A, "lowest velocity of the trapezoidal and velocity profiles", START_VELOCITY, loads="start_velocity", bits=31, role="start_rate"),
-    _do("STOP", 0x46, "stop at once", buffered=True, at_once="stop", sets=("stop", True)),
-    _do("SMOOTH_STOP", 0x4E, "slow down and stop", buffered=True, at_once="brake", sets=("smooth_stop", True)),
+    _do("STOP", 0x46, "stop immediately", buffered=True, at_once="stop", sets=("stop", True)),
+    _do("SMOOTH_STOP", 0x4E, "decelerate and stop", buffered=True, at_once="brake", sets=("smooth_stop", True)),
     _do("SYNCH_PRFL", 0x47, "the target becomes the actual position", buffered=True, encoder=True, sets=("synch_prfl", True)),
     _do("GET_POS", 0x4A, "destination position, as written", reads=POSITION, shows="buffer.position"),
     _do("GET_VEL", 0x4B, "maximum velocity, as written", reads=VELOCITY, shows="buffer.velocity"),
@@ -269,11 +269,11 @@ ROWS = (
     _do("GET_POS_ERR", 0x55, "limit of the position error", reads=LIMIT, encoder=True, shows="pos_err"),
     _do("GET_ACTL_POS_ERR", 0x60, "position error: actual minus target, in counts", reads=POSITION_ERROR, encoder=True, shows="position_error"),
     # miscellaneous
-    _do("SET_ACTL_POS", 0x4D, "actual and target position become this; the position error 0", POSITION, role="preset"),
+    _do("SET_ACTL_POS", 0x4D, "set actual and target position; the position error becomes 0", POSITION, role="preset"),
     _do("SET_LMT_SENSE", 0x66, "limit inputs that are active low", SWITCHES, acts="global", loads="limit_sense", bits=8),
     _do("GET_LMT_SWTCH", 0x67, "levels of the limit inputs", reads=SWITCHES, acts="global"),
-    _do("LMTS_ON", 0x70, "limit switches are sensed", acts="global", sets=("limits_on", True)),
-    _do("LMTS_OFF", 0x71, "limit switches are not sensed", acts="global", sets=("limits_on", False)),
+    _do("LMTS_ON", 0x70, "enable the limit switches", acts="global", sets=("limits_on", True)),
+    _do("LMTS_OFF", 0x71, "disable the limit switches", acts="global", sets=("limits_on", False)),
     _do("GET_HOME", 0x05, "levels of the home inputs", reads=HOMES, acts="global"),
     _do("RESET", 0x39, "reset the chipset; no checksum follows", acts="global"),
     _do("GET_VRSN", 0x6C, "version word", reads=VERSION, acts="global"),
@@ -386,10 +386,10 @@ LIMITS = (
 # fmt: on
 # fmt: off
 OPTIONS = (
-    Option("stepwise", "bool", False, "work every cycle instead of those in which something is decided; slow, and the same to the last edge"),
-    Option("cold", "bool", False, "start without supply; `power(True)` brings the chipset up"),
-    Option("busy_ticks", "int", SLICE_TICKS, "how long HostRdy is low after a command or a word; a slice by default", low=1, unit="clocks"),
-    Option("reset_cycles", "int", RESET_CYCLES, "how long it is low after reset", low=1, unit="cycles"),
+    Option("stepwise", "bool", False, "process every cycle instead of only those with a decision; slow, with identical edges"),
+    Option("cold", "bool", False, "start without supply; `power(True)` powers up the chipset"),
+    Option("busy_ticks", "int", SLICE_TICKS, "time of HostRdy low after a command or a word; a slice by default", low=1, unit="clocks"),
+    Option("reset_cycles", "int", RESET_CYCLES, "time of HostRdy low after reset", low=1, unit="cycles"),
 )
 # fmt: on
 POWER_UP_RESET_PS = 250_000_000_000  # 0.25 s of stable power before the end of reset, whatever the clock

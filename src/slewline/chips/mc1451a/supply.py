@@ -79,7 +79,9 @@ class Supply:
             return
         width, since = self.kernel.now - self.fell_ps, self.kernel.now - self.up_ps
         if width < (least := self.clock.ps(self.reset_ticks)):
-            self.chip.finding("short-reset", f"RESET low for {readable(width)}; at least {readable(least)}")
+            self.chip.finding(
+                "short-reset", f"RESET was low for {readable(width)}; required at least {readable(least)}"
+            )
         if self.fell_ps == self.up_ps and since < self.power_up_reset_ps:
             self.chip.finding("early-reset", f"RESET ends {readable(since)} after the supply came; at least 250 ms")
         self._start_in(0)

@@ -213,7 +213,7 @@ class Row:
 
     @property
     def takes(self) -> str:
-        """The names of its arguments, in words."""
+        """The names of the arguments, in words."""
         return " and ".join(arg.name for arg in self.args) or "no argument"
 
     @property
@@ -648,7 +648,11 @@ class Sheet:
         return pin
 
     def pin(self, name: str) -> Pin:
-        """Return the pin of this name; KeyError: there is none."""
+        """Return the pin of this name.
+
+        Raises:
+            KeyError: there is none.
+        """
         return self._by_name[name]
 
     @cached_property

@@ -89,7 +89,7 @@ class Lines(Dialect[LineRow]):
 
     def shorter(self, sheet: Sheet) -> str:
         """Return advice on how to shorten a program."""
-        return "let a loop repeat what comes again"
+        return "use a loop for repeated commands"
 
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
@@ -106,7 +106,7 @@ class Lines(Dialect[LineRow]):
 
     def table(self, sheet: Sheet) -> str:
         """Return the table of commands, in Markdown."""
-        own = "Opcodes are the model's own: the sheet gives none. " if self.opcodes == "chosen" else ""
+        own = "Opcodes are the model's own: the sheet states none. " if self.opcodes == "chosen" else ""
         return f"{line_table(sheet.rows(LineRow))}\n\n{own}A carriage return ends a line."
 
     def in_full(self, sheet: Sheet, row: LineRow) -> str:

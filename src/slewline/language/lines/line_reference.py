@@ -20,7 +20,7 @@ def line_in_full(sheet: Sheet, row: LineRow) -> str:
         f"# {row.name}: {row.says}",
         "",
         f"- line: `{line_grammar.usage(row)}`",
-        f"- taken: {_taken(row)}",
+        f"- accepted: {_taken(row)}",
         f"- program memory: {room}",
         f"- manual: {row.where}",
     ]
@@ -30,7 +30,7 @@ def line_in_full(sheet: Sheet, row: LineRow) -> str:
 
 def line_table(commands: Iterable[LineRow]) -> str:
     """Return commands that are lines, as a table."""
-    heads = ("line", "name", "what it does", "arguments", "locations", "opcode", "taken", "manual")
+    heads = ("line", "name", "function", "arguments", "locations", "opcode", "taken", "manual")
     rows = [
         (
             f"`{line_grammar.usage(row)}`",
@@ -49,7 +49,7 @@ def line_table(commands: Iterable[LineRow]) -> str:
 
 def _limits(arg: Arg) -> str:
     unit = f" ({arg.unit})" if arg.unit else ""
-    return f"{line_grammar.range_of(arg)}{unit}{', may be left out' if arg.optional else ''}"
+    return f"{line_grammar.range_of(arg)}{unit}{', optional' if arg.optional else ''}"
 
 
 def _opcodes(row: LineRow) -> str:

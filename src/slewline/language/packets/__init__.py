@@ -117,8 +117,7 @@ class Packets(Words):
 
     def check_stream(self, sheet: Sheet) -> None:
         """Refuse a binary stream: packets have no second form."""
-        reads = "what dis reads without it"
-        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {reads}")
+        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; omit the option")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
         """Return the command with a code in hexadecimal or a name, as a list of one."""

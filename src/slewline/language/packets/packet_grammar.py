@@ -289,7 +289,7 @@ def _number_meant(arg: Arg, written: str) -> str:
     if arg.fraction and re.fullmatch(r"[+-]?[0-9]{0,9}\.[0-9]{1,9}", written):
         return _scaled(arg, written)
     if re.fullmatch(r"[+-]?[0-9][0-9_,']*", written):
-        return "write digits, without anything between them"
+        return "write the digits without separators"
     return "write decimal digits, or hexadecimal ones after 0x or $"
 
 

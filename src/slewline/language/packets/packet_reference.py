@@ -10,7 +10,7 @@ from ..markdown import mhz, table
 from . import packet_grammar
 
 BUFFERED, WITH_ENCODER = "waits for an update", "needs an encoder; other parts accept it"
-CHECKSUM = "A checksum of 16 bits may be read after every packet: command byte and words, added up."
+CHECKSUM = "A checksum of 16 bits may be read after every packet: the sum of command byte and words."
 
 
 def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
@@ -52,7 +52,7 @@ def _conditions(row: PacketRow) -> list[str]:
 
 def packet_table(sheet: Sheet) -> str:
     """Return commands that are packets, then the codes without a command."""
-    heads = ("packet", "name", "what it does", "numbers", "acts on", "condition")
+    heads = ("packet", "name", "function", "numbers", "acts on", "condition")
     rows = [
         (
             f"`{packet(row)}`",
@@ -73,7 +73,7 @@ def words_of(dialect: packet_grammar.Words) -> list[str]:
         f"## Status word\n\n{_fields(dialect.status)}",
         f"## Mode word\n\n{_fields(dialect.mode)}",
         f"## Version word\n\n`{dialect.version:04X}`",
-        f"## Other codes\n\n{table(('codes', 'what they do'), _other_codes(dialect))}\n\nSource: {dialect.where}.",
+        f"## Other codes\n\n{table(('codes', 'effect'), _other_codes(dialect))}\n\nSource: {dialect.where}.",
     ]
 
 
@@ -82,12 +82,12 @@ def _fields(bits: Iterable[Bits]) -> str:
         (f"{each.low}" if each.width == 1 else f"{each.low}-{each.low + each.width - 1}", f"`{each.name}`", each.says)
         for each in bits
     )
-    return table(("bit", "name", "what it says"), rows)
+    return table(("bit", "name", "meaning"), rows)
 
 
 def _other_codes(dialect: packet_grammar.Words) -> list[tuple[str, str]]:
     """Return codes that are not commands of the part, and their effects."""
-    alike = {(1, 0): "a word is taken", (0, 1): "a word is returned, 0", (0, 0): "no data"}
+    alike = {(1, 0): "a word is read", (0, 1): "a word is returned, 0", (0, 0): "no data"}
     rows = [
         (
             _codes(code for code, found in dialect.siblings.items() if (found.writes, found.reads) == words),

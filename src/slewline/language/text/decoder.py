@@ -174,7 +174,7 @@ class Decoder(Generic[L_co]):
         elif chr(byte) == self.dialect.negate:
             self._slash, self._state = True, self._prefixed
         elif byte == LF:
-            text = "a line feed where a command letter belongs: the command after it is lost"
+            text = "a line feed in place of a command letter: the command after it is lost"
             self._note("line-feed", text, "send \\r alone" if self.dialect.line_ends else "")
         else:
             remedy = unknown_remedy(self.sheet, chr(byte))
@@ -328,7 +328,7 @@ class Decoder(Generic[L_co]):
     def _data_of(self, row: TextRow, count: int, data: bytes) -> bytes:
         """Return the data of a display command: as many as announced or received, whichever is less."""
         if count != len(data):
-            self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number counts")
+            self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number is used")
         return data[:count]
 
     # --------------------------------------------------------------------------------------------------- binary
@@ -366,7 +366,7 @@ class Decoder(Generic[L_co]):
         """Decode a query, or a display command, whose arguments are not numbers of fixed size."""
         least = 1 if row.form == self.dialect.query else 2
         if len(data) < least:
-            self._note("count", f"{row.name} takes {least} data bytes and more, {len(data)} were announced; ignored")
+            self._note("count", f"{row.name} takes at least {least} data bytes, {len(data)} were announced; ignored")
             return None
         if least == 1:
             listed = "".join(f",{count}" for count in data[1:2])
@@ -395,4 +395,4 @@ class Decoder(Generic[L_co]):
 
     def _range(self, text: str, found: int, taken: int) -> None:
         cut = taken != found and not self.dialect.tokens
-        self._note("range", text, f"its low bits count, so {taken} is taken" if cut else "")
+        self._note("range", text, f"only its low bits are used: {taken}" if cut else "")

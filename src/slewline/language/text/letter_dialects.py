@@ -50,7 +50,7 @@ class Letters(ReadAlike, TextDialect):
     name = "letters"
     tokens = line_ends = True
     encoding = "ascii"
-    numbers, no_number = "decimal number", "numbers are decimal digits alone"
+    numbers, no_number = "decimal number", "write decimal digits only"
     line_limit, argument_limit = 256, 255
 
     def words(self, row: Row, argument: str) -> list[str]:
@@ -89,7 +89,7 @@ class Letters(ReadAlike, TextDialect):
     def shorter(self, sheet: Sheet) -> str:
         """Return advice on how to shorten a program."""
         enter = f": set them before {sheet.enter.form}" if sheet.enter is not None else ""
-        return f"parameters that stay the same need no room in the program{enter}"
+        return f"parameters that do not change need no room in the program{enter}"
 
     def labels_in_full(self, sheet: Sheet) -> str:
         """Return how labels work, in Markdown."""
@@ -151,7 +151,7 @@ class Verbatim(ReadAlike, TextDialect):
         return 0 if word == self.switches and arg is row.args[0] else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
-        return "switches give the first argument only" if word == self.switches else hint(word)
+        return "switches can set the first argument only" if word == self.switches else hint(word)
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
         """Return statements in binary form, each with its own count."""
@@ -213,7 +213,7 @@ class Verbatim(ReadAlike, TextDialect):
 
     def shorter(self, sheet: Sheet) -> str:
         """Return advice on how to shorten a program."""
-        return "leave out leading zeros, and what the program sets again to the same"
+        return "omit leading zeros, and repeated settings of the same value"
 
     def chapters(self, sheet: Sheet) -> list[str]:
         """Return chapters for the data sheet, in Markdown."""

@@ -83,7 +83,7 @@ class DialogueState:
     def directive(self, item: Directive) -> None:
         """Follow a directive."""
         if item.verb == "read" and not self.moving:
-            found = "@read position waits for a motion, and nothing above starts one"
+            found = "@read position waits for a motion, but no line above starts one"
             remedy = "at rest, @verify 0 reads the position"
             section = self.sheet.sections.get("reading", "")
             self.source.report(item, "read-at-rest", "warning", found, section=section, remedy=remedy)

@@ -229,5 +229,5 @@ class TextReader(Reader):
             return False
         if numbers[1] != len(numbers) - 2:
             found = f"{numbers[1]} values announced, {len(numbers) - 2} found"
-            self.error(at, len(self.text), "count", found, "", row.where, "the smaller number would count")
+            self.error(at, len(self.text), "count", found, "", row.where, "the smaller number would be used")
         return True

@@ -82,5 +82,5 @@ class SerialHost(UartHost, Host):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
         if uart.faulty != before:
-            raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
+            raise ChecksumError(f"{self.name}: parity or framing error in the answer to {command!r}: {self.answers!r}")
         return "\r".join(uart.stripped(line) for line in self.answers)

@@ -205,7 +205,7 @@ class HostUart:
 
     def got(self, data: Data) -> Condition:
         """Return a condition: these bytes have been received, with nothing in between."""
-        mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: what is connected there only receives)"
+        mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: the other end only receives)"
         return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data), (self.rxd.net,))
 
 

@@ -170,7 +170,7 @@ class StepCounter:
             over = min(over, self._changes(k - 1) + 1 + (ps - begun) // DWELL_PS)
         return over
 
-    # ------------------------------------------------------------------------------------------------------- questions
+    # --------------------------------------------------------------------------------------------------------- queries
     @property
     def way(self) -> int:
         """Counting direction: 1 up, -1 down."""

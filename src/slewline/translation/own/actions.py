@@ -97,7 +97,7 @@ class Actions(MotionWriter):
         rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
         if not rows:
             raise Impossible(
-                f"{action.passes} passes", no_command(self.sheet, "loop"), "let the host run the program so often"
+                f"{action.passes} passes", no_command(self.sheet, "loop"), "let the host repeat the program"
             )
         row = next((row for row in rows if row.args[0].allows(action.passes)), None)
         if row is None:
@@ -135,7 +135,7 @@ class Actions(MotionWriter):
         row = rows[-1]
         if not action.runs:
             limit = f"{row.form} runs the program as well ({row.where})"
-            raise Impossible("the program is stored alone", limit, "enter it when it may run")
+            raise Impossible("the program is only stored", limit, "enter it when it may run")
         return [ResultPiece(row), *self.on_runprogram(RunProgram(line=action.line, text=action.text))]
 
     def on_runprogram(self, action: RunProgram) -> list[ResultPiece]:
@@ -175,8 +175,8 @@ class Actions(MotionWriter):
         """Return the comment for a query, whose answer differs between parts."""
         raise Impossible(
             action.text,
-            f"the {self.sheet.part.upper()} is read in another way",
-            f"slewline describe {self.sheet.part} lists what it answers",
+            f"the {self.sheet.part.upper()} is queried differently",
+            f"slewline describe {self.sheet.part} lists its queries",
         )
 
     def on_special(self, action: Special) -> list[ResultPiece]:
@@ -197,6 +197,6 @@ class Actions(MotionWriter):
         says = action.says if role in self.rows else ROW_ROLES.get(role, action.says)
         raise Impossible(
             action.text,
-            f"no command of the {self.sheet.part.upper()} does it: {says} ({self.sheet.manual})",
+            f"no command of the {self.sheet.part.upper()} does this: {says} ({self.sheet.manual})",
             action.remedy or "leave it out, or let the host do it",
         )

@@ -209,8 +209,10 @@ class Rates:
         if kind is not LineKind.IMPOSSIBLE:
             return LineVerdict(action.line, kind, says, off=off, off_ps=after - before)
         top = self.target.rows["top_rate"]
-        limit = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have another law"
-        remedy = "the steps are right: check what waits for the end of the move"
+        limit = (
+            f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have a different law"
+        )
+        remedy = "the steps are correct: check any wait for the end of the move"
         return LineVerdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:

@@ -39,7 +39,7 @@ class MotionWriter(ActionWriter):
         row = self.rows.get("distance")
         if row is None:
             return []
-        self.held["distance"] = self.fitting(row, row.args[0], action.steps, "make several moves of it")
+        self.held["distance"] = self.fitting(row, row.args[0], action.steps, "split it into several moves")
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
@@ -69,7 +69,7 @@ class MotionWriter(ActionWriter):
                 return [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
             if not action.position:
                 return [ResultPiece(row)]
-            raise Impossible(f"position {action.position}", f"{row.form} makes the position zero ({row.where})")
+            raise Impossible(f"position {action.position}", f"{row.form} sets the position to zero ({row.where})")
         if clear is not None and not action.position and (clear.stored or action.block < 0):
             return [ResultPiece(clear, (1,))]
         limit = (
@@ -90,7 +90,7 @@ class MotionWriter(ActionWriter):
                     f"{row.form} has both in one command ({row.where})",
                     "write a move for each path",
                 )
-            found = [ResultPiece(row, (self.fitting(row, row.args[0], action.steps, "make several moves of it"),))]
+            found = [ResultPiece(row, (self.fitting(row, row.args[0], action.steps, "split it into several moves"),))]
         else:
             found = [*self.set_move(action), ResultPiece(row)]
         self.note(self.rates.motion(action))
@@ -104,7 +104,7 @@ class MotionWriter(ActionWriter):
             self.held["sign"] = action.sign
         row = self.row("distance")
         if action.distance is not None and self.held.get("distance") != action.distance and not self.sets(SetDistance):
-            self.fitting(row, row.args[0], action.distance, "make several moves of it")
+            self.fitting(row, row.args[0], action.distance, "split it into several moves")
             found.append(ResultPiece(row, (action.distance,)))
             self.held["distance"] = action.distance
         return found
@@ -121,7 +121,7 @@ class MotionWriter(ActionWriter):
             raise Impossible("the position depends on the path", no_command(self.sheet, "goto"))
         if row is None:
             return self.targeted(action)
-        self.fitting(row, row.args[0], action.position, "count positions from another place")
+        self.fitting(row, row.args[0], action.position, "count positions from another reference")
         self.note(self.rates.motion(action))
         return [ResultPiece(row, (action.position,))]
 
@@ -179,7 +179,7 @@ class MotionWriter(ActionWriter):
         row = self.row("home")
         if row.args[0].sign == "alone" and action.block < 0:
             return [ResultPiece(row, (action.sign,))]
-        raise Impossible("homing", f"{row.form} finds it by itself ({row.where})", "write the homing by hand")
+        raise Impossible("homing", f"{row.form} finds the direction itself ({row.where})", "write the homing by hand")
 
     def on_stop(self, action: Stop) -> list[ResultPiece]:
         """Return the end of a motion."""

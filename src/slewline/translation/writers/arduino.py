@@ -38,7 +38,7 @@ class SketchWriter(Structured):
     """Writer for one program."""
 
     entry = "a function begins at its first line (C++)"
-    keeps = "a sketch is kept without power"
+    keeps = "a sketch survives power-off"
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         super().__init__(target, program, options)
@@ -169,9 +169,9 @@ class SketchWriter(Structured):
         sheet.add(f"{helper}({stepper}{value}{rate});", line)
         if evenly and profile and action.steps:
             gap = round(PS / profile.top)
-            sheet.nearly(line, "at an even rate; a step may be some microseconds late", off_ps=gap)
+            sheet.nearly(line, "at a constant rate; a step may be some microseconds late", off_ps=gap)
         elif evenly:
-            sheet.nearly(line, "at an even rate; a step may be some microseconds late")
+            sheet.nearly(line, "at a constant rate; a step may be some microseconds late")
         else:
             acceleration = profile.acceleration if profile and profile.ramped else profile.top**2 if profile else 0.0
             compare_times(sheet, action, acceleration, self.library.rest)

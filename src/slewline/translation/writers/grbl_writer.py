@@ -36,7 +36,7 @@ LETTERS = "XYZ"
 FASTEST = 30_000  # steps/s: README of grbl
 DWELL_PS = 50 * 10**9  # a dwell is whole steps of 50 ms: DWELL_TIME_STEP, source of grbl
 FROM_REST = "grbl starts from standstill, with $120"
-HOST = "take --to python: a host script that sends grbl what comes next"
+HOST = "use --to python: a host script that sends grbl each command"
 PROBED = f"ends after {grouped(FAR)} steps at the latest; the switch goes to the probe, pin A5"
 OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spindle, pin D11")}
 
@@ -122,8 +122,8 @@ class GrblWriter(LanguageWriter):
     needs = "a word needs a number"
     entry = "no jumps (grbl runs line by line)"
     entry_remedy = HOST
-    called = "what runs is written here"
-    moves = "it is in the moves"
+    called = "the called program is written here"
+    moves = "included in the moves"
     more_axes = ("3 axes: X, Y, Z", "LinuxCNC")
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -189,15 +189,15 @@ class GrblWriter(LanguageWriter):
                 case Repeat():
                     self._repeat(node)
                 case Forever():
-                    self._again(node, "repeats for ever")
+                    self._again(node, "repeats forever")
                 case AsLongAs():
                     self._again(node, "repeats as long as an input has its level")
                 case Fork():
                     limit = "no conditions (grbl has no expressions and reads no inputs)"
-                    self.sheet.impossible(node.line, "decides by an input: neither branch is written", limit, HOST)
+                    self.sheet.impossible(node.line, "branches on an input: neither branch is written", limit, HOST)
                 case Stages():
                     limit = "no jumps (grbl runs line by line)"
-                    self.sheet.impossible(node.line, "jumps by inputs: the program is left out", limit, HOST)
+                    self.sheet.impossible(node.line, "jumps on inputs: the program is left out", limit, HOST)
                 case Label():
                     pass
                 case _:
@@ -310,6 +310,6 @@ class GrblWriter(LanguageWriter):
         if lasts == action.time_ps:
             self.sheet.same(action.line)
             return
-        says = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits for whole steps of 50 ms"
+        says = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
         off = (lasts - action.time_ps) / action.time_ps
         self.sheet.nearly(action.line, says, off, lasts - action.time_ps)

@@ -47,7 +47,7 @@ class KlipperWriter(LanguageWriter):
 
     needs = "MOVE needs a number"
     entry = "a macro begins at its first line"
-    moves = "it is in the moves"
+    moves = "included in the moves"
     more_axes = ("one manual_stepper is written", "add another one by hand")
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -72,7 +72,7 @@ class KlipperWriter(LanguageWriter):
             says = f"the program runs from {action.at} on"
             self.sheet.impossible(action.line, says, self.entry, self.entry_remedy)
             return ()
-        self.sheet.same(action.line, "what runs is written here")
+        self.sheet.same(action.line, "the called program is written here")
         return structured(self.inner(self.runs[action.line]))
 
     def written(self) -> Written:
@@ -95,7 +95,7 @@ class KlipperWriter(LanguageWriter):
         for block in (-1, *stored(self.program)):
             out = with_comments(lines_of(self.program, block), out, self.target.comment)
         spm = number(self.options.steps_per_mm)
-        assumed = (("steps per millimetre", spm), ("pins", "PA0 ...: put in those of your board"))
+        assumed = (("steps per millimetre", spm), ("pins", "PA0 ...: replace with those of your board"))
         return self.finished(out, assumed)
 
     def _written(self) -> list[OutLine]:
@@ -241,7 +241,7 @@ class KlipperWriter(LanguageWriter):
             mm = self._mm(action.profile.acceleration)
             self.sheet.nearly(action.line, f"a constant acceleration, {mm} mm/s^2: the mean of the ramp")
         else:
-            self.sheet.same(action.line, "it is in the moves")
+            self.sheet.same(action.line, "included in the moves")
 
     def _rates(self, profile: Profile | None) -> str:
         """Return the words for rate and acceleration; without a ramp the acceleration is 0, which means none."""

@@ -94,7 +94,7 @@ class LanguageWriter(ABC):
         ends = counter_of(sheet_of(self.program.part)) if counts_positions(self.program) else None
         if ends is None:
             return []
-        return [("positions", f"never beyond an end of the counter of the {self.program.part} ({ends[0]}..{ends[1]})")]
+        return [("positions", f"never beyond a limit of the counter of the {self.program.part} ({ends[0]}..{ends[1]})")]
 
     def commented(self, block: int) -> list[OutLine]:
         """Return the lines written for a block, with the comments of the source."""

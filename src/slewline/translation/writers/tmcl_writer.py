@@ -329,7 +329,7 @@ class TmclWriter(LanguageWriter):
         sheet.add("MST 0", line)
         slowing = self._new("Slowing")
         self._all(line, f"{slowing}:", "GAP 3, 0", "COMP 0", f"JC NE, {slowing}")
-        sheet.nearly(line, "MST decelerates" if until else "what ends it goes to the home switch; MST decelerates")
+        sheet.nearly(line, "MST decelerates" if until else "the input that ends it is the home switch; MST decelerates")
 
     def output(self, action: SetOutput) -> None:
         at = self.lines[action.number]

@@ -182,7 +182,7 @@ class QuadratureDecoder:
                 self._check_states([tick - since], tick)
             since = tick
             if tick in both:
-                self.found.append(("encoder-illegal", "changed at once, which is not counted,", tick))
+                self.found.append(("encoder-illegal", "changed at the same time, which is not counted,", tick))
                 continue
             differ = not differ
             count += 1 if differ is (tick in of_a) else -1
@@ -221,7 +221,7 @@ class QuadratureDecoder:
                 self.burst = False
             elif state < DWELL_TICKS and not self.burst:
                 self.burst = True
-                text = f"made a state of {state} clocks, less than {DWELL_TICKS},"
+                text = f"had a state of {state} clocks, less than {DWELL_TICKS},"
                 self.found.append(("encoder-fast", text, tick))
 
 

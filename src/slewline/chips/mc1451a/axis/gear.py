@@ -71,7 +71,7 @@ class ElectronicGear:
                 self.backlog = displaced = 0
             self.backlog -= displaced
             if self.backlog and not waited:
-                text = f"axis {state.number}: the encoder asks for more than the pulse range; steps follow later"
+                text = f"axis {state.number}: the encoder exceeds the pulse range; the missing steps follow later"
                 self.chip.finding("gear-backlog", text)
         pulses.cut(n)
         state.velocity = displaced

@@ -61,7 +61,7 @@ class ProfileGenerator:
         velocity = self.state.active.velocity
         if velocity > self.pulse_range and not self.clamped:
             self.clamped = True
-            text = f"{velocity / ONE:.2f} steps/cycle; the pulse range ends at {self.pulse_range // ONE}"
+            text = f"{velocity / ONE:.2f} steps/cycle exceed the pulse range; allowed {self.pulse_range // ONE}"
             self.chip.finding("clamped", f"axis {self.state.number}: {text}")
 
     # ---------------------------------------------------------------------------------------------------- begin and end

@@ -71,7 +71,10 @@ class Updates:
         if mode != VELOCITY or before == GEAR:
             self.log.stop()
         if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
-            self.chip.finding("mode-in-motion", f"axis {state.number}: profile mode changed in motion: stopped at once")
+            self.chip.finding(
+                "mode-in-motion",
+                f"axis {state.number}: the profile mode was changed in motion: the axis stops immediately",
+            )
             generator.halt(n)
         elif mode == GEAR or before == GEAR:
             generator.halt(n, complete=False)
@@ -168,7 +171,7 @@ class Updates:
                 return
             generator.start_velocity = state.start_velocity
             if generator.mode != S_CURVE and generator.start_velocity >= active.velocity:
-                text = f"axis {state.number}: the start velocity is not below the maximum: no ramps"
+                text = f"axis {state.number}: the start velocity is not below the maximum: there are no ramps"
                 self.chip.finding("start-velocity", text)
             self.omitted = []
         begins(self.chip, state, cause, generator.start_velocity, generator.pulse_range)
@@ -185,8 +188,8 @@ class Updates:
         names, told = missing_of(self.generator.mode, self.state), self.omitted
         if names and names != told:
             zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)
-            text = f"axis {self.state.number}: {cause} while {zero} {'are' if names[1:] else 'is'} 0: nothing starts"
-            self.chip.finding("no-start", f"{text}; give {' and '.join(names)} before it")
+            text = f"axis {self.state.number}: {cause} while {zero} {'are' if names[1:] else 'is'} 0: no motion starts"
+            self.chip.finding("no-start", f"{text}; send {' and '.join(names)} before it")
             self.omitted = names
 
     def refused(self, distance: int) -> bool:
