@@ -200,6 +200,13 @@ def test_a_host_drives_no_output_of_the_target(text: str, to: str) -> None:
     assert line.kind is LineKind.IMPOSSIBLE and "is an output" in line.verdicts[0].text
 
 
+@pytest.mark.parametrize(("code", "kind"), [("@drive abort=0", LineKind.IMPOSSIBLE), ("@drive wait=0", LineKind.SAME)])
+def test_a_host_of_a_language_drives_inputs_and_no_other_pins(code: str, kind: LineKind) -> None:
+    for to in ("grbl", "linuxcnc", "klipper", "tmcl", "arduino", "python"):
+        (line,) = translate_text(f"{code}\n", "cy525", to).report.lines
+        assert line.kind is kind
+
+
 def test_commands_of_an_encoder_need_one() -> None:
     for to, kind in (("mc1451a", LineKind.IMPOSSIBLE), ("mc1151a-e", LineKind.SAME)):
         (line,) = translate_text("SET_POS_ERR 10\n", "mc1451a-e", to).report.lines
