@@ -97,7 +97,7 @@ class SketchWriter(Structured):
         self.sheet.add(f"{name} = {value};", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position."""
+        """Write the call that sets the position."""
         stepper = self.library.of(self.pins.stepper(action.axis))
         self.sheet.add(f"{stepper}setCurrentPosition({action.position});", action.line)
 

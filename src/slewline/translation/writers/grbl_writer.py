@@ -58,11 +58,11 @@ class GrblWords:
         return LETTERS[self.first + axis - 1]
 
     def distance(self, axis: int, steps: int) -> str:
-        """Return a distance, or a position."""
+        """Return the word for a distance or a position."""
         return f"{self.letter(axis)}{number(steps / self.steps_per_mm, self.digits)}"
 
     def feed(self, rate: float) -> str:
-        """Return the word of a rate."""
+        """Return the F word for a rate."""
         return f"F{number(rate * 60 / self.steps_per_mm, 3)}"
 
 
@@ -298,7 +298,7 @@ class GrblWriter(LanguageWriter):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write coolant or spindle."""
+        """Write the command for coolant or spindle."""
         if has_output(self, action):
             self._add(OUTPUTS[action.number][1 - action.level], action.line)
             self.sheet.same(action.line)

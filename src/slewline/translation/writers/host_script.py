@@ -112,7 +112,7 @@ class ScriptWriter(Structured):
         self.assign(name, value, line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position."""
+        """Write the call that sets the position."""
         self.sheet.add(f"grbl.set_position({action.position}{self._axis(action)})", action.line)
 
     def wait(self, action: WaitInput) -> None:
@@ -178,7 +178,7 @@ class ScriptWriter(Structured):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write coolant or spindle."""
+        """Write the command for coolant or spindle."""
         if has_output(self, action):
             self.sheet.add(f'grbl.send("{OUTPUTS[action.number][1 - action.level]}")', action.line)
             self.sheet.same(action.line)

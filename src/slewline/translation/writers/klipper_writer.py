@@ -209,7 +209,7 @@ class KlipperWriter(LanguageWriter):
         self.sheet.add(f"{{% set ns.{name} = {value} %}}", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position."""
+        """Write the command that sets the position."""
         self.register("at", action.position, action.line)
         self.sheet.add(f"MANUAL_STEPPER STEPPER=axis SET_POSITION={{ns.at{self._per_mm()}}}", action.line)
 

@@ -233,11 +233,11 @@ class LinuxCncWriter(Structured):
         return 100 + next(self.numbers)
 
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the assignment of a number to a parameter."""
+        """Write the line that sets a parameter to a number."""
         self.sheet.add(f"#<_{name}> = {value}", source)
 
     def count(self, name: str, source: int) -> None:
-        """Write the increment of a parameter by 1."""
+        """Write the line that increases a parameter by 1."""
         self.sheet.add(f"#<_{name}> = [#<_{name}> + 1]", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
@@ -262,19 +262,19 @@ class LinuxCncWriter(Structured):
         return f"[{condition}] EQ 0"
 
     def repeat(self, passes: int, source: int) -> str:
-        """Write o repeat."""
+        """Write the O-word of a repeat loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} repeat [{passes}]", source)
         return f"o{loop} endrepeat"
 
     def while_true(self, condition: str, source: int) -> str:
-        """Write o while."""
+        """Write the O-word of a while loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} while [{condition}]", source)
         return f"o{loop} endwhile"
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write o do ... while."""
+        """Write the O-words of a do ... while loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} do", node.head)
         self.sheet.depth += 1
@@ -286,7 +286,7 @@ class LinuxCncWriter(Structured):
         self.forget(node.body)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write o if."""
+        """Write the O-word of an if branch."""
         branch = self._o()
         self.sheet.add(f"o{branch} if [{condition}]", source)
         return f"o{branch} else", f"o{branch} endif"

@@ -34,11 +34,11 @@ class Structured(LanguageWriter):
     # ------------------------------------------------------------------------------------------------ the language
     @abstractmethod
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the assignment of a number to a variable."""
+        """Write the command that sets a variable to a number."""
 
     @abstractmethod
     def count(self, name: str, source: int) -> None:
-        """Write the increment of a variable by 1."""
+        """Write the command that increases a variable by 1."""
 
     @abstractmethod
     def compare(self, name: str, sign: str, value: int) -> str:
