@@ -40,7 +40,7 @@ OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, Set
 
 
 class LanguageWriter(ABC):
-    """Writer for one program.
+    """A writer of one program in a language.
 
     A language has a method for each kind of action, and defines its needs and limits:
 

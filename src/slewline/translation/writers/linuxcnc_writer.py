@@ -41,7 +41,7 @@ FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
 
 
 class LinuxCncWriter(Structured):
-    """Writer for one program."""
+    """A writer of LinuxCNC G-code for one program."""
 
     needs = "a word needs a number"
     entry = "a subroutine begins at its first line (O-codes, sub)"
@@ -104,14 +104,12 @@ class LinuxCncWriter(Structured):
         return self.commented(-1)
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = [("step", "joint 0, step"), ("direction", "joint 0, direction"), ("abort", "motion.probe-input")]
         names += [(f"output{at + 1}", f"motion.digital-out-{at:02}") for at in range(OUTPUTS)]
         return names + [(f"input{at + 1}", f"motion.digital-in-{at:02}") for at in range(INPUTS)]
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write the assignment of a number to a parameter."""
         self.assign({"distance": "steps"}.get(name, name), value, line)
 
     def preset(self, action: SetPosition) -> None:
@@ -165,7 +163,6 @@ class LinuxCncWriter(Structured):
         return f" {self._f(profile.top)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         feed = self._feed(action.profile)
         if isinstance(action, MoveTo):
             position = action.position or 0
@@ -233,15 +230,12 @@ class LinuxCncWriter(Structured):
         return 100 + next(self.numbers)
 
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the line that sets a parameter to a number."""
         self.sheet.add(f"#<_{name}> = {value}", source)
 
     def count(self, name: str, source: int) -> None:
-        """Write the line that increases a parameter by 1."""
         self.sheet.add(f"#<_{name}> = [#<_{name}> + 1]", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return a comparison."""
         return f"#<_{name}> {({'==': 'EQ', '>=': 'GE', '<': 'LT'})[sign]} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:

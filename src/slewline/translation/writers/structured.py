@@ -16,7 +16,7 @@ from .language_writer import LanguageWriter
 
 
 class Structured(LanguageWriter):
-    """Writer for one program; `nothing` is the language's empty statement."""
+    """A writer of one program in a language with loops; `nothing` is the language's empty statement."""
 
     nothing = ""
     true = "true"
@@ -93,7 +93,7 @@ class Structured(LanguageWriter):
         self.registers.position = None
 
     def tree(self, tree: Sequence[Node]) -> None:
-        """Write a tree."""
+        """Write the commands of a program tree."""
         for node in tree:
             match node:
                 case Repeat():
