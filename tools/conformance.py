@@ -1,14 +1,14 @@
-"""Print how much of each data sheet is proven by a test, and what is open.
+"""Print how much of each data sheet is proven by tests, and the open facts.
 
     python tools/conformance.py            the tables: per sheet and kind, and the open facts with their reasons
-    python tools/conformance.py --check    fail where tables and tests disagree
+    python tools/conformance.py --check    fail if tables and tests disagree
 
-The table of a sheet lies in conformance/<chip folder>/*.toml: `[[fact]]` with id, kind, says, and parts where it holds
-for some of them only, and `[[choice]]` for what the model had to decide.  A fact that no test proves has `open` with
-the reason, or `later` where it needs a part that is not in the house; such a fact does not count.  Tests carry the ids
-in `@pytest.mark.fact("CMD-A-1")`.
+The table of a sheet is in conformance/<chip folder>/*.toml: `[[fact]]` with id, kind, says, and parts if it applies to
+some of them only, and `[[choice]]` for a decision of the model.  A fact without a test has `open` with the reason, or
+`later` if it needs a part that is not available; such a fact does not count.  Tests carry the ids in
+`@pytest.mark.fact("CMD-A-1")`.
 
-conformance/readme is the table of the first page: what README.md denies or restricts, word for word.
+conformance/readme is the table of the first page: the negations and restrictions of README.md, word for word.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Table:
     choices: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def shares(self, tests: Mapping[str, list[str]]) -> dict[str, tuple[int, int]]:
-        """Per kind: facts proven and facts in all; what comes later does not count."""
+        """Return the numbers of proven facts and of all facts, by kind; later facts do not count."""
         proven: Counter[str] = Counter()
         total: Counter[str] = Counter()
         for fact, row in self.facts.items():
@@ -50,7 +50,7 @@ class Table:
 
 
 def read(folder: Path) -> Table:
-    """The table of a data sheet."""
+    """Return the table of a data sheet."""
     if folder.name == "readme":
         table = Table("README", "What the first page denies or restricts, and which test shows it.")
     else:
@@ -67,19 +67,19 @@ def read(folder: Path) -> Table:
 
 
 def tables() -> dict[str, Table]:
-    """All tables, by their folders."""
+    """Return all tables, by folder."""
     return {folder.name: read(folder) for folder in sorted((ROOT / "conformance").iterdir())}
 
 
 def ids_of(decorator: ast.expr) -> list[str]:
-    """The ids in one `@pytest.mark.fact(...)`."""
+    """Return the ids in one `@pytest.mark.fact(...)`."""
     if not (isinstance(decorator, ast.Call) and ast.unparse(decorator.func).endswith("mark.fact")):
         return []
     return [arg.value for arg in decorator.args if isinstance(arg, ast.Constant) and isinstance(arg.value, str)]
 
 
 def markers() -> dict[str, list[str]]:
-    """Which tests claim which id, from the test files themselves."""
+    """Return the tests that claim each id, from the test files."""
     found: dict[str, list[str]] = defaultdict(list)
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         tree = ast.parse(path.read_text("utf-8"))
@@ -98,7 +98,7 @@ def markers() -> dict[str, list[str]]:
 
 
 def disagreements(table: Table, tests: Mapping[str, list[str]]) -> list[str]:
-    """Where a table and the tests do not fit."""
+    """Return the disagreements between a table and the tests."""
     wrong = []
     for fact, row in table.facts.items():
         reason = next((key for key in ("open", "later") if key in row), None)
@@ -115,13 +115,13 @@ def disagreements(table: Table, tests: Mapping[str, list[str]]) -> list[str]:
 
 
 def strangers(every: Iterable[Table], tests: Mapping[str, list[str]]) -> list[str]:
-    """Ids that tests carry and no table knows."""
+    """Return the ids in tests that no table has."""
     known = {fact for table in every for fact in (*table.facts, *table.choices)}
     return [f"{fact}: carried by {tests[fact][0]}, but in no table" for fact in tests if fact not in known]
 
 
 def report(table: Table, tests: Mapping[str, list[str]]) -> str:
-    """The table for people."""
+    """Return the table as text."""
     lines = [
         f"{table.title}: {len(table.facts)} facts, {len(table.choices)} choices",
         "",
@@ -138,7 +138,7 @@ def report(table: Table, tests: Mapping[str, list[str]]) -> str:
 
 
 def page(table: Table, tests: Mapping[str, list[str]]) -> str:
-    """Every fact with its tests, as Markdown."""
+    """Return every fact with its tests, as Markdown."""
     lines = [
         f"# {table.title}: conformance",
         "",
@@ -160,23 +160,23 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
 
 
 def cell(text: str) -> str:
-    """A text that may stand in a table."""
+    """Return a text escaped for a table cell."""
     return text.replace("|", "/")
 
 
 def anchor(fact: str) -> str:
-    """The id of a fact, which is an anchor and leads to itself, so that it can be copied."""
+    """Return the id of a fact as an anchor that links to itself, so it can be copied."""
     return f'<a id="{fact}" href="#{fact}">{fact}</a>'
 
 
 def linked(tests: Iterable[str]) -> str:
-    """Tests by their names, or where only a list has the id by its file, with links to the files."""
+    """Return links to tests, with the test's name, or the file's name if only a list has the id."""
     places = (test.partition("::") for test in dict.fromkeys(tests))
     return "<br>".join(f"[`{name or Path(path).name}`](../../{path})" for path, _, name in places)
 
 
 def main() -> int:
-    """Print, or check."""
+    """Print the tables, or check them; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     every, tests = tables().values(), markers()

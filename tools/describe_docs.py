@@ -1,23 +1,23 @@
-"""Write the pages of the documentation that are made from the code.
+"""Write the pages of the documentation that are generated from the code.
 
 python tools/describe_docs.py            write them
-python tools/describe_docs.py --check    fail where a committed one differs from what the code says
+python tools/describe_docs.py --check    fail if a committed page differs from the code
 
 docs/reference/chips.md         the chips side by side
-docs/reference/cy500.md         the data sheet, and what we do not know
+docs/reference/cy500.md         the data sheet, and open questions
 docs/reference/cy525.md         the data sheet, the rates and the quirks
-docs/reference/cy545.md         the data sheet, what the CY545B does differently, and what we do not know
+docs/reference/cy545.md         the data sheet, the differences of the CY545B, and open questions
 docs/reference/gs-c200.md       the data sheet of both modules, and the quirks
 docs/reference/mc1451a.md       the data sheet of the six chipsets, and the quirks
 docs/reference/cli.md           commands and options
 docs/reference/control.md       the requests of the control port
 docs/reference/parts.md         the parts around a chip
-docs/reference/motors.md        motors, drivers and loads, and the texts that are understood
+docs/reference/motors.md        motors, drivers and loads, and the accepted texts
 docs/reference/boards.md        boards that drive real motors: pins, times, drivers, messages
 docs/reference/motor_record.md  the fields of the motor record
 docs/reference/conformance_*.md facts and their tests
 
-And one file that goes with the package: src/slewline/links/control/control.schema.json, the requests once more.
+It also writes a file of the package: src/slewline/links/control/control.schema.json, with the same requests.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
 
 # ----------------------------------------------------------------------------------------------------------- data sheet
 def older_page(part: str) -> str:
-    """The data sheet of a part of which no manual is at hand, and what no source states of it."""
+    """Return the page of a part without an available manual: its data sheet, and gaps in the sources."""
     quirks = quirk_lines(part)
     quirks[:2] = [
         "\n## What we do not know\n",
@@ -103,7 +103,7 @@ def older_page(part: str) -> str:
 
 
 def cy545_page() -> str:
-    """The data sheet of the CY545, what the CY545B does differently, the mode register, and what is not known."""
+    """Return the page of the CY545: data sheet, differences of the CY545B, mode register, and open questions."""
     heads = ("bit", "mask", "function", "trust")
     bits = [(f"MB{mask.bit_length() - 1}", f"{mask:02X}", *of) for mask, of in cy545.MODE_BITS.items()]
     quirks = quirk_lines("cy545")
@@ -130,7 +130,7 @@ def cy545_page() -> str:
 
 
 def cy525_page() -> str:
-    """The data sheet of the CY525, its ramps, and its quirks."""
+    """Return the page of the CY525: data sheet, ramps, and quirks."""
     return "\n".join(
         [
             NOTE + describe(sheet_of("cy525")),
@@ -141,7 +141,7 @@ def cy525_page() -> str:
 
 
 def ramp_lines() -> Iterator[str]:
-    """How long the ramps of the CY525 take, by the manual and by the model."""
+    """Yield the lines of the ramp times of the CY525, from the manual and from the model."""
     yield "## Ramps\n"
     yield "From F 3 to R 127 with Z 1 at 11 MHz, in milliseconds: the manual's table (s.8), and the model from the"
     yield "first step to SLEW low, from the end of the first step on, and with other options (quirk UND-RAMP-LAW).\n"
@@ -160,7 +160,7 @@ def ramp_lines() -> Iterator[str]:
 
 
 def gs_c200_page() -> str:
-    """The data sheet of both modules: the GS-C200S whole, what is different on the GS-C200, and the quirks."""
+    """Return the page of both modules: the whole GS-C200S, the differences of the GS-C200, and the quirks."""
     older, newer = sheet_of("gs-c200"), sheet_of("gs-c200s")
     lacks = [f"`{usage(row)}`" for row in newer.commands if row not in older.commands.rows]
     positions = Bench().add("gs-c200").motor.positions
@@ -180,7 +180,7 @@ def gs_c200_page() -> str:
 
 
 def mc1451a_page() -> str:
-    """The data sheet of the chipsets: the MC1451A-E whole, what is different on the others, and the quirks."""
+    """Return the page of the chipsets: the whole MC1451A-E, the differences of the others, and the quirks."""
     sheets = [sheet_of(part) for part, row in PARTS.items() if row.folder == "mc1451a"]
     most = sheet_of("mc1451a-e")
     title = "# MC1151A, MC1251A, MC1451A and their -E parts: step motor control chipsets"
@@ -208,7 +208,7 @@ def mc1451a_page() -> str:
 
 
 def quirk_lines(part: str, note: str = "") -> list[str]:
-    """The chapter about what a manual leaves open."""
+    """Return the chapter about the gaps of a manual."""
     rows = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in quirks_of(part))
     return [
         "\n## Quirks\n",
@@ -220,7 +220,7 @@ def quirk_lines(part: str, note: str = "") -> list[str]:
 
 # --------------------------------------------------------------------------------------------------------- command line
 def cli_page() -> str:
-    """Every command with its arguments and options."""
+    """Return the page with every command, its arguments and options."""
     return NOTE + "# Command line\n\n" + "\n".join(cli_lines()) + "\n"
 
 
@@ -237,7 +237,7 @@ def cli_lines() -> Iterator[str]:
 
 
 def coded(says: str) -> str:
-    """Options in a help text, set as what is typed."""
+    """Return a help text with its options set as code."""
     return command_line.OPTION.sub(r"`\g<0>`", says)
 
 
@@ -272,26 +272,26 @@ the network as it is: it keeps out clients that do not know it, but not an eaves
 
 
 def control_page() -> str:
-    """Every request with its keys and its reply."""
+    """Return the page with every request, its keys and its reply."""
     common = table(("key of every request", "", "if left out"), map(key_row, COMMON))
     chapters = "".join(chapter(name) for name in NAMES)
     return f"{NOTE}{CONTROL}\n{common}\n{chapters}\n{events()}"
 
 
 def events() -> str:
-    """The events, with their keys."""
+    """Return the events with their keys."""
     rows = [(f"`{row.event}`", row.says, f"`{key.name}`", key.says) for row in EVENTS for key in row.keys]
     return f"## Events\n\nEach has `event` and `time_ps`, and:\n\n{table(('event', '', 'key', ''), rows)}\n"
 
 
 def chapter(name: str) -> str:
-    """A request, in all its forms."""
+    """Return the chapter of a request, with all its forms."""
     rows = [row for row in REQUESTS if row.do == name]
     return f"\n## {name}\n" + "".join(form(row) for row in rows)
 
 
 def form(row: RequestSpec) -> str:
-    """One form of a request."""
+    """Return one form of a request."""
     parts = [f"\n{row.says}\n\n    {json.dumps({'do': row.do} | row.example)}\n"]
     if row.keys:
         parts.append("\n" + table(("key", "", "value", "if left out"), map(request_row, row.keys)) + "\n")
@@ -301,24 +301,24 @@ def form(row: RequestSpec) -> str:
 
 
 def key_row(key: Key) -> tuple[str, str, str]:
-    """A key of a request or of a reply."""
+    """Return the table row of a key of a request or of a reply."""
     return f"`{key.name}`", key.says, key.default
 
 
 def request_row(key: Key) -> tuple[str, str, str, str]:
-    """A key of a request, with what the validator allows."""
+    """Return the table row of a key of a request, with the values that the validator allows."""
     what = "a time" if key.kind.get("pattern") == A_TIME else in_words(key.kind)
     return f"`{key.name}`", key.says, ", ".join(filter(None, (what, span(key.kind)))), key.default
 
 
 def control_schema() -> str:
-    """The same for programs."""
+    """Return the requests as a JSON schema, for programs."""
     return json.dumps(schema(), indent=1) + "\n"
 
 
 # ---------------------------------------------------------------------------------------------------------------- parts
 def parts_page() -> str:
-    """Every kind of part, with its pins and its options."""
+    """Return the page with every kind of part, its pins and its options."""
     kinds, chapters, faces = [], [], []
     for kind, row in KINDS.items():
         cls = part_class(kind)
@@ -353,7 +353,7 @@ def parts_page() -> str:
 
 
 def own_names(cls: type[Part]) -> Iterator[str]:
-    """The methods and attributes of a class of parts for users, besides those of all parts, as they are written."""
+    """Yield the methods and attributes of a class of parts for users, in source order, without those of all parts."""
     for base in reversed(cls.__mro__[: cls.__mro__.index(Part)]):
         for name in vars(base).get("_for_users", ()):
             member = getattr(cls, name, None)
@@ -365,7 +365,7 @@ def own_names(cls: type[Part]) -> Iterator[str]:
 
 
 def fitting(kind: str, part: Part) -> list[str]:
-    """The chips to which a part can be attached, or the names of their families."""
+    """Return the chips to which a part can be attached, or the names of their families."""
     found = []
     for folder in dict.fromkeys(row.folder for row in PARTS.values()):
         chips = [Bench().add(chip) for chip, row in PARTS.items() if row.folder == folder]
@@ -375,7 +375,7 @@ def fitting(kind: str, part: Part) -> list[str]:
 
 
 def attaches(kind: str, part: Part, chip: Chip) -> bool:
-    """Can a part be wired to a chip in the standard way?"""
+    """Return whether a part can be wired to a chip in the standard way."""
     try:
         return bool(joints(kind, part, chip))
     except WiringError:
@@ -462,7 +462,7 @@ GPL with the runtime library exception. To pass the .hex on is to pass that noti
 
 
 def board_pins(board: boards.BoardModel) -> str:
-    """The pins of a board."""
+    """Return the pins of a board."""
     pins = [
         (board.step, "STEP; high for one step"),
         (board.dir, "DIR"),
@@ -478,7 +478,7 @@ def board_pins(board: boards.BoardModel) -> str:
 
 
 def boards_page() -> str:
-    """Pins and times of the boards, step drivers, and the messages of the wire."""
+    """Return the page with pins and times of the boards, step drivers, and the messages of the wire."""
     known = list(boards.BOARDS.values())
     times = (
         (what, *(f"{getattr(board, name) * 1e6 / board.hz:.1f}" for board in known))
@@ -517,13 +517,13 @@ def boards_page() -> str:
 
 
 def switching(driver: DriverData) -> str:
-    """How often a driver switches, and how its current decays."""
+    """Return the switching rate of a driver, and the decay of its current, as text."""
     often = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
     return f"{often}, averaged" if driver.kind == "averaged" else f"{often}, {driver.decay} decay"
 
 
 def motors_page() -> str:
-    """The rows of motors and drivers with their sources, and what texts and tables may have."""
+    """Return the page with motors and drivers and their sources, and the content of texts and tables."""
     sources = list(dict.fromkeys(row.source for row in motors.MOTORS.values()))
     columns = ("motor", "A", "ohm", "mH", "N m", "detent mN m", "g cm²", "source")
     rows = (
@@ -597,7 +597,7 @@ TYPES = {"double": "DOUBLE", "float": "FLOAT", "short": "SHORT", "long": "LONG",
 
 
 def record_page() -> str:
-    """The fields of the motor record, by what clients may do with them."""
+    """Return the page with the fields of the motor record, by the access of clients."""
 
     def fields(access: str) -> str:
         rows = (row for row in FIELDS if row.access == access)
@@ -618,7 +618,7 @@ def record_page() -> str:
 
 # ---------------------------------------------------------------------------------------------------------- conformance
 def conformance_page(folder: str) -> str:
-    """Facts and choices of a data sheet, with the tests that carry them."""
+    """Return the page with facts and choices of a data sheet, and their tests."""
     return NOTE + conformance.page(conformance.tables()[folder], conformance.markers())
 
 
@@ -643,7 +643,7 @@ FILES = {
 
 
 def outdated() -> list[str]:
-    """The files that differ from what the code says."""
+    """Return the files that differ from the code."""
     found = []
     for name, made in FILES.items():
         path = DOCS / name
@@ -654,7 +654,7 @@ def outdated() -> list[str]:
 
 
 def main() -> int:
-    """Write, or check."""
+    """Write the pages, or check them; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     if parser.parse_args().check:

@@ -1,7 +1,7 @@
 """Write the tables of the part in C from the data sheet in Python: python tools/part_tables.py [--check].
 
-Commands, ranges, times, rates, addresses, pins and answers of a GS-C200 and GS-C200S are written once, in
-src/slewline/chips/gs_c200/sheet.py.  What the part does with them is in firmware/part/gs_c200, written by hand.
+Commands, ranges, times, rates, addresses, pins and answers of a GS-C200 and GS-C200S are defined once, in
+src/slewline/chips/gs_c200/sheet.py.  Their handling by the part is in firmware/part/gs_c200, written by hand.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ PARTS = (("C200", sheet.GS_C200), ("C200S", sheet.GS_C200S))
 
 
 def main(args: list[str]) -> int:
-    """Write the files; with --check, report those that are not up to date, and return 1 if there are any."""
+    """Write the files; with --check, report outdated ones, and return 1 if there are any."""
     old = [path for path, text in files().items() if not path.exists() or path.read_text("ascii") != text]
     if args == ["--check"]:
         for path in old:
@@ -123,7 +123,7 @@ STRUCTS = (
 
 
 def at_reset() -> Iterator[str]:
-    """Yield the outputs that are high after reset; RDY is low then, since the start is work."""
+    """Yield the outputs that are high after reset; RDY is low then, because the module is starting."""
     by_name = {pin.name: pin for pin in sheet.PINS}
     for number, name in enumerate(OUTPUTS):
         if by_name[name].reset:
@@ -151,14 +151,14 @@ def tables() -> Iterator[str]:
 
 
 def rows(of: Sheet) -> list[str]:
-    """Return the rows of a part as initializers: those with the longest letters first, as a line is read."""
+    """Return the rows of a part as initializers, the longest letters first, in parsing order."""
     found = [(row.head, initializer(row)) for row in of.rows(LineRow)]
     found += [(head, foreign(head)) for head in of.foreign]
     return [text for _, text in sorted(found, key=lambda pair: (-len(pair[0]), pair[0]))]
 
 
 def foreign(head: str) -> str:
-    """Return the initializer of letters that only the other part knows."""
+    """Return the initializer of letters that only the other part has."""
     return f'{{.head = "{head}", .command = FOREIGN}},'
 
 
@@ -181,7 +181,7 @@ def argument(arg: Arg) -> str:
 
 
 def ascii_of(text: str) -> str:
-    """Return a text with no letters but those of ASCII."""
+    """Return a text converted to ASCII."""
     return text.replace("µ", "u")
 
 

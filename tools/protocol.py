@@ -1,7 +1,7 @@
 """Write headers of the firmware from the messages of the host: python tools/protocol.py [--check].
 
-What both ends must agree on is written once, in src/slewline/drive/board: names and numbers of wire.py, flags of
-records.py, limits of boards.py.  The headers are for the compiler and the assembler, so they have nothing but #define.
+Definitions common to both ends are in src/slewline/drive/board only: names and numbers in wire.py, flags in records.py,
+limits in boards.py.  The headers are for the compiler and the assembler, so they contain only #define.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def defined(name: str, value: object, says: str = "") -> str:
 
 
 def messages() -> Iterator[str]:
-    """Yield the lines of what every board understands."""
+    """Yield the lines of the header for all boards."""
     yield from (defined(*row) for row in SIZES)
     for prefix, kind in GROUPS:
         says = (kind.__doc__ or "").partition("\n")[0]
@@ -99,7 +99,7 @@ def headers() -> dict[Path, str]:
 
 
 def main(words: list[str]) -> int:
-    """Write the headers, or say which is not what the messages are."""
+    """Write the headers, or report those that differ from the messages; return the exit status."""
     wrong = 0
     for path, text in headers().items():
         if words != ["--check"]:

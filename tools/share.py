@@ -1,9 +1,9 @@
 """Write share/man/man1/slewline.1, the man page, from the command line.
 
 python tools/share.py            write it
-python tools/share.py --check    fail where the committed one differs from what the command line says
+python tools/share.py --check    fail if the committed one differs from the command line
 
-The wheel has share/ where systems look for it: man pages, and what makes shells complete words.
+The wheel has share/ in the place where systems expect it, with man pages and shell completion.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ EXAMPLES = (
 
 
 def roff(text: str) -> str:
-    """Return a text as roff: hyphens that can be copied, options in bold, no line that is taken for a request."""
+    """Return a text as roff: with hyphens that can be copied, bold options, and no line that would be a request."""
     text = text.replace("\\", "\\e").replace("-", "\\-")
     text = re.sub(r"(?<![\w-])(?:\\-){1,2}[a-z][a-z0-9]*(?:\\-[a-z0-9]+)*", r"\\fB\g<0>\\fR", text)
     return re.sub(r"^(?=[.'])", r"\\&", text, flags=re.MULTILINE)
@@ -48,13 +48,13 @@ def prose(text: str) -> Iterator[str]:
 
 
 def tagged(rows: Iterator[tuple[str, str]]) -> Iterator[str]:
-    """Yield the lines of a list: what each row is called, and what it does."""
+    """Yield the lines of a list: the name of each row, and its description."""
     for written, says in rows:
         yield from (".TP", roff(written) if written.startswith("-") else f"\\fB{roff(written)}\\fR", roff(says))
 
 
 def verbatim(lines: list[str]) -> Iterator[str]:
-    """Yield lines that stay as they are."""
+    """Yield lines that are kept unchanged."""
     yield from (".PP", ".nf", *(re.sub(r"\\f[BR]", "", roff(line)) for line in lines), ".fi")
 
 
@@ -86,7 +86,7 @@ def man_page() -> str:
 
 
 def main() -> int:
-    """Write, or check."""
+    """Write the man page, or check it; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     if not parser.parse_args().check:

@@ -1,4 +1,4 @@
-"""The page of the documentation that compares the chips: made of their sheets, and of moves that are tried out."""
+"""The page of the documentation that compares the chips, generated from their sheets and from moves that are run."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ was meant for a sister part, `slewline lint` says so.
 
 @dataclass(frozen=True)
 class Family:
-    """Parts that share a page, and a move of 100 steps forward by one of them, as a host sends it.
+    """Parts that share a page, and a move of 100 steps forward by one of them, as sent by a host.
 
-    `law` is how a ramp goes up, in words.
+    `law` describes how a ramp accelerates.
     """
 
     title: str
@@ -84,7 +84,7 @@ class Family:
 
     @property
     def sheet(self) -> Sheet:
-        """The sheet of the part that has most."""
+        """The sheet of the most complete part."""
         return sheet_of(self.parts[-1])
 
 
@@ -110,50 +110,50 @@ FAMILIES = (
 
 # ------------------------------------------------------------------------------------------------------ what they have
 def maker(family: Family) -> str:
-    """Who made the parts, and the year of the documents."""
+    """Return the manufacturer of the parts, and the year of the documents."""
     return re.findall(r"\(([^)]*)\)$", listed(family.parts[0]).says)[0]
 
 
 def axes(family: Family) -> str:
-    """How many axes there are."""
+    """Return the number of axes."""
     return either(sheet_of(part).axes for part in family.parts)
 
 
 def either(numbers: Iterable[int]) -> str:
-    """Numbers in words: 1, 2 or 4."""
+    """Return numbers as text: 1, 2 or 4."""
     *others, last = map(str, sorted({*numbers}))
     return f"{', '.join(others)} or {last}" if others else last
 
 
 def bus(_channel: Channel) -> str:
-    """Return what a bus of the CY5xx family is."""
+    """Return the description of a bus of the CY5xx family."""
     return "8-bit bus, a handshake for each byte"
 
 
 def both_ways(_channel: Channel) -> str:
-    """Return what a bus that works both ways is."""
+    """Return the description of a bidirectional bus."""
     return "8-bit bus that works both ways"
 
 
 def line(channel: SerialLine) -> str:
-    """Return what a serial line with fixed rates is: rates, characters, modules."""
+    """Return the description of a serial line with fixed rates: rates, characters, modules."""
     rates, addresses = sorted(channel.bauds.values()), {*channel.addresses.values()} - {0}
     return f"serial line, {rates[0]} to {rates[-1]} baud, {form(channel)}, up to {len(addresses)} modules"
 
 
 def adaptive(channel: AdaptiveLine) -> str:
-    """Return what a serial line is whose rate the part measures."""
+    """Return the description of a serial line whose rate the part measures."""
     rates = sorted(channel.bauds)
     return f"serial line, {rates[0]} to {rates[-1]} baud, {form(channel)}, the rate is measured"
 
 
 def form(channel: SerialLine | AdaptiveLine) -> str:
-    """What characters look like: 8N1."""
+    """Return the format of characters: 8N1."""
     return f"{channel.bits}{channel.parity[0].upper()}{channel.stop}"
 
 
 def port(_channel: Channel) -> str:
-    """Return what a host port is."""
+    """Return the description of a host port."""
     return "registers on a bus: packets of 16-bit words"
 
 
@@ -163,12 +163,12 @@ WAYS: dict[type[Channel], Callable[..., str]] = {
 
 
 def reached(family: Family) -> str:
-    """How a host reaches the parts."""
+    """Return the interfaces between a host and the parts."""
     return "; ".join(WAYS[type(channel)](channel) for channel in family.sheet.channels)
 
 
 def tried(family: Family) -> str:
-    """The move of a family, which has been made with it."""
+    """Return the move of a family, after running it."""
     bench = Bench()
     x = bench.add(family.parts[-1], **({"straps": family.sheet.plain} if family.sheet.plain else {}))
     host = bench.host(x)
@@ -182,12 +182,12 @@ def tried(family: Family) -> str:
 
 
 def commands(family: Family) -> str:
-    """How many commands there are."""
+    """Return the number of commands."""
     return either(len(sheet_of(part).commands) for part in family.parts)
 
 
 def memory(family: Family) -> str:
-    """What holds a program."""
+    """Return the description of the program memory."""
     sheet = family.sheet
     if not sheet.buffer_bytes:
         return "none: each move comes from the host"
@@ -195,14 +195,14 @@ def memory(family: Family) -> str:
 
 
 def positions(family: Family) -> str:
-    """The range of the position counter, of the part that has most."""
+    """Return the range of the position counter of the most complete part."""
     name = {"gs-c200": "G", "mc1451a": "SET_POS"}.get(family.page, "P")
     row = family.sheet.commands.named(name) if name == "SET_POS" else family.sheet.commands[name]
     return f"{row.args[0].low:,} to {row.args[0].high:,}"
 
 
 def fastest(family: Family) -> str:
-    """The highest rate, in steps/s."""
+    """Return the highest rate, in steps/s."""
     sheet = family.sheet
     if family.page == "cy545":
         return f"{max(TABLES['20k']):,}, or {max(TABLES['27k']):,} with another table"
@@ -215,25 +215,25 @@ def fastest(family: Family) -> str:
 
 
 def parameters(family: Family) -> str:
-    """What sets a ramp."""
+    """Return the parameters of a ramp."""
     names = (each.name for each in ramps_of(family.parts[-1]).quantities if each.name.isupper())
     return ", ".join(f"`{name}`" for name in names)
 
 
 def law(family: Family) -> str:
-    """How a ramp goes up."""
+    """Return the law of a ramp."""
     return family.law
 
 
 def outputs(family: Family) -> str:
-    """What drives the motor."""
+    """Return the outputs for the motor."""
     roles = {pin.role for pin in family.sheet.pins}
     drives = (("phase1", "four phases"), ("step", "step"), ("direction", "direction"))
     return ", ".join(says for role, says in drives if role in roles)
 
 
 def stops(family: Family) -> str:
-    """The inputs that stop or hold a motor, or move it by hand."""
+    """Return the inputs that stop, hold or jog a motor."""
     roles = {pin.role for pin in family.sheet.pins}
     says = {
         "abort": "abort", "enable": "enable or hold", "home": "home", "end": "end of travel", "end_plus": "two limits",
@@ -243,13 +243,13 @@ def stops(family: Family) -> str:
 
 
 def encoder(family: Family) -> str:
-    """Which parts read an encoder."""
+    """Return the parts that read an encoder."""
     having = [part for part in family.parts if sheet_of(part).encoder]
     return "the -E parts" if having else "no"
 
 
 def clock(family: Family) -> str:
-    """The crystal."""
+    """Return the crystal frequency."""
     sheet = family.sheet
     if not sheet.crystal_high_hz:
         return "inside"
@@ -276,13 +276,13 @@ ROWS: tuple[tuple[str, Callable[[Family], str]], ...] = (
 
 # ------------------------------------------------------------------------------------------------------- what is known
 def trusts(sheet: Sheet) -> Counter[str]:
-    """How many rows of a sheet are stated, derived, chosen or inferred."""
+    """Return the numbers of rows of a sheet that are stated, derived, chosen and inferred."""
     rows = (*sheet.pins, *sheet.commands, *sheet.times.values(), *sheet.limits)
     return Counter(row.trust for row in rows)
 
 
 def known(families: Iterable[Family]) -> str:
-    """What the sheets rest on."""
+    """Return the sources of the sheets."""
     heads = ("", "source", "stated", "derived", "chosen", "inferred", "facts with tests", "silent", "contradictory")
     facts, rows = conformance.tables(), []
     for family in families:
@@ -300,7 +300,7 @@ def known(families: Iterable[Family]) -> str:
 
 # ---------------------------------------------------------------------------------------------------------- the letters
 def letters(parts: tuple[str, ...]) -> str:
-    """The letters that do not mean the same on all of some parts."""
+    """Return the letters whose meanings differ between some parts."""
     sheets = [sheet_of(part) for part in parts]
     rows = []
     for letter in sorted({row.form for sheet in sheets for row in sheet.commands if row.form.isalpha()}):
@@ -311,7 +311,7 @@ def letters(parts: tuple[str, ...]) -> str:
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the whole page."""
     heads = ("", *(f"[{family.title}]({family.page}.md)" for family in FAMILIES))
     having = table(heads, [(what, *(of(family) for family in FAMILIES)) for what, of in ROWS])
     tables = (

@@ -44,7 +44,7 @@ def test_the_serial_port(part):
     assert "7 data bits, odd parity, 2 stop bits; lines of up to 11 characters; checksums while `chs` is high" in page
     assert "| `br0` | `br1` | `br2` | baud |" in page and "| 1 | 1 | 1 | 110 |" in page
     assert "| `sel2` | `sel1` | `sel0` | address |" in page
-    assert "| 0 | 1 | 1 | 1 |" in page and "| 1 | 1 | 1 | none: a line of its own |" in page
+    assert "| 0 | 1 | 1 | 1 |" in page and "| 1 | 1 | 1 | none: a dedicated line |" in page
     assert "| `E3` | program memory full |" in page
 
 

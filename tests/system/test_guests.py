@@ -253,7 +253,7 @@ def test_what_a_class_names_beside_its_sheet_is_used(lab, call):
     assert status == 2 and "my_lab.mx10:Mx10: has no ramp calculator; set `ramps` of the class" in err
     with pytest.raises(UsageError, match=r"Wrong.checks: found <function slow.*; allowed a tuple of functions"):
         checks_of("my_lab.careful:Wrong")
-    with pytest.raises(UsageError, match="Wrong: ramps: found 'none'; a class names one"):
+    with pytest.raises(UsageError, match="Wrong: ramps: found 'none'; set `ramps` of the class"):
         ramps_of("my_lab.careful:Wrong")
 
 

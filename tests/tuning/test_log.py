@@ -263,9 +263,7 @@ def test_two_sweeps_at_once_are_refused(path: Path) -> None:
         assert process.stdout.readline() == "begun\n"
         data = path.read_bytes()
         for _ in range(2):  # what was refused lets go of the file
-            with pytest.raises(
-                UsageError, match=r"tune.jsonl: another sweep writes to it; wait until it is finished"
-            ):
+            with pytest.raises(UsageError, match=r"tune.jsonl: another sweep writes to it; wait until it is finished"):
                 sweep(path)
         ended = subprocess.run(
             [sys.executable, "-c", SWEEP, str(path)],

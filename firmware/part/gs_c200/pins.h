@@ -4,7 +4,7 @@
 
 #include "gsc200.h"
 
-/* What the module works on; RDY is low meanwhile (pin 14). */
+/* Activities of the module, during which RDY is low (pin 14). */
 enum work { LINE_WORK = 1, PROGRAM_WORK = 2, EEPROM_WORK = 4, START_WORK = 8 };
 
 void begin_work(struct gsc *g, enum work work);

@@ -96,7 +96,7 @@ class Bench:
             memory is lost with the bench.
         keep: how far back the past is kept, for endless runs: positions of axes and shafts, recorded pins (unless
             `record(keep=)` overrides it), findings, data received by hosts; None keeps everything, 1 to 4 KB per move:
-                hundreds of megabytes in an hour of short moves.
+            hundreds of megabytes in an hour of short moves.
 
     Attributes:
         chips: the chips, by name, in the order in which they were added.
@@ -322,7 +322,7 @@ class Bench:
         show(self.figure(*args, **options))
 
     def _repr_svg_(self) -> str | None:
-        """Return the plot, for a notebook; None if there is nothing to draw yet, and it shows the `repr`."""
+        """Return the plot for a notebook; None if there is nothing to draw yet: the notebook then shows the `repr`."""
         return self._pictures.svg()
 
     readings = delegate("_pictures", Pictures.readings)

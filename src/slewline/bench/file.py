@@ -140,7 +140,7 @@ class BenchFile:
         return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{says}")
 
     def line_of(self, place: Place) -> int | None:
-        """Return the line of a key, or of its table; None if the text uses another spelling."""
+        """Return the line of a key, or of its table; None if the text writes it in another form."""
         if not place:
             return None
         many = len(place) > 1 and isinstance(place[1], int)

@@ -300,7 +300,7 @@ def place(entry: Entry) -> tuple[int, bool]:
 
 
 def spelled(entry: Entry) -> bytes:
-    """Return the line of an entry."""
+    """Return an entry as a line of a journal."""
     return json.dumps(dict(entry), separators=(",", ":")).encode("ascii") + b"\n"
 
 

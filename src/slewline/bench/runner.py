@@ -42,7 +42,7 @@ def _seen(_net: Net) -> None:
 
 @dataclass
 class Wait:
-    """A wait for a condition, up to an instant; `done` is called with whether it was met."""
+    """A wait for a condition, up to an instant; `done` is called with True if it was met, else with False."""
 
     met: Callable[[], bool]
     limit_ps: int
@@ -58,7 +58,7 @@ class Wait:
             net.watch(_seen)
 
     def end(self) -> None:
-        """Leave promised edges to the promises again."""
+        """Stop making promised edges of the nets instants of the run."""
         for net in self.nets:
             net.unwatch(_seen)
 

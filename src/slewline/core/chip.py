@@ -423,7 +423,7 @@ class Chip(Component, OneAxis):
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """Report a conflict as a finding of the first chip on the wire, and again after CONFLICT_HOLDOFF_PS."""
+        """Report a conflict as a finding, unless the last one on the wire was less than CONFLICT_HOLDOFF_PS ago."""
         now, last = self.kernel.now, net.last_conflict_ps
         net.last_conflict_ps = now
         if last is not None and now - last < CONFLICT_HOLDOFF_PS:
@@ -433,7 +433,7 @@ class Chip(Component, OneAxis):
 
     # ------------------------------------------------------------------------------------------- waits of a firmware
     def sync(self) -> None:
-        """Move to the next clock tick at or after this instant of the kernel."""
+        """Set the tick count to the first clock tick at or after the present instant of the kernel."""
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     def sync_forward(self) -> None:

@@ -60,7 +60,7 @@ class InstructionCondition(Condition):
         self.text = f"{chip.name} at {'its next instruction' if at is None else f'instruction {at}'}"
 
     def begin(self) -> None:
-        """Listen for instructions from now on."""
+        """Watch the instructions from now on."""
         self.hit = False
         if self.begun not in self.chip.on_instruction.listeners:
             self.chip.on_instruction.add(self.begun)

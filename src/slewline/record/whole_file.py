@@ -4,8 +4,7 @@ Bytes are written to a hidden neighbour of the file, which takes its name when i
 regular (a pipe, /dev/stdout) cannot be replaced and is written directly.
 
 A symbolic link that the user named is kept, and its target is written.  If slewline chose the name, another program
-must
-have put the link there: the neighbour is a new file or none, and any other is refused (`own`).
+must have put the link there: the neighbour is a new file or none, and any other is refused (`own`).
 
 The new file has the mode of the replaced one, and its owner and group if the system permits that.  The neighbour is
 locked while it is being written, so one without a lock was left by a killed process: it is removed by the next process

@@ -243,7 +243,7 @@ class Controller(Closing):
             raise AssertionError(text)
 
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
-        """Compare the changes of a pin since an instant: (time, level from then on), measured from that instant."""
+        """Compare the changes of a pin since an instant with those expected: (time from then, level after it)."""
         __tracebackhide__ = True
         origin = moment(since)
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"

@@ -204,7 +204,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once about a program that was away for long while the module is busy: only its calls let time pass."""
+        """Warn once about a program that paused for long while the module is busy: only its calls let time pass."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return
@@ -219,7 +219,7 @@ class Rig:
         )
 
     def present(self) -> int:
-        """Return the present instant (ps); with a rate, the one that belongs to the wall clock."""
+        """Return the present instant (ps); with a rate, the one that corresponds to the wall clock."""
         self.do(self.pace.present)
         return self.bench.now_ps
 
@@ -355,5 +355,5 @@ class HasRig:
 
     @property
     def chip(self) -> Chip:
-        """The module."""
+        """The module itself."""
         return self.rig.chip

@@ -51,7 +51,7 @@ class Pictures:
         return figure(self.contents(options), width=options["width"], dark=options["dark"], ax=ax)
 
     def plot(self, path: FilePath, options: Picture) -> None:
-        """Draw into a file."""
+        """Draw a picture into a file."""
         from ...record.pictures.figures import description_of, figure
         from ...record.pictures.picture_files import SUFFIXES, save
         from ...record.whole_file import check_suffix

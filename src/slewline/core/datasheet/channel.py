@@ -109,7 +109,7 @@ class SerialLine(Channel):
         return dict(zip(self.baud_pins, levels, strict=True))
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return which straps set rate and checksums, and that nothing sets the format."""
+        """Return which straps set the rate or the checksums, or that the format is fixed, in words."""
         if name in ("baud", "baudrate") and self.baud_pins:
             given = self.strapping(value)  # type: ignore[arg-type]
             rates = ", ".join(map(str, sorted(self.bauds.values())))

@@ -65,7 +65,7 @@ class Memory:
         return bytes(self._content)
 
     def read(self) -> bytes:
-        """Return the content; empty when nothing was ever written."""
+        """Return the content; empty if none was ever written."""
         return bytes(self._content)
 
     def write(self, data: bytes) -> None:

@@ -42,7 +42,7 @@ class TrainView:
         raise NotImplementedError
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps): it falls when a step begins."""
+        """Return the edges to a level after an instant (ps); the output falls when a step begins."""
         return Since(self.rises if level else self.of, since)
 
 
@@ -86,7 +86,7 @@ class StepView(TrainView):
 
 
 class Rises(Events):
-    """The rises of an output that shows each step of a train."""
+    """The rising edges of an output that shows each step of a train."""
 
     def __init__(self, view: StepView) -> None:
         self.view, self.clock = view, view.of.train.clock

@@ -108,7 +108,7 @@ class Comparison:
 
     @property
     def drift_ppm(self) -> float:
-        """How much slower the measured clock is than that of the model, in ppm: the slope of `late_ps`."""
+        """The drift of the measured clock, in ppm, positive if slower than the model's: the slope of `late_ps`."""
         return 1e6 * _slope(self.model[0][self.pairs[:, 0]], self.late_ps)
 
     @property

@@ -22,7 +22,8 @@ from ..meaning import (
     WaitInput,
 )
 from ..role_reader import delay_unit_ps
-from ..special_commands import ELSEWHERE
+from ..source_registers import leads
+from ..special_commands import ELSEWHERE, SWITCHED
 from ..translation_report import LineKind, LineVerdict
 from .base import Impossible
 from .conditions import LOW_BIT
@@ -187,6 +188,9 @@ class Actions(MotionWriter):
             return [ResultPiece(self.rows[role], (0,))]
         if action.needless and (role != "axis" or int(action.command[-1]) == 1):
             return []
+        mine = self.sheet.commands.by_form.get(action.command)
+        if action.says == SWITCHED and self.verbatim and mine is not None and not leads(mine):
+            return [ResultPiece(mine, text=action.text)]
         if action.says == ELSEWHERE:
             has = f"the {self.sheet.part.upper()} has no program before one is entered ({self.sheet.manual})"
             raise Impossible(ELSEWHERE, has, action.remedy)

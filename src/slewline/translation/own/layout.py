@@ -23,6 +23,7 @@ class Goto:
 class ResultPiece:
     """A line of the result before layout: an instruction, or another text (`row` is None).
 
+    An instruction with a text is written so: a prefix, a string or "#" is not in its values.
     `labels` name the instruction; `source` is the line of the source, `block` the stored program it belongs to;
     `program` is the one that it enters, leaves or runs.
     """
@@ -64,6 +65,8 @@ class ResultLayout:
 
     def _spelled(self, piece: ResultPiece) -> str:
         assert piece.row is not None  # noqa: S101
+        if piece.text:
+            return piece.text
         values = [self._value(piece, value) for value in piece.values]
         labels = "".join(dict.fromkeys(self.letters.values()))
         return str(self.dialect.spell(piece.row, values, labels))

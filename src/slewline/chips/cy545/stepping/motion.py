@@ -147,7 +147,7 @@ class Motion(Stepping):
             return False
         self.endless = self.registers.continuous or self.slew.is_active
         if not self.number and not self.endless and self.text == "G":
-            self.chip.finding("no-steps", "G with N 0 makes no step")
+            self.chip.finding("no-steps", "G with N 0 takes no step")
         return self.endless or self.number > 0
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
