@@ -484,7 +484,7 @@ def boards_page() -> str:
         (what, *(f"{getattr(board, name) * 1e6 / board.hz:.1f}" for board in known))
         for what, name in (
             ("STEP is high", "high"), ("STEP is low", "low"),
-            ("DIR stands before STEP", "setup"), ("DIR stands after STEP", "hold"),
+            ("DIR is stable before STEP", "setup"), ("DIR is stable after STEP", "hold"),
         )
     )  # fmt: skip
     rows = (
