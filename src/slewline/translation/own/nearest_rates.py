@@ -25,8 +25,7 @@ CLOSE = 1e-3  # of the time of a move that is the same
 FAR_MOVE = 1.0  # of the time of a move: one that takes twice as long is not even nearly the same
 JUST_LONGER = (0, 1, 64, 128, 192, 254, 255, 256)  # steps beyond both ramps
 SHORTER = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of both ramps, whose end a motion then does not reach
-SAMPLES = tuple(dict.fromkeys(int(2 * 1.25**n) for n in range(36)))  # steps of moves of unknown length, to 4930
-BETWEEN = 1.03  # between two samples the error may be greater than at both
+SAMPLES = tuple(dict.fromkeys(int(2 * 1.15**n) for n in range(57)))  # steps of moves of unknown length, to 5013
 
 
 @dataclass(slots=True)
@@ -196,7 +195,6 @@ class Rates:
             return LineVerdict(action.line, LineKind.SAME)
         found = [self._off(profile, length) for profile in profiles for length in self._lengths(profile, steps)]
         off, before, after = max(found, key=lambda each: each[0])
-        off *= BETWEEN if len(found) > 1 else 1
         kind = LineKind.SAME if off <= CLOSE else LineKind.NEARLY if off <= FAR_MOVE else LineKind.IMPOSSIBLE
         upto = "" if len(found) == 1 else "up to "
         says = (
