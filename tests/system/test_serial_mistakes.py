@@ -212,7 +212,7 @@ MISTAKES = (
     row("even parity", url, b"V1\r", parity="E", words=f"is set to 9600 7E2|{RATE}"),
     row("no parity", url, b"V1\r", parity="N", words=f"is set to 9600 7N2|{RATE}"),
     row("one stop bit", url, b"V1\r", stopbits=1, words=f"is set to 9600 7O1|{RATE}"),
-    row("another rate, read without timeout", endless, b"V1\r", baudrate=19200, words=f"no more can come|is set to 19200 7O2|{RATE}|set a timeout on the port"),
+    row("another rate, read without timeout", endless, b"V1\r", baudrate=19200, words=f"no more can arrive|is set to 19200 7O2|{RATE}|set a timeout on the port"),
     row("another rate", fixture, b"V1\r", baudrate=19200, words=f"line is set to 19200 7O2|{RATE}"),
     row("another rate", rfc2217, b"V1\r", baudrate=4800, words=f"gs_c200s is set to 4800 7O2|{RATE}".replace("gs_c200s is set", "is set")),
     row("8N1", rfc2217, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
