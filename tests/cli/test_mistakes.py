@@ -284,8 +284,11 @@ MISTAKES = [  # the line, the end of the answer
     ("serve gs-c200s --tcp 0 --strap checksum=0", "ui3; the checksum is on chs (high: lines carry a checksum)"),
     ("serve gs-c200s --tcp 0 --strap baud=9600", "the baud is on br0 (baud rate), br1 (baud rate), br2 (baud rate)"),
     ("serve gs-c200s --tcp 0 --strap cha=0", "ui1, ui2, ui3; did you mean chs?"),
-    ("serve gs-c200s --serial m.bin", "m.bin: is no serial port; name a serial port that exists and that you may open"),
-    ("drive gs-c200s --tcp 0 --board m.bin", "m.bin: is no serial port; name the serial port of the board"),
+    (
+        "serve gs-c200s --serial m.bin",
+        "m.bin: is not a serial port; name a serial port that exists and that you may open",
+    ),
+    ("drive gs-c200s --tcp 0 --board m.bin", "m.bin: is not a serial port; name the serial port of the board"),
     (
         "serve gs-c200s --tcp 0 --option baud=9600",
         'straps set its rate: br0=0, br1=0, br2=0; straps={"br0": 0, ...}, or --strap br0=0',

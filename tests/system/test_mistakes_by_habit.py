@@ -175,7 +175,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'h.live("R 5")',
         "UsageError",
-        "live commands go to a running program, and none of x runs; send() sends a command, run_program() starts",
+        "live commands need a running program, and x runs none; send() sends a command, run_program() starts",
     ),
     ("h.verify(True)", "UsageError", "host: verify(True, None); allowed groups 0 to 3, and 0 or more bytes"),
     ("h.verify(1.0)", "UsageError", "host: verify(1.0, None); allowed groups 0 to 3, and 0 or more bytes"),
@@ -184,7 +184,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "its arguments: chip, data; host.send(...) sends to the selected chip",
     ),
-    ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() forgets what is queued"),
+    ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() drops the queue"),
     # --------------------------------------------------------------------------- habits of other libraries, once more
     (
         "b.process(lambda: 0)",
@@ -221,8 +221,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('s = b.stream_vcd("s.vcd"); b.run("1 ms")', "UsageError", "stream_vcd: use it in a with statement"),
     ('b.stream_vcd("s.txt")', "UsageError", "s.txt: give a name that ends in .vcd"),
-    ("h.readline()", "NoSuchAttribute", "host.received has what came in, host.ask(...) waits"),
-    ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) gives it, host.change_line(...) changes it"),
+    ("h.readline()", "NoSuchAttribute", "host.received has the received data, host.ask(...) waits"),
+    ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) sets it, host.change_line(...) changes it"),
     ('gh.parity = "odd"', "NoSuchAttribute", "host.change_line(...) changes the format of a serial line"),
     ("h.timeout = 1", "NoSuchAttribute", 'host.ask(..., timeout="5 s") takes one'),
     ("h.change_rate(60)", "Timeout", "a rate is taken while the motor slews, in a motion after H and G"),
@@ -276,7 +276,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.run_program()", "NoSuchAttribute", "a host has it: bench.host(x).run_program"),
     ("m.packet", "NoSuchAttribute", "a host has it: bench.host(mc1451a).packet"),
     ("b.verify(0)", "NoSuchAttribute", "a host has it: bench.host(x).verify, with x = bench.add(...)"),
-    ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
+    ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; use ram.load(image)"),
 ]
 
 
@@ -488,4 +488,4 @@ def test_a_server_names_the_chip_whose_uart_only_receives():
     server = Server(bench, Lockstep(bench), tell=heard.append)
     server.line(bench.add("cy525", name="feeder"))
     server.close()
-    assert any("the UART of feeder only receives: no command is answered" in text for text in heard)
+    assert any("the UART of feeder only receives: commands are not answered" in text for text in heard)

@@ -36,7 +36,7 @@ MISTAKES = [  # arguments, what the test does or the marker says, the end of the
     ("gs_c200s", "gs_c200s.assert_edges('mov', [('10 ms', 'high')])", "expected an instant, then the level from it on"),
     ("cy525", "cy525.host.send('A 0'); cy525.assert_steps(3)", "0 steps found, expected 3; host: sends to cy525"),
     ("cy525", "cy525.url", "cy525 (cy525) has no url, because no program can reach it"),
-    ("cy525", "cy525.ask('A 0')", "'A 0' has no answer; ask() takes 'V 0'"),
+    ("cy525", "cy525.ask('A 0')", "'A 0' has no answer; use ask() for 'V 0'"),
     ("cy525", "cy525.host.query('V 0')", "host has no 'query'; write host.ask(...)"),
     ("slewline_module", "slewline_module('gs-c20')", "did you mean gs-c200?"),
     ("slewline_module", "slewline_module('gs-c200s', on='usb')", "on 'usb'; allowed url, host, tcp, pty, rfc2217"),

@@ -77,7 +77,7 @@ def test_a_factor_divides_the_rate() -> None:
 @rows(
     ("written", "limit"),
     [
-        ("A 500", "position zero"),
+        ("A 500", "position to zero"),
         ("H", "until it is stopped"),
         ("F 90", "start and end"),
         ("O 9", "above 3: phases off"),

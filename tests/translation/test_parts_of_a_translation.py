@@ -138,6 +138,12 @@ def test_a_move_of_unknown_length_has_a_bound_below_the_length_of_its_ramps() ->
     report = translate_text(text, "cy545b", "gs-c200s").report
     (line,) = [line for line in report if line.code == "P 8340"]
     assert line.verdicts[0].off > 0.115
+    report = translate_text("F 20\nR 137\nS 218\nE\n+\nG\nP 8650\nL 3,0\n0\nQ\nX\n", "cy545b", "cy525").report
+    (line,) = [line for line in report if line.code == "P 8650"]
+    assert line.verdicts[0].off > 0.205  # at some 480 steps
+    report = translate_text("F 5\nZ 1\nS 200\nR 83\nE\nG\nP 8340\nL 3,0\n0\nQ\nX\n", "cy525", "gs-c200s").report
+    (line,) = [line for line in report if line.code == "P 8340"]
+    assert line.verdicts[0].off > 0.4  # just beyond both ramps
 
 
 # ----------------------------------------------------------------------------- what a host sends beside its programs
@@ -195,6 +201,13 @@ def test_prefixes_and_strings_are_copied(code: str) -> None:
 def test_a_host_drives_no_output_of_the_target(text: str, to: str) -> None:
     (line,) = translate_text(text, "cy545", to).report.lines
     assert line.kind is LineKind.IMPOSSIBLE and "is an output" in line.verdicts[0].text
+
+
+@pytest.mark.parametrize(("code", "kind"), [("@drive abort=0", LineKind.IMPOSSIBLE), ("@drive wait=0", LineKind.SAME)])
+def test_a_host_of_a_language_drives_inputs_and_no_other_pins(code: str, kind: LineKind) -> None:
+    for to in ("grbl", "linuxcnc", "klipper", "tmcl", "arduino", "python"):
+        (line,) = translate_text(f"{code}\n", "cy525", to).report.lines
+        assert line.kind is kind
 
 
 def test_commands_of_an_encoder_need_one() -> None:

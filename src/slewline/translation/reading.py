@@ -106,7 +106,7 @@ class ActionReader:
         half = any(statement.row.role == "half_steps" for statement in self.source.statements)
         return Program(self.sheet.part, self.where, tuple(lines), tuple(self.assumed()), self.wiring(), half)
 
-    # ------------------------------------------------------------------------------------------------- what is assumed
+    # ----------------------------------------------------------------------------------------------------- assumptions
     def assumed(self) -> Iterable[Assumed]:
         """Yield the assumptions about facts missing in the text."""
         if self.sheet.crystal_high_hz and not self.stated:

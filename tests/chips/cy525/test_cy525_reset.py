@@ -22,7 +22,7 @@ RESET = 90  # clocks: 15 us at 6 MHz
 LEAD = 10 * US  # a motion sets its lines so long before its first step
 KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
 FIVE = {"number": 5, **KNOWN}
-ZERO = "G at rate 0: a rate above 20, or abort=0"
+ZERO = "G at rate 0, waiting for a rate above 20, or abort=0"
 ENDLESS = {**KNOWN, "rate": 20, "number": 64_000}
 OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
 REST = {

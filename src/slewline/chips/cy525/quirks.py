@@ -212,18 +212,18 @@ QUIRKS = (
     _Q("UND-S0", "T.V", "S 0 is a little slower than S 1",
        "256 - S continues to 256", "test_slope_0_is_a_little_slower_than_slope_1"),
     _Q("UND-Z0", "T.V", "Z 0 divides by 256",
-       "an 8-bit counter run through", "test_divisor_0_divides_by_256_one_more_than_255"),
+       "a full turn of an 8-bit counter", "test_divisor_0_divides_by_256_one_more_than_255"),
     _Q("CON-Z-RANGE", "s.3, T.V against s.8", "Z goes to 255",
        "two places against one", "test_one_rate_unit_is_a_whole_number_of_clocks"),
     _Q("CON-S1-PANEL", "control panel against s.8", "S 1 is the flattest slope",
        "the slope table shows it", "test_a_larger_slope_is_a_shorter_ramp_down_to_a_step_at_each_rate"),
     _Q("UND-RAMP-LAW", "s.8; s.3 S; s.11",
-       "a rate unit is due every Z * (256 - S) * 452 clocks, and taken as a step begins, one a step at most; one that is "
-       "late does not move the next; so F 3 to R 127 takes 42.0 ms at least (S 248 to 255 are alike), F 10 to R 127 "
+       "a rate unit is due every Z * (256 - S) * 452 clocks, and taken as a step begins, at most one per step; a late one "
+       "does not delay the next; so F 3 to R 127 takes 42.0 ms at least (S 248 to 255 are alike), F 10 to R 127 "
        "28.7 ms; options ramp_unit and ramp_jumps",
        "452 gives the computed column to the millisecond; in the text the rate changes from step to step; from the end of "
        "the first step, where a curve of velocity begins, the measured column is met within 4.5 %, mean 2.4 % (38.7 ms for "
-       "the 38 of S 250), other laws match less well (479 clocks 10.8 and 4.9 %, several units per step 28.2 and 5.0 %, units "
+       "the 38 of S 250); other laws match less well (479 clocks 10.8 and 4.9 %, several units per step 28.2 and 5.0 %, units "
        "delayed by a late one 43.5 and 8.5 %); 479 agrees with the formula with D = 100, 410 ms for F 3 to R 40 where "
        "this law takes 388, 480 with a timer of 32 machine cycles, 22988 a second at 11.03 MHz",
        "test_ramp_times_from_3_to_127_are_the_computed_column_and_near_the_measured_one"),

@@ -58,7 +58,7 @@ class ResultLayout:
     def text(self, piece: ResultPiece) -> str:
         """Return a line of the result without its comment."""
         if piece.row is None:
-            return piece.text  # another text, or what does not fit
+            return piece.text  # another text, or a line that does not fit
         names = [self.letters[piece.block, name] for name in piece.labels if (piece.block, name) in self.letters]
         marks = "".join(map(self.dialect.label, dict.fromkeys(names)))
         return marks + self._spelled(piece)
