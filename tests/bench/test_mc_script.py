@@ -203,7 +203,7 @@ def test_anything_else_is_a_finding_and_the_script_goes_on():
 
 
 def test_nothing_can_be_expected_before_something_was_asked():
-    with pytest.raises(slewline.ProgramError, match=r"line 2, column 1: no command above has returned anything"):
+    with pytest.raises(slewline.ProgramError, match=r"line 2, column 1: no command above has returned a value"):
         Played("SET_POS 5\nexpect 5")
 
 

@@ -202,7 +202,7 @@ def test_the_first_channel_is_the_usual_one_and_others_are_asked_for():
 def test_two_chips_share_a_channel_that_both_have():
     bench, x = furnished()
     y = bench.add("gs-c200s", straps={"sel0": 0})
-    with pytest.raises(UsageError, match="some of these chips have a bus, some a serial line; one host"):
+    with pytest.raises(UsageError, match="some of these chips have a bus, some a serial line; use one host"):
         bench.host(x, y)
 
 
@@ -221,7 +221,7 @@ def test_a_script_speaks_over_the_channel_of_its_host():
         (bus, "@ask W", "a directive for a module on a serial line; x (probe) has a bus"),
         (line, "@rate 5", "a directive for a chip on a bus; x (probe) is on a serial line"),
         (bus, "@expect 3", "for a chipset that takes packets; x (probe) takes none"),
-        (line, "@until ready", "x (probe) has no command that asks whether it is busy"),
+        (line, "@until ready", "x (probe) has no command that queries whether it is busy"),
     ):
         with pytest.raises(ProgramError) as error:
             run_script(bench, host, text)

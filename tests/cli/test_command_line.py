@@ -68,7 +68,7 @@ def test_every_command_has_help_that_says_how_it_ends(call):
         assert f"\n  {command} " in shown.out
         help_ = call(command, "--help")
         assert (help_.status, help_.err) == (0, "")
-        assert "Exit status: 0 all is well, 1 a problem" in " ".join(help_.out.split())
+        assert "Exit status: 0 success, 1 a problem" in " ".join(help_.out.split())
 
 
 def test_the_help_of_run_holds_the_guide_to_scripts(call):
@@ -122,7 +122,7 @@ def test_who_lacks_one_extra_is_told_of_all_that_are_missing(call, lacks):
     assert (ran.status, ran.err) == (
         2,
         "slewline: the command line needs click and rich: pip install click rich; also missing: msgspec (files), "
-        "matplotlib (plot), pyserial (serial); everything at once: "
+        "matplotlib (plot), pyserial (serial); everything together: "
         "pip install click rich msgspec matplotlib pyserial\n",
     )
 
@@ -216,7 +216,7 @@ main()
     assert (ran.returncode, ran.stdout, ran.stderr) == (
         1,
         "",
-        "slewline: interrupted; files that were not finished are as they were\n",
+        "slewline: interrupted; unfinished files are unchanged\n",
     )
 
 
@@ -236,7 +236,7 @@ main.invoke = invoke
 main.main()
 """
     ran = subprocess.run([sys.executable, "-c", code, "--version"], check=False, capture_output=True, text=True)
-    assert (ran.returncode, ran.stderr) == (1, "slewline: interrupted; files that were not finished are as they were\n")
+    assert (ran.returncode, ran.stderr) == (1, "slewline: interrupted; unfinished files are unchanged\n")
 
 
 @pytest.mark.system
@@ -261,7 +261,7 @@ def test_an_interrupt_leaves_no_file(call, five, folder, monkeypatch):
     ran = call("run", five, "--journal", "j", "--vcd", "x.vcd", "--json", "x.json")
     assert (ran.status, ran.err.split("\n")[-2]) == (
         1,
-        "slewline: interrupted; files that were not finished are as they were",
+        "slewline: interrupted; unfinished files are unchanged",
     )
     assert [path.name for path in folder.iterdir()] == [five]
 
@@ -283,7 +283,7 @@ BAD_FILES = {
 BAD = {  # what is called: (exit status, what the message holds: place, and remedy)
     "run missing.cy525": (2, "missing.cy525: cannot be read: No such file"),
     "run .": (2, ".: is a directory; give a regular file"),
-    "run empty.cy525": (2, "empty.cy525: has no commands; write a command a line, such as R 100"),
+    "run empty.cy525": (2, "empty.cy525: has no commands; write one command per line, such as R 100"),
     "run comment.cy525": (2, "comment.cy525: has no commands"),
     "run garbage.cy525": (
         2,
@@ -296,7 +296,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
         "umlaut.cy525, line 2, column 3: '\u00e4' at character 3 is not printable ASCII; @bytes",
     ),
     "run directive.cy525": (2, "directive.cy525, line 2, column 2: no directive @wiat; there are @wait @until"),
-    "run good.txt": (2, "good.txt: the chip is not given; give --chip cy525, or a file name ending in .cy525"),
+    "run good.txt": (2, "good.txt: no chip given; give --chip cy525, or a file name ending in .cy525"),
     "run good.txt --chip|cy999": (2, "no chip 'cy999'; there are: cy525"),
     "run good.cy525 --chip|cy999": (2, "no chip 'cy999'; there are: cy525"),
     "run odd.hex --chip|cy525": (2, "odd.hex, line 2, column 1: '4': bytes are pairs of hexadecimal digits"),
@@ -308,7 +308,7 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run good.cy525 --drive|abort": (2, "'--drive': 'abort': give pin, level and instant, such as 'abort=0@12 ms'"),
     "run good.cy525 --drive|abort=2": (
         2,
-        "'--drive': 'abort=2': '2' is no level; levels are 0 (low) and 1 (high), such as 'abort=0'",
+        "'--drive': 'abort=2': '2' is not a level; levels are 0 (low) and 1 (high), such as 'abort=0'",
     ),
     "run good.cy525 --drive|abort=0@-1 s": (2, "'--drive': time '-1 s': virtual time does not run backwards"),
     "run good.cy525 --drive|bell=0": (2, "has no pin 'bell'; its pins: io_request"),
@@ -316,22 +316,22 @@ BAD = {  # what is called: (exit status, what the message holds: place, and reme
     "run good.cy525 --vcd|no/x.vcd": (2, "no/x.vcd: there is no directory 'no'"),
     "run good.cy525 --journal|good.txt/x": (2, "good.txt/x: "),
     "run good.cy525 --plot|x.txt": (2, "x.txt: give a name that ends in .svg, .png or .pdf"),
-    "run good.cy525 --json|x --steps|./x": (2, "./x: this command uses that file already"),
-    "run good.cy525 --json|good.cy525": (2, "good.cy525: this command uses that file already"),
+    "run good.cy525 --json|x --steps|./x": (2, "./x: this command already uses the file"),
+    "run good.cy525 --json|good.cy525": (2, "good.cy525: this command already uses the file"),
     "run": (2, "give one of a program, a bench file and --replay JOURNAL"),
     "run good.cy525 --replay|good.txt": (2, "give one of a program, a bench file and --replay"),
     "run --replay|good.txt": (2, "journal good.txt, line 1: not a journal entry"),
     "run --replay|missing": (2, "journal missing: cannot be read: No such file"),
-    "run --replay|good.txt --timeout|1 s": (2, "--replay repeats a run as it was; leave out --timeout"),
+    "run --replay|good.txt --timeout|1 s": (2, "--replay repeats a run unchanged; leave out --timeout"),
     "run good.cy525 --jason": (2, "No such option '--jason'"),
     "asm missing.cy525": (2, "missing.cy525: cannot be read"),
     "asm umlaut.cy525": (1, "umlaut.cy525, line 2, column 5: RATE \u00e4: allowed 0..127 (CY525 manual, T.V)"),
     "asm good.cy525 --output|.": (2, ".: is a directory"),
-    "asm good.cy525 --output|good.cy525": (2, "good.cy525: this command uses that file already"),
+    "asm good.cy525 --output|good.cy525": (2, "good.cy525: this command already uses the file"),
     "dis missing.hex --chip|cy525": (2, "missing.hex: cannot be read"),
     "dis odd.hex --chip|cy525": (2, "odd.hex, line 2, column 1: '4': bytes are pairs of hexadecimal digits"),
-    "dis big.hex --chip|cy525": (2, "big.hex: 61 bytes; the program buffer has 60; if a host sends it, give --stream"),
-    "dis empty.cy525": (2, "empty.cy525: is empty, so it has no bytes"),
+    "dis big.hex --chip|cy525": (2, "big.hex: 61 bytes; the program buffer has 60; for host data, give --stream"),
+    "dis empty.cy525": (2, "empty.cy525: is empty"),
     "lint missing.cy525": (2, "missing.cy525: cannot be read"),
     "lint long.cy525": (2, "long.cy525, line 2: 1000000 characters"),
     "lint": (2, "Missing argument 'FILE...'"),

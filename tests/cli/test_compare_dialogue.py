@@ -107,7 +107,7 @@ def test_a_torn_dialogue_is_compared_up_to_its_end(call, dialogue):
     name = dialogue()
     Path(name).write_bytes(Path(name).read_bytes()[:-5])
     found = call("compare", name)
-    assert "the last line was cut off, and is left out" in found.err
+    assert "the last line is truncated, and is left out" in found.err
     assert found.status == 1
     assert "S0: module no answer, model E2" in found.out
 
@@ -117,10 +117,10 @@ WRONG = {
         ["nowhere"],
         "dialogue nowhere: cannot be read: No such file or directory; name a file that can be read",
     ),
-    "no dialogue": (["text"], "text: is no dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
+    "not a dialogue": (["text"], "text: is not a dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
     "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: a dialogue has no such option; leave it out"),
     "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: two waveforms have no such option"),
-    "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: no rate of the GS-C200S; allowed 9600, 4800"),
+    "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S; allowed 9600, 4800"),
     "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s takes none"),
     "address": (
         ["x.dialogue", "--address", "3"],
@@ -156,7 +156,7 @@ def test_a_dialogue_is_played_to_a_module_now(call, dialogue, serve):  # noqa: F
     served = serve("gs-c200s", "--tcp", "127.0.0.1:0", "--strap", "chs=0")
     name = dialogue(["F", "V1", "Q", "V2"], planted={3: b"V+7\r"})
     found = call("compare", name, "--port", served.where, "--report", "now", "--tolerance", "60 s")
-    assert (found.status, found.err) == (0, "slewline: the raw characters that came are in now.raw\n"), found.out
+    assert (found.status, found.err) == (0, "slewline: the raw characters received are in now.raw\n"), found.out
     assert found.out.startswith("gs-c200s: 4 exchanges, 0 differences")
     said = RecordedDialogue.read("now").said
     assert [each.text for each in said] == ["F\r", "R\r", "V1\r", "V+0\r", "Q\r", "END\r", "V2\r", "V70\r"]
@@ -169,10 +169,10 @@ def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
     name = dialogue(["F", *GSC[2:12]])
     found = call("compare", name, "--port", served.where, "--report", "now")
     assert found.status == 2
-    assert "E may make the motor step; nothing was sent; allow motion with --move" in found.err
+    assert "E may step the motor; no command was sent; allow motion with --move" in found.err
     assert not Path("now").exists()
     found = call("compare", name, "--port", served.where, "--report", "now", "--move")
-    assert "Po would replace the program that it holds; nothing was sent; save it with slewline pull" in found.err
+    assert "Po would replace its program; no command was sent; save it with slewline pull" in found.err
     found = call(
         "compare", name, "--port", served.where, "--report", "now", "--move", "--replace", "--tolerance", "60 s"
     )

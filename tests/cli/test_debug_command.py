@@ -19,7 +19,7 @@ from tests.links.conftest import PATIENCE
     [
         ((), "give one of a program, a chip, a bench file, and --attach HOST:PORT"),
         (("cy525", "--attach", "4002"), "give one of"),
-        (("--attach", "4002", "--chip", "cy525"), "--attach debugs what is there"),
+        (("--attach", "4002", "--chip", "cy525"), "--attach debugs a running server"),
         (("cell.toml", "--chip", "cy525"), "a bench file names its chips"),
         (("cy525", "--rate", "0"), "--rate 0: allowed 0.001 to 1000"),
     ],
@@ -33,7 +33,7 @@ def test_what_is_refused(call, arguments, says):
 BY_THE_SERVER = [
     (("nosuch.cy525",), "nosuch.cy525: cannot be read"),
     (("nosuch.toml",), "nosuch.toml: cannot be read"),
-    (("cy525", "--strap", "slew=1"), "straps put an input to 0 or 1"),
+    (("cy525", "--strap", "slew=1"), "a strap sets an input to 0 or 1"),
 ]
 
 

@@ -48,8 +48,8 @@ def test_six_spots_on_each_of_two_workpieces(ran):
     times = [float(time) for time, *_ in spots]
     assert times == sorted(times)
     assert "12 spots, 16,800 steps, up to 5,978 steps/s; 6." in ran.out
-    assert ran.out.index("workpiece 1 lies ready") < ran.out.index("spot 6") < ran.out.index("workpiece 2 lies ready")
-    assert ran.out.index("workpiece 2 lies ready") < ran.out.index("no other workpiece: the program ends")
+    assert ran.out.index("workpiece 1 is in place") < ran.out.index("spot 6") < ran.out.index("workpiece 2 is in place")
+    assert ran.out.index("workpiece 2 is in place") < ran.out.index("no other workpiece: the program ends")
 
 
 def test_the_files_are_where_it_says(ran):

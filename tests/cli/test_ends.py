@@ -181,14 +181,14 @@ def test_a_panel_that_was_killed_is_started_again_once(tmp_path, attached):
             first = x.where("panel")
             again = "out" if attached else "err"
             x.until(lambda: x.said(again).count("panel: http://") == 1 + attached)
-            assert "slewline: the panel has ended (signal 9), and is started again\n" in x.said("err")
+            assert "slewline: the panel has ended (signal 9), and is restarted\n" in x.said("err")
             assert x.said(again).split()[-1] != first
             os.kill(panel_of(x.process.pid), signal.SIGKILL)
             if attached:
                 assert x.process.wait(PATIENCE) == 0
             else:
                 x.until(lambda: "once more" in x.said("err"))
-            assert "has ended (signal 9) once more, and is not started again; to have a page, end" in x.said("err")
+            assert "has ended (signal 9) again, and is not restarted; for a page, restart" in x.said("err")
             if not attached:
                 x.process.send_signal(signal.SIGINT)
                 assert x.process.wait(PATIENCE) == 0
@@ -326,7 +326,7 @@ def test_a_signal_that_python_drops_or_makes_another_exception_of_ends_the_comma
         [sys.executable, "-c", code], check=False, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE / 2
     )
     assert (found.returncode, found.stdout) == (1, "begun\n")
-    assert found.stderr == "slewline: interrupted; files that were not finished are as they were\n"
+    assert found.stderr == "slewline: interrupted; unfinished files are unchanged\n"
 
 
 # ---------------------------------------------------------------------------------------------- what a process may lack
@@ -354,7 +354,7 @@ def test_closed_standard_streams_lead_nowhere(tmp_path):
     found = without("<&-", "run", "-", "--chip", "cy525", folder=tmp_path)
     assert (found.returncode, found.stderr) == (
         2,
-        "slewline: -: has no commands; write a command a line, such as R 100\n",
+        "slewline: -: has no commands; write one command per line, such as R 100\n",
     )
     found = without("<&- >&- 2>&-", "run", "p.cy525", "--vcd", "o.vcd", folder=tmp_path)
     assert found.returncode == 0

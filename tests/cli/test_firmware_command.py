@@ -53,9 +53,9 @@ def test_what_is_not_here_is_named_with_its_remedy(call, release: Path) -> None:
 
 def test_a_wrong_name_board_or_ending_is_refused(call, release: Path) -> None:
     assert "did you mean gs-c200s?" in call("firmware", "gsc200s").err
-    assert "is for the board uno alone" in call("firmware", "uno", "--board", "pico").err
+    assert "is only for the board uno" in call("firmware", "uno", "--board", "pico").err
     ran = call("firmware", "gs-c200s", "--from", str(release), "-o", "mine.hex")
-    assert ran.status == 2 and "needs the ending .uf2" in ran.err
+    assert ran.status == 2 and "needs the extension .uf2" in ran.err
     assert not Path("mine.hex").exists()
 
 
@@ -152,12 +152,12 @@ def test_the_dialogue_can_be_saved(call) -> None:
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("gs-c200s", "--move"), "--move: of use with --check PORT only"),
+        (("gs-c200s", "--move"), "--move: allowed only with --check PORT"),
         (("--check", "p"), "name the firmware that the board has"),
         (("uno", "--check", "p"), "uno does not replace a module"),
         (("gs-c200s", "--check", "p", "-o", "x.uf2"), "writes no firmware"),
-        (("gs-c200s", "--check", "p", "--move"), "--move: the steps are those of a program"),
-        (("gs-c200", "--check", "p", "--replace"), "ends program entry by E alone"),
+        (("gs-c200s", "--check", "p", "--move"), "--move: a program makes the steps"),
+        (("gs-c200", "--check", "p", "--replace"), "ends program entry only by E"),
     ],
 )
 def test_options_that_contradict_each_other_are_refused(call, words: tuple[str, ...], says: str) -> None:

@@ -26,7 +26,8 @@ def test_a_program_in_another_dialect_ends_with_status_1(call, write):
     ran = call("run", file, "--chip", "gs-c200s")
     assert ran.status == 1 and "0 steps, 4 findings" in ran.out
     assert ran.err == (
-        "slewline: shuttle.cy525: no line of it is a command of the gs-c200s.  It looks like a program for the cy525.\n"
+        "slewline: shuttle.cy525: none of its lines is a command of the gs-c200s.  "
+        "It looks like a program for the cy525.\n"
     )
     quiet = call("run", file, "--chip", "gs-c200s", "-q")
     assert quiet.status == 1 and "looks like a program for the cy525" in quiet.err
@@ -51,7 +52,7 @@ def test_a_chip_that_refuses_before_it_runs_says_it_too(call, write):
 def test_a_program_that_no_chip_takes_is_refused_in_whole(call, write):
     ran = call("run", write("x.gs-c200s", "hello", "world"))
     assert ran.status == 1
-    assert ran.err == "slewline: x.gs-c200s: no line of it is a command of the gs-c200s.\n"
+    assert ran.err == "slewline: x.gs-c200s: none of its lines is a command of the gs-c200s.\n"
 
 
 def test_a_mistake_in_a_program_is_a_finding_and_no_more(call, write):

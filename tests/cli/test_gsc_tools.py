@@ -103,7 +103,7 @@ def test_dis_gives_back_what_asm_made(call, program):
 
 def test_dis_refuses_more_than_the_memory_holds(call, write):
     ran = call("dis", write("p.hex", "41 01 " * 60), "--chip", "gs-c200")
-    assert ran.status == 2 and "120 bytes; the program buffer has 119; is it the right file?" in ran.err
+    assert ran.status == 2 and "120 bytes; the program buffer has 119; check the file name" in ran.err
 
 
 def test_lint_takes_the_part_from_the_ending(call, write):
@@ -227,11 +227,11 @@ def test_pins_and_ramps_are_drawn(call, program):
     ("options", "found"),
     [
         (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s takes none"),
-        (("p.gs-c200s", "--strap", "clock=1"), "straps put an input to 0 or 1"),
-        (("p.gs-c200s", "--strap", "chs=2"), "is no level; levels are 0 (low) and 1 (high)"),
+        (("p.gs-c200s", "--strap", "clock=1"), "a strap sets an input to 0 or 1"),
+        (("p.gs-c200s", "--strap", "chs=2"), "is not a level; levels are 0 (low) and 1 (high)"),
         (
             ("p.txt",),
-            "the chip is not given; give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .cy545",
+            "no chip given; give --chip cy525, or a file name ending in .cy525, .cy500, .cy512, .cy545",
         ),
         (
             ("p.txt", "--chip", "gs-c201"),

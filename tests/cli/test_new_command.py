@@ -44,7 +44,7 @@ def test_every_file_is_named_and_no_word_of_the_template_is_left(call, kind):
     files = sorted(path for path in place.rglob("*") if path.is_file())
     listed = [Path(line.split("  ")[0]) for line in ran.out.split("\n\n")[0].splitlines()]
     assert sorted(listed) == files and len(files) >= 10
-    assert ran.out.endswith(f"\nIts tests pass as they are: pytest {place}\n{place}/README.md says how to go on.\n")
+    assert ran.out.endswith(f"\nIts tests pass unchanged: pytest {place}\n{place}/README.md has the next steps.\n")
     for path in files:
         text = path.read_text("utf-8")
         assert not re.search(r"new[-_]?(name|kind)", f"{path}\n{text}", re.IGNORECASE), path
@@ -89,15 +89,15 @@ REFUSED = [
     ("chip", "a" * 31, f"{SHAPE}; did you mean {'a' * 30}?"),
     ("chip", "cy525", "is a chip that exists already; give another name, such as my-cy525"),
     ("part", "two-clocks", "is a part that exists already; give another name, such as my-two-clocks"),
-    ("part", "lambda", "is a word of Python; give another name, such as my-lambda"),
-    ("part", "none", "is a word of Python; give another name, such as my-none"),
-    ("chip", "line-chip", "would have the class LineChip, a name that Python or slewline.build has; give another"),
-    ("part", "value-error", "would have the class ValueError, a name that Python or slewline.build has; give"),
-    ("chip", "numpy", "would be the module numpy, and another one has that name; give another name"),
-    ("chip", "src", "would be the module src, and another one has that name; give another name"),
-    ("chip", "tests", "would be the module tests, and another one has that name; give another name"),
-    ("chip", "toml", "would have programs that end in .toml, as other files do; give another name"),
-    ("part", "com1", "is a device of Windows, where no folder can have this name; give another name"),
+    ("part", "lambda", "is a keyword of Python; give another name, such as my-lambda"),
+    ("part", "none", "is a keyword of Python; give another name, such as my-none"),
+    ("chip", "line-chip", "would have the class LineChip, a name in use by Python or slewline.build; give another"),
+    ("part", "value-error", "would have the class ValueError, a name in use by Python or slewline.build; give"),
+    ("chip", "numpy", "would be the module numpy, whose name is in use; give another name"),
+    ("chip", "src", "would be the module src, whose name is in use; give another name"),
+    ("chip", "tests", "would be the module tests, whose name is in use; give another name"),
+    ("chip", "toml", "would have programs that end in .toml, like other kinds of files; give another name"),
+    ("part", "com1", "is a reserved device name of Windows; give another name"),
 ]
 
 

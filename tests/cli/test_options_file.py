@@ -62,7 +62,7 @@ def test_a_run_and_the_script_of_a_bench_file_have_them(call, mine, write, how):
 def test_a_file_that_is_none_is_refused_with_what_is_allowed(call, write):
     for lines, says in (
         (("rate_table = ",), "bad.toml: not TOML"),
-        (("[[chip]]", 'part = "cy545"'), "bad.toml: is a bench file; allowed options of a chip"),
+        (("[[chip]]", 'part = "cy545"'), "bad.toml: is a bench file; allowed: options of a chip"),
         (('rate_table = "30k"',), "rate_table '30k'; allowed 20k, 27k"),
         (("rates = [1, 2]",), "did you mean inferred.rates?"),
         (("[inferred]", "rates = [1, 2]"), "2 numbers; allowed 256 or none"),

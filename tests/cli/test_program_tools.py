@@ -98,7 +98,7 @@ def test_asm_takes_a_file_without_e_for_commands_as_run_and_lint_do(call, write,
     program = write("p.cy525", *lines)
     ran = call("asm", program, "-o", "out.hex")
     assert (ran.status, ran.out, Path("out.hex").exists()) == (2, "", False)
-    assert "p.cy525: no program in it" in ran.err and "write E above the first of them, and Q below the last" in ran.err
+    assert "p.cy525: has no program" in ran.err and "write E above the first of them, and Q below the last" in ran.err
     write("p.cy525", "E", *lines, "Q")
     assert call("asm", program, "-o", "out.hex").status == 0
 
@@ -108,7 +108,7 @@ def test_bytes_are_kept_from_a_terminal(call, program, monkeypatch, form):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     ran = call("asm", program, "--format", form)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err == "slewline: these bytes are not for a terminal; give --output FILE, or write to a pipe\n"
+    assert ran.err == "slewline: program bytes are not printed on a terminal; give --output FILE, or write to a pipe\n"
 
 
 # ------------------------------------------------------------------------------------------------------------------ dis
@@ -177,7 +177,7 @@ def test_dis_says_where_a_stream_breaks_off(call, write, cut):
 def test_dis_knows_a_program_text_when_it_sees_one(call, write, lines, options):
     ran = call("dis", write("p.cy525", *lines), *options)
     assert (ran.status, ran.out) == (2, "")
-    assert ran.err == "slewline: p.cy525: this is a program text, not program bytes; slewline asm makes bytes of it\n"
+    assert ran.err == "slewline: p.cy525: this is a program text, not program bytes; slewline asm converts it\n"
 
 
 @pytest.mark.parametrize("data", [b"BGC", b"G", b"N\n0GC", b"R\nG\0", b"\xc3\x28\nB\nC\n", b"xyz\nB\nq\n"])

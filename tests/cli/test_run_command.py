@@ -139,7 +139,7 @@ def test_a_time_out_says_who_waits_for_what_and_still_writes_the_result(call, wr
     program = write("p.cy525", "A 0", "W", "B")
     ran = call("run", program, "--timeout", "2 s", "--drive", "wait=0", "--json", "-")
     assert (ran.status, ran.json["ended"], ran.json["time_ps"]) == (1, "timeout", 2 * 10**12)
-    assert "slewline: timed out: waited 2 s for every queue empty and every chip idle" in ran.err
+    assert "slewline: timed out: waited 2 s for all queues to be empty and all chips idle" in ran.err
     assert "cy525: waiting for wait=1 (W) since" in ran.err
 
 
@@ -367,10 +367,10 @@ def test_what_a_timescale_hides_is_told(call, five):
         ("--pins pulse", "--pins: needs --vcd FILE"),
         ("--vcd-values --layout", "--vcd-values, --layout: needs --vcd FILE"),
         ("--vcd x.vcd --timescale 5ns", "timescale '5ns': allowed 1 ps, 10 ps"),
-        ("--vcd x.vcd --pins a,,b", "give names of pins with commas between"),
+        ("--vcd x.vcd --pins a,,b", "give names of pins separated by commas"),
         ("--vcd x.vcd --pins puls", "has no pin 'puls'; its pins: "),
         ("--vcd x.gtkw --layout", "x.gtkw: give a name that ends in .vcd"),
-        ("--vcd x.vcd --layout --json x.sucl", "x.sucl: this command uses that file already"),
+        ("--vcd x.vcd --layout --json x.sucl", "x.sucl: this command already uses the file"),
         ("--vcd x.vcd --vcd-buses bytes", "'bytes' is not one of"),
     ],
 )
@@ -540,7 +540,7 @@ def test_a_signal_leaves_no_part_of_a_file_and_after_a_kill_the_next_run_removes
         assert call("run", five, "--vcd", "y.vcd", "-q").status == 0
     else:
         assert (process.returncode, "Traceback" in told) == (1, False), told
-        assert told.splitlines()[-1] == "slewline: interrupted; files that were not finished are as they were"
+        assert told.splitlines()[-1] == "slewline: interrupted; unfinished files are unchanged"
     assert sorted(path.name for path in folder.iterdir()) == sorted([five, endless, "y.vcd"])
 
 

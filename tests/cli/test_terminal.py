@@ -56,7 +56,10 @@ def test_lines_their_answers_and_what_is_odd(talk):
         "gs-c200s> Q",
         "END  (end of the listing, 1 ms)",
     ]
-    assert found.err == f"slewline: gs-c200s at {GSC}, 9600 7O2; raw characters go to terminal.gs-c200s.raw; {LEAVES}\n"
+    assert (
+        found.err
+        == f"slewline: gs-c200s at {GSC}, 9600 7O2; raw characters are recorded in terminal.gs-c200s.raw; {LEAVES}\n"
+    )
 
 
 def test_a_part_that_answers_queries_only(talk):
@@ -102,8 +105,8 @@ def test_a_module_with_checksums_and_an_address_is_found(talk):
 WRONG = {
     "no port": (["/dev/ttyUSB77", "--part", "gs-c200s"], "/dev/ttyUSB77: No such file or directory"),
     "no part": ([GSC], "Missing --chip; such as:"),
-    "a part on a bus": ([GSC, "--part", "cy500"], "cy500: is on a bus, and cannot be read back"),
-    "a rate": ([GSC, "--part", "gs-c200s", "--baud", "9601"], "--baud 9601: no rate of the GS-C200S"),
+    "a part on a bus": ([GSC, "--part", "cy500"], "cy500: is on a bus and cannot be read back"),
+    "a rate": ([GSC, "--part", "gs-c200s", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S"),
 }
 
 

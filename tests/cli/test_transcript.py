@@ -165,7 +165,7 @@ def test_an_endless_program_comes_to_an_end_in_the_transcript():
     events, _ = told("E\nC\nB\nJ 0\nQX\n", timeout="100 ms")
     output = [text for text in texts(events, "pin") if "output" in text.lower()]
     assert len(output) == MOST + 1
-    assert output[-1] == "x.programmable_output goes on like this; no more of it is shown"
+    assert output[-1] == "x.programmable_output continues like this; further lines are not shown"
 
 
 def test_a_transcript_changes_nothing():

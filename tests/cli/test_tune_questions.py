@@ -84,7 +84,7 @@ def test_ctrl_c_and_ctrl_d_end_it(tmp_path):
             terminal = Dialogue("tune", "cy525", "--steps", "40", "--json", output=out.fileno())
         terminal.answer("Motor [QSH4218-51-10-049]: ", key)
         assert terminal.ended(key) == 1  # Python sees no signal that comes just before it waits for a line
-        assert terminal.said.endswith("\nslewline: interrupted; files that were not finished are as they were\n")
+        assert terminal.said.endswith("\nslewline: interrupted; unfinished files are unchanged\n")
         assert (tmp_path / "out").read_bytes() == b"" and "Chip" not in terminal.said
 
 

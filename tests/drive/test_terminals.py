@@ -27,7 +27,7 @@ MOVERS = {  # part, options, text, and what makes it move 900 steps
 def test_a_rate_is_in_steps_and_another_unit_is_named():
     assert steps_a_second("500 steps/s") == steps_a_second(500) == 500
     for rate, says in {
-        "150 rpm": "rpm needs the steps a turn of a motor, which are not known here: write the rate in steps/s; ",
+        "150 rpm": "rpm needs the steps per turn of a motor, which are not known here: write the rate in steps/s; ",
         "5 Nm": "Nm is a unit of torque; ",
         "500": "500 has no unit; ",
         "0 steps/s": "",
@@ -43,7 +43,7 @@ def test_another_driver_is_not_offered_for_an_unknown_one():
     for name in ("TMC2208", "TMC2130", "DM556", "A4983"):
         with pytest.raises(UnknownName) as error:
             driver_polarity(UNO, name)
-        assert "did you mean" not in str(error.value) and "for another one leave it out" in str(error.value)
+        assert "did you mean" not in str(error.value) and "for any other driver, leave it out" in str(error.value)
 
 
 def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
@@ -52,7 +52,7 @@ def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
     with pytest.raises(UnknownName, match="did you mean DM542"):
         driver_polarity(UNO, "DM524")
     for short in ("high", "low", "setup", "hold"):  # 1 us, and a DM542 needs 2.5 and 5
-        with pytest.raises(UsageError, match=r"driver DM542: .* 1 µs at least, and it needs"):
+        with pytest.raises(UsageError, match=r"driver DM542: .* 1 µs at least, but the driver needs"):
             driver_polarity(UNO._replace(**{short: 16}), "DM542")
 
 

@@ -65,7 +65,7 @@ class Registers:
         found = b""
         while len(found) < number:
             more = self.client.socket.recv(number - len(found))
-            assert more, "the server has hung up"
+            assert more, "the server has closed the connection"
             found += more
         return found
 
@@ -183,7 +183,7 @@ def test_what_is_no_request_is_answered_and_does_nothing(still):
     assert still.ask("0400")[0] == b"\xff"
     found, nobody = still.bench.findings  # once for each host
     assert (found.source, found.code) == ("x_isa", "no-request")
-    assert "b' \\x00' is not a request, and reads FF: this is a port of registers" in found.text
+    assert "b' \\x00' is not a request, and reads FF: this is a port for registers" in found.text
     assert nobody.code == "no-register" and nobody.text.startswith("OUT 0x34f has no effect: x_isa at 0x340 takes")
 
 
@@ -399,7 +399,7 @@ def test_the_control_port_knows_axes(stand):
     assert steps["positions"] == list(range(1, 1001))
     assert ask("steps", chip="x", axis=1)["positions"] == ask("steps", chip="x")["positions"] == []
     assert "has axes 1 to 4; not 5" in ask.refused("steps", chip="x", axis=5)
-    assert ask.refused("fault", line="x", to="chip", kind="lost") == "no serial line 'x'; there are: none"
+    assert ask.refused("fault", line="x", to="chip", kind="lost") == "no serial line 'x'; allowed: none"
 
 
 def test_a_status_line_has_all_axes(make):
@@ -483,7 +483,7 @@ def test_a_bench_file_serves_chipsets_beside_modules(serve, client, folder):
         (["--rfc2217", "127.0.0.1:0"], "mc1451a: has no serial line for --rfc2217; use --tcp"),
         (["--serial", "/dev/null"], "mc1451a: has no serial line for --serial; use --tcp"),
         (["--tcp", "127.0.0.1:0", "--framing"], "mc1451a: has registers of its own; leave out the framing"),
-        (["--tcp", "127.0.0.1:0", "--state", "d"], "--state keeps EEPROMs, and a mc1451a has none; leave it out"),
+        (["--tcp", "127.0.0.1:0", "--state", "d"], "--state stores EEPROMs, but a mc1451a has none; leave it out"),
         (["--tcp", "0.0.0.0:0"], "--allow-remote"),
         (["--tcp", "127.0.0.1:0", "--lockstep", "--rate", "2"], "leave out --rate"),
         (["--tcp", "127.0.0.1:0", "--strap", "br0=0"], "no pin 'br0'"),

@@ -48,9 +48,9 @@ def test_what_is_no_regular_file_is_refused(samples, kind, tmp_path):
 
 BAD_JSON = [
     (b"[" * 100_000, "nested too deeply"),
-    (b"1e999", "no finite number"),
-    (b"NaN", "no finite number"),
-    (b"-Infinity", "no finite number"),
+    (b"1e999", "not a finite number"),
+    (b"NaN", "not a finite number"),
+    (b"-Infinity", "not a finite number"),
     (b'"\\ud800"', "surrogates not allowed"),
     (b"9" * 5000, "integer string conversion"),
     (b"[" + b"[]," * MAX_VALUES + b"1]", f"more than {MAX_VALUES} values"),
@@ -150,7 +150,7 @@ def test_a_link_in_the_folder_or_below_is_made_there(folder):
 @pytest.mark.posix
 @pytest.mark.parametrize("name", ["out/x", "round/x", "round/deeper/x", "out/mine/x", "nowhere/x"])
 def test_no_link_on_the_way_to_a_link_is_followed(folder, name):
-    with pytest.raises(UsageError, match="name a link in a writable directory, which is no link itself"):
+    with pytest.raises(UsageError, match="name a link in a writable directory that is not itself a link"):
         DeviceLink(place(folder, name), "/dev/pts/99999")
     assert not [path for path in folder.parent.rglob("*") if path.name == "x"]
 
@@ -161,7 +161,7 @@ def test_a_folder_that_becomes_a_link_after_it_was_checked_is_not_followed(folde
     (folder / "below/deeper").rmdir()
     (folder / "below").rmdir()
     (folder / "below").symlink_to(folder.parent)
-    with pytest.raises(UsageError, match="no link itself"):
+    with pytest.raises(UsageError, match="not itself a link"):
         DeviceLink(found, "/dev/pts/99999")
     assert not os.path.lexists(folder.parent / "x")
 
@@ -181,7 +181,7 @@ def test_a_link_takes_the_place_of_nothing_but_an_old_link_of_ours(folder):
     (folder / "data").write_text("precious")
     (folder / "other").symlink_to("/etc/hostname")
     for name in ("data", "other", "below"):
-        with pytest.raises(UsageError, match="not an old link of slewline"):
+        with pytest.raises(UsageError, match="not an old link made by slewline"):
             DeviceLink(place(folder, name), "/dev/pts/99999")
     (folder / "old").symlink_to("/dev/pts/99998")
     DeviceLink(place(folder, "old"), "/dev/pts/99999").remove()
@@ -239,10 +239,10 @@ def test_a_serial_port_of_a_file_is_a_serial_port(tmp_path):
         "/dev/watchdog", "/dev/tty", "/dev/tty1", "/dev/pts/3", "/dev/sda", "/dev/null", "/dev/../etc/passwd", "x",
         "/dev/ttyUSB0/../sda", "socket://127.0.0.1:22", "", "/dev/ttyprintk", 3, None,
     ):  # fmt: skip
-        with pytest.raises(SlewlineError, match=r"is no serial port|allowed text"):
+        with pytest.raises(SlewlineError, match=r"is not a serial port|allowed text"):
             gate.device(name)
     (tmp_path / "ttyUSB0").symlink_to("/dev/watchdog")
-    with pytest.raises(SlewlineError, match=r"is no serial port; .*--anywhere"):
+    with pytest.raises(SlewlineError, match=r"is not a serial port; .*--anywhere"):
         gate.device(str(tmp_path / "ttyUSB0"))
     assert FileGate(tmp_path / "b.toml", anywhere=True).device("/dev/pts/3") == "/dev/pts/3"
 
@@ -327,7 +327,7 @@ def test_a_dialogue_in_python_imports_no_module(evil):
 @pytest.mark.parametrize("words", [("--allow-code",), ("--part", "evil:Evil")])
 def test_with_leave_or_on_the_word_of_the_user_it_does(evil, call, words):  # noqa: F811
     ran = call("compare", "s.dialogue", *words)
-    assert "s.dialogue: nothing to compare: no host has sent anything" in ran.err and evil.exists()
+    assert "s.dialogue: nothing to compare: no host has sent data" in ran.err and evil.exists()
 
 
 def test_allow_code_is_for_a_dialogue(call, tmp_path):  # noqa: F811
@@ -350,12 +350,12 @@ ENTRY = '{"at_us":%s,"last_us":%s,"from":"host","text":%s}'
 @rows(
     ["line", "says"],
     [
-        (ENTRY % ("1e999", "1", '"F"'), "line 2: .* is no entry .*finite"),
-        (ENTRY % ("1", "1e999", '"F"'), "line 2: .* is no entry .*finite"),
-        (ENTRY % (10**12 * 10, "1", '"F"'), "line 2: .* is no entry .*at_us: allowed a whole number"),
-        (ENTRY % ("1.5", "1", '"F"'), "line 2: .* is no entry .*at_us: allowed a whole number"),
-        (ENTRY % ("1", "1", '["x"]'), "line 2: .* is no entry .*text: allowed text"),
-        ("[" * 100_000, r"line 2: .* is no entry \(nested too deeply\)"),
+        (ENTRY % ("1e999", "1", '"F"'), "line 2: .* is not an entry .*finite"),
+        (ENTRY % ("1", "1e999", '"F"'), "line 2: .* is not an entry .*finite"),
+        (ENTRY % (10**12 * 10, "1", '"F"'), "line 2: .* is not an entry .*at_us: allowed a whole number"),
+        (ENTRY % ("1.5", "1", '"F"'), "line 2: .* is not an entry .*at_us: allowed a whole number"),
+        (ENTRY % ("1", "1", '["x"]'), "line 2: .* is not an entry .*text: allowed text"),
+        ("[" * 100_000, r"line 2: .* is not an entry \(nested too deeply\)"),
     ],
 )
 def test_a_dialogue_of_no_sense_is_told(tmp_path, line, says):

@@ -182,7 +182,7 @@ def test_an_entry_point_that_leads_nowhere_is_told_with_its_package(lab, call):
 
 # -------------------------------------------------------------------------------------------------- what is wrong use
 NO_CHIPS = [
-    ("your_lab.mx10:Mx10", "no module 'your_lab'; install its package, or name its directory in PYTHONPATH"),
+    ("your_lab.mx10:Mx10", "no module 'your_lab'; install its package, or add its directory to PYTHONPATH"),
     ("my_lab.mx11:Mx10", "no module 'my_lab.mx11'; install"),
     ("my_lab.mx10:Mx11", "my_lab.mx10 has no 'Mx11'; its chips: Mx10"),
     ("my_lab.mx10:Mx10.Inner", "my_lab.mx10 has no 'Mx10.Inner'"),

@@ -58,7 +58,7 @@ def test_a_program_that_sleeps_while_the_module_is_busy_is_warned_once(opened):
     for command in (*PROGRAM, "E"):
         ask(port, command)
     asleep(port, 2)
-    with pytest.warns(UserWarning, match=r": 2.0 s of real time have passed, and no virtual time") as seen:
+    with pytest.warns(UserWarning, match=r": 2.0 s of real time have passed, but no virtual time") as seen:
         assert ask(port, "V1") == b"BR\r"
     assert seen[0].filename == __file__
     assert "call port.sleep(...) instead of time.sleep(...), or give a rate in the URL, rate=1." in str(seen[0].message)
@@ -211,7 +211,7 @@ def test_the_eeprom_of_a_file_outlives_the_port(opened, tmp_path):
     assert (ask(port, "X"), port.chip.listing().split()[1::2]) == (b"YY\r", ["S10", "T100", "R50", "+200"])
     (tmp_path / "x.eeprom").write_text("something else")
     assert ask(port, "M") == framed("E6")
-    assert "not a memory of slewline" in port.bench.findings[-1].text
+    assert "not a slewline memory" in port.bench.findings[-1].text
     assert issubclass(StoreError, OSError)
 
 
@@ -359,7 +359,7 @@ def test_a_read_without_timeout_says_that_nothing_is_coming(opened):
     port = opened(timeout=None)
     port.write(framed("F"))
     with pytest.raises(
-        Timeout, match=r"read\(4\) without timeout got 3, .* can come \(gs_c200s: waiting for a command"
+        Timeout, match=r"read\(4\) without timeout received 3, .* can arrive \(gs_c200s: waiting for a command"
     ):
         port.read(4)
     assert port.read(3) == b"RR\r"
@@ -563,7 +563,7 @@ NOT_OPENED = [
     ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s"),
     ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
     ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
-    ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
+    ("slewline://gs-c200s?chs=2", {}, "strap chs=2; a strap sets an input to 0 or 1"),
     ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
     ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is given twice; give it once"),
     ("slewline://gs-c200s?seed=x", {}, "seed 'x'; allowed a whole number"),

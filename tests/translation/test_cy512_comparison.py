@@ -42,7 +42,7 @@ def test_a_command_that_is_new_or_modified(written: str, becomes: list[str]) -> 
 
 def test_the_half_step_is_not_possible_and_is_cited() -> None:
     kind, limit = kind_of("H\nR 50\nN 10\nG\n", "H")
-    assert kind is LineKind.IMPOSSIBLE and "half a step" in limit and "CY525" in limit
+    assert kind is LineKind.IMPOSSIBLE and "half steps" in limit and "CY525" in limit
     kind, limit = kind_of("O 4\n", "O 4")  # here it turns all phases off
     assert kind is LineKind.IMPOSSIBLE and "4-7 the half step after each" in limit
 
@@ -77,8 +77,8 @@ def test_a_factor_divides_the_rate() -> None:
 @rows(
     ("written", "limit"),
     [
-        ("A 500", "position zero"),
-        ("H", "something stops it"),
+        ("A 500", "position to zero"),
+        ("H", "until it is stopped"),
         ("F 90", "start and end"),
         ("O 9", "above 3: phases off"),
     ],

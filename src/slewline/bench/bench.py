@@ -96,7 +96,7 @@ class Bench:
             memory is lost with the bench.
         keep: how far back the past is kept, for endless runs: positions of axes and shafts, recorded pins (unless
             `record(keep=)` overrides it), findings, data received by hosts; None keeps everything, 1 to 4 KB per move:
-                hundreds of megabytes in an hour of short moves.
+            hundreds of megabytes in an hour of short moves.
 
     Attributes:
         chips: the chips, by name, in the order in which they were added.
@@ -123,7 +123,7 @@ class Bench:
         *("on_finding", "on_input", "on_commit"),
     )
     _to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("now", "now_ps"), 'time passes: bench.run("1 ms"), or bench.run_to("5 ms")'
+        ("now", "now_ps"), 'let time pass: bench.run("1 ms"), or bench.run_to("5 ms")'
     )
 
     @answering("Bench()", '; a chip is put on it by add("cy525")')
@@ -322,7 +322,7 @@ class Bench:
         show(self.figure(*args, **options))
 
     def _repr_svg_(self) -> str | None:
-        """Return the plot, for a notebook; None if there is nothing to draw yet, and it shows the `repr`."""
+        """Return the plot for a notebook; None if there is nothing to draw yet: the notebook then shows the `repr`."""
         return self._pictures.svg()
 
     readings = delegate("_pictures", Pictures.readings)
@@ -353,7 +353,9 @@ missing(
     **dict.fromkeys(
         ("wait_until", "run_idle", "until_is_idle"), "bench.run_until(x.reaches(40)) or bench.run_until_idle()"
     ),
-    **dict.fromkeys(("remove", "delete", "reset", "clear"), "a bench only grows: make a new one, slewline.Bench()"),
+    **dict.fromkeys(
+        ("remove", "delete", "reset", "clear"), "nothing can be removed from a bench: make a new one, slewline.Bench()"
+    ),
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
     **dict.fromkeys(

@@ -129,7 +129,7 @@ class Circuit:
                 module, or the class itself.
             name: the name on the bench; by default the kind, or the name of the class in lower case, with a number if
                 there are several.
-            to: a chip or part; the pins of the new part are wired to those of its pins that have the matching roles.
+            to: a chip or part; the pins of the new part are wired to its pins with the matching roles.
             on: the part on whose shaft the new part is mounted: a motor, a gear, a carriage.
             options: options of the part.
 
@@ -217,7 +217,7 @@ class Circuit:
         return {"on": shaft}
 
     def _there(self, neighbour: Chip | Part | str) -> Chip | Part:
-        """Return a chip or part of this bench, given by name or itself."""
+        """Return a chip or part of this bench, given as its name or as the object."""
         if isinstance(neighbour, str):
             return self[neighbour]
         if not any(neighbour is owner for owner in self.owners()):
@@ -287,7 +287,7 @@ class Circuit:
         return self[owner].pin(pin)
 
     def _pin_like(self, name: str) -> str:
-        """Return the full name of a pin of this bench with this name, or of any pin."""
+        """Return the full name of a pin of this bench with the given short name, or else of any pin."""
         pins = [f"{owner.name}.{pin}" for owner in self.owners() for pin in owner.pins]
         return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
@@ -305,7 +305,7 @@ class Circuit:
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         first, second = self.net(a), self.net(b)
         if first is second:
-            raise WiringError(f"wire {a} to {b}: both are the same; give two pins")
+            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two")
         if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.tell("wire", a=a, b=b, invert=invert)

@@ -122,8 +122,8 @@ class BenchFile:
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
         if self.path.suffix[1:].lower() in CHIPS.ours:
             raise BenchFileError(
-                f"{path}: is a program by its name, not a bench file; slewline run plays it, and on a bench a "
-                f'host does: [[host]] with file = "{self.path.name}"'
+                f"{path}: a program, by its extension, not a bench file; run it with slewline run, or on a bench "
+                f'with a host: [[host]], file = "{self.path.name}"'
             )
         self.text = read_text(path)
         self.data = read_toml(path, self.text)
@@ -140,7 +140,7 @@ class BenchFile:
         return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{says}")
 
     def line_of(self, place: Place) -> int | None:
-        """Return the line of a key, or of its table; None if the text uses another spelling."""
+        """Return the line of a key, or of its table; None if the text writes it in another form."""
         if not place:
             return None
         many = len(place) > 1 and isinstance(place[1], int)

@@ -125,7 +125,7 @@ def host(
     channels = [channel_over(chip, over) for chip in chips]
     kinds = sorted({channel.says for channel in channels})
     if len(kinds) > 1:
-        raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; one host takes one kind")
+        raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; use one host for each kind")
     channel = channels[0]
     if isinstance(channel, SerialLine | AdaptiveLine):
         if picoseconds(delay):
@@ -181,7 +181,7 @@ def _adaptive_host(request: HostRequest) -> AdaptiveHost:
     chip = request.chips[0]
     if request.line is not None:
         raise UsageError(
-            f"host: line={request.line.name}; the serial side of {chip.name} has TTL levels, no RS-232 line"
+            f"host: line={request.line.name}; the serial side of {chip.name} has TTL levels, not RS-232; omit line="
         )
     request.refuse_several(AdaptiveHost)
     name = request.new_name()
@@ -262,7 +262,7 @@ def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
         names = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
         what = "have the same address on one line" if address else "have no address on a shared line"
         pins = chips[0].sheet.channel(SerialLine).address_pins
-        apart = f"; strap {', '.join(pins)} apart" if pins else ""
+        apart = f"; strap {', '.join(pins)} differently" if pins else ""
         connector.finding("same-address", f"{names} {what}: all of them answer{apart}")
     downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
     if downs and not any(down.root is rxd.root for down in downs):

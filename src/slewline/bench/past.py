@@ -246,7 +246,7 @@ class Instant:
         if allowed_s is not None and seconds > allowed_s:
             raise TooLong(
                 f"going back to {readable(first)}: {entries} inputs ({len(rest)} bytes of journal) would "
-                f"have to be done again, about {seconds:.3f} s; allowed {allowed_s:.3f} s"
+                f"have to be repeated, about {seconds:.3f} s; allowed {allowed_s:.3f} s"
             )
         replaced(other)
         past.shadows = [each for each in past.shadows if each is not shadow]
@@ -300,7 +300,7 @@ def place(entry: Entry) -> tuple[int, bool]:
 
 
 def spelled(entry: Entry) -> bytes:
-    """Return the line of an entry."""
+    """Return an entry as a line of a journal."""
     return json.dumps(dict(entry), separators=(",", ":")).encode("ascii") + b"\n"
 
 

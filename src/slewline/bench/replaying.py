@@ -97,7 +97,7 @@ def replay(
         path: the journal.
         until: the instant at which to stop, by default the end of the run.  All inputs at this instant are included; to
             leave them out, stop a picosecond earlier.  After the end of the journal time passes without inputs.  The
-                bench that is returned can be run further.
+            bench that is returned can be run further.
         shuffle: run the tasks of a round in random order, with this seed: the results must not change.
         prepare: a function that is called with the bench before time passes: to record pins, for example.
         other_laws: replay even if the behaviour of a part has changed since; the run may then differ, and the warning
@@ -260,7 +260,7 @@ def held(content: Any) -> bytes:
     try:
         return bytes(content)
     except ValueError:
-        raise UsageError("store: found a number that is no byte; allowed 0 to 255") from None
+        raise UsageError("store: found a number that is not a byte; allowed 0 to 255") from None
 
 
 @contextmanager
@@ -271,7 +271,7 @@ def _located(found: Entries, number: int, what: str) -> Iterator[None]:
     except BenchFileError:
         raise  # with its line
     except STRANGE as error:
-        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be done: {error!r}"
+        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be executed: {error!r}"
         raise found.error(number, says) from error
 
 

@@ -42,7 +42,7 @@ def _seen(_net: Net) -> None:
 
 @dataclass
 class Wait:
-    """A wait for a condition, up to an instant; `done` is called with whether it was met."""
+    """A wait for a condition, up to an instant; `done` is called with True if it was met, else with False."""
 
     met: Callable[[], bool]
     limit_ps: int
@@ -58,7 +58,7 @@ class Wait:
             net.watch(_seen)
 
     def end(self) -> None:
-        """Leave promised edges to the promises again."""
+        """Stop making promised edges of the nets instants of the run."""
         for net in self.nets:
             net.unwatch(_seen)
 
@@ -110,7 +110,7 @@ class Runner:
         self.circuit, self.kernel, self.outside = circuit, circuit.kernel, circuit.outside
         self.chips, self.parts = circuit.chips, circuit.parts
         self.streams: list[TimedStream] = []  # written as time passes
-        self._idle = FunctionCondition(self._all_idle, "every queue empty and every chip idle")
+        self._idle = FunctionCondition(self._all_idle, "all queues to be empty and all chips idle")
         self._busy: Chip | Part | None = None  # the first busy one at the last check
         self._forget_ps = NEVER_PS if circuit.keep_ps is None else circuit.keep_ps  # when the past is dropped next
 
@@ -129,7 +129,9 @@ class Runner:
         if not callable(function):
             raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
         if wrong := misfit(function):
-            raise UsageError(f"at {readable(ps)}: {wrong}; the function takes nothing: lambda: x.pin('abort').drive(0)")
+            raise UsageError(
+                f"at {readable(ps)}: {wrong}; the function must take no arguments: lambda: x.pin('abort').drive(0)"
+            )
         if ps < self.kernel.now:
             raise UsageError(f"at: {readable(ps)} is in the past; the time is {readable(self.kernel.now)}")
         self.kernel.call_at(ps, function)
@@ -277,7 +279,9 @@ class Runner:
         if callable(condition):
             what = getattr(condition, "__name__", "the condition")
             if wrong := misfit(condition):
-                raise UsageError(f"{verb}({what}): {wrong}; the function takes nothing: lambda: x.position > 40")
+                raise UsageError(
+                    f"{verb}({what}): {wrong}; the function must take no arguments: lambda: x.position > 40"
+                )
             return FunctionCondition(condition, what, self._instants())
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 

@@ -63,23 +63,23 @@ def cli() -> None:
 @click.argument("file", required=False, type=FILE, is_eager=True)  # other options refer to its chip
 @CHIP
 @CRYSTAL
-@click.option("--over", metavar="CHANNEL", help="The channel of a chip that has several, such as serial.")
+@click.option("--over", metavar="CHANNEL", help="Channel of a chip with several, such as serial.")
 @STRAPS
 @click.option(
-    "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; else until all is idle."
+    "--until", type=TimeWithUnit(), help="Run or replay to this instant, such as '2 s'; by default until all is idle."
 )
-@click.option("--timeout", type=TimeWithUnit(), help="How long to wait for that; 60 s by default.")
+@click.option("--timeout", type=TimeWithUnit(), help="Longest wait for that; 60 s by default.")
 @click.option(
     "--drive", type=PinDrive(), multiple=True, help="Drive a pin: 'abort=0@12 ms', 'x.wait=1'. May be repeated."
 )
 @click.option("--strict", is_flag=True, help="Exit status 1 if there are findings.")
-@click.option("-q", "--quiet", is_flag=True, help="No transcript.")
-@path("--journal", help="Write every input from outside, for --replay.")
+@click.option("-q", "--quiet", is_flag=True, help="Print no transcript.")
+@path("--journal", help="Record every input from outside, for --replay.")
 @path("--replay", help="Repeat the run of a journal, instead of FILE.")
 @MEMORY
-@path("--save-memory", help="Write what that memory holds at the end; .hex: as Intel HEX.")
+@path("--save-memory", help="Write the final content of that memory; .hex: as Intel HEX.")
 @click.option(
-    "--other-laws", is_flag=True, help="Replay also a journal of parts with another behaviour, with a warning."
+    "--other-laws", is_flag=True, help="Replay a journal even if the behaviour of parts has changed, with a warning."
 )
 @ANYWHERE
 @ALLOW_CODE
@@ -102,7 +102,7 @@ def cli() -> None:
 @click.option(
     "--vcd-buses",
     type=click.Choice(["bits", "whole", "both"]),
-    help="With --vcd: a bus as its wires, which every viewer reads (the default), as a whole, or both.",
+    help="With --vcd: write a bus as single wires, which every viewer reads (the default), as a whole, or both.",
 )
 @click.option("--vcd-values", is_flag=True, help="With --vcd: also velocity, position, commands and findings.")
 @click.option("--layout", is_flag=True, help="With --vcd: layouts for GTKWave and Surfer next to it (.gtkw, .sucl).")
@@ -127,14 +127,14 @@ def run_command(**options: Any) -> int:
 @cli.command("asm", short_help="Assemble a stored program.", epilog=EXIT)
 @click.argument("file", type=FILE)
 @CHIP
-@path("--output", "-o", help="Write to a file; an ending .hex, .bin, .ihx or .ihex (an image) chooses the format.")
+@path("--output", "-o", help="Write to a file; the extension .hex, .bin, .ihx or .ihex (an image) selects the format.")
 @click.option(
     "--format",
     "form",
     type=click.Choice(["listing", "hex", "bin", "image", "ascii", "binary"]),
-    help="hex, bin: the program buffer; image: in Intel HEX, at its address; ascii, binary: what a host sends.",
+    help="hex, bin: the program buffer; image: in Intel HEX, at its address; ascii, binary: host data.",
 )
-@click.option("--resolve", is_flag=True, help="Store addresses where labels are meant.")
+@click.option("--resolve", is_flag=True, help="Replace labels by addresses.")
 @click.option("--checksum", is_flag=True, help="With --format ascii: every line ends in its checksum (GS-C).")
 @JSON
 def asm_command(**options: Any) -> int:
@@ -154,9 +154,11 @@ def asm_command(**options: Any) -> int:
     "--format",
     "form",
     type=click.Choice(["hex", "bin"]),
-    help="What FILE holds; by default as its content shows. hex: pairs of digits, or Intel HEX.",
+    help="Format of FILE; detected by default. hex: pairs of digits, or Intel HEX.",
 )
-@click.option("--stream", is_flag=True, help="FILE is what a host sends in binary mode, not a program buffer.")
+@click.option(
+    "--stream", is_flag=True, help="FILE has the bytes that a host sends in binary mode, not a program buffer."
+)
 @click.option("--labels", is_flag=True, help="Name branch targets.")
 @path("--output", "-o", help="Write to a file.")
 @JSON
@@ -167,7 +169,7 @@ def dis_command(**options: Any) -> int:
     return dis(**options)
 
 
-@cli.command("lint", short_help="Look for mistakes in programs.", epilog=EXIT)
+@cli.command("lint", short_help="Check programs for mistakes.", epilog=EXIT)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @CHIP
 @click.option("--strict", is_flag=True, help="Exit status 1 for warnings too.")
@@ -187,11 +189,11 @@ def lint_command(**options: Any) -> int:
 cli.add_command(translate_command)
 
 
-@cli.command("ramp", short_help="What a ramp does, and which parameters give the ramp that is wanted.", epilog=EXIT)
+@cli.command("ramp", short_help="Calculate a ramp, or find the parameters of a ramp.", epilog=EXIT)
 @click.argument("chip", type=PartName())
 @click.argument("parameters", metavar="[NAME=VALUE]...", nargs=-1, shell_complete=completion.parameter)
 @CRYSTAL
-@click.option("--distance", type=STEPS, metavar="STEPS", help="Report a move of so many steps, too.")
+@click.option("--distance", type=STEPS, metavar="STEPS", help="Also report a move of this many steps.")
 @click.option("--time", type=TimeWithUnit(), help="Find the ramp whose time is nearest to this, such as '0.5 s'.")
 @click.option(
     "--accel",
@@ -199,9 +201,9 @@ cli.add_command(translate_command)
     metavar="A",
     help="Find the ramp whose mean acceleration is nearest to A, such as '20000 steps/s2'.",
 )
-@click.option("--steps", type=STEPS, metavar="N", help="Find the ramp whose steps are nearest to N.")
+@click.option("--steps", type=STEPS, metavar="N", help="Find the ramp whose number of steps is nearest to N.")
 @click.option(
-    "--best", type=WholeNumber(5, least=1), metavar="N", help="How many of the nearest to list; 5 by default."
+    "--best", type=WholeNumber(5, least=1), metavar="N", help="Number of nearest ramps to list; 5 by default."
 )
 @click.option("--table", is_flag=True, help="Print the ramp rate by rate, step by step, or cycle by cycle.")
 @JSON
@@ -231,7 +233,9 @@ for motors in (calibrate_command, tune_command):
     cli.add_command(motors)
 
 
-@cli.command("check-capture", short_help="A recording of STEP and DIR against a driver's data sheet.", epilog=EXIT)
+@cli.command(
+    "check-capture", short_help="Check a recording of STEP and DIR against a driver's data sheet.", epilog=EXIT
+)
 @click.argument("file", metavar="CAPTURE", type=FILE)
 @click.option(
     "--axis",
@@ -244,18 +248,18 @@ for motors in (calibrate_command, tune_command):
 )
 @click.option("--driver", metavar="NAME", help="The driver that receives them: DM542, or 'high 5 us, low 5 us'.")
 @click.option("--edge", type=click.Choice(["rising", "falling", "both"]), default="rising", show_default=True,
-              help="The edge of STEP with which a step begins, where it was recorded.")  # fmt: skip
+              help="The edge of STEP that begins a step, at the point of the recording.")  # fmt: skip
 @click.option(
     "--forward",
     type=WholeNumber(1, least=0, most=1),
     default=1,
     show_default=True,
-    help="DIR where positions count up.",
+    help="Level of DIR at which positions count up.",
 )
 @click.option("--idle", type=WholeNumber(1, least=0, most=1), help="The level of STEP where it floats or is unknown.")
 @click.option("--glitch", type=TimeWithUnit(), help="Shorter pulses are glitches; by default half of the median pulse.")
 @click.option(
-    "--chip", type=PartName(), metavar="CHIP", help="The part whose pins were recorded; its limits count, too."
+    "--chip", type=PartName(), metavar="CHIP", help="The part whose pins were recorded; its limits are checked, too."
 )
 @click.option(
     "--pin",
@@ -263,12 +267,12 @@ for motors in (calibrate_command, tune_command):
     cls=OncePerName,
     metavar="PIN=NAME",
     multiple=True,
-    help="A pin of it, and the signal. May be repeated.",
+    help="A pin of the part, and its signal. May be repeated.",
 )
 @CRYSTAL
-@click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")
+@click.option("--timescale", type=TimeWithUnit(), help="The unit of the times, if the file states none.")
 @click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
-@click.option("--torn", is_flag=True, help="The file may have been cut off; read what is there.")
+@click.option("--torn", is_flag=True, help="The file may be truncated; read its complete part.")
 @path("--plot", metavar="F.svg", help="Draw the worst violation, or the time nearest to its limit (SVG, PNG, PDF).")
 @JSON
 def check_capture_command(**options: Any) -> int:
@@ -282,7 +286,7 @@ def check_capture_command(**options: Any) -> int:
     return capture(**options)
 
 
-@cli.command("describe", short_help="The reference of a chip, or of a command.", epilog=EXIT)
+@cli.command("describe", short_help="Print the reference of a chip, or of a command.", epilog=EXIT)
 @click.argument("chip", type=PartName())
 @click.argument("command", required=False, shell_complete=completion.command)
 @JSON
@@ -294,7 +298,7 @@ def describe_command(**options: Any) -> int:
     return describe(**options)
 
 
-@cli.command("chips", short_help="The parts, one line each.", epilog=EXIT)
+@cli.command("chips", short_help="List the chips, one line each.", epilog=EXIT)
 @JSON
 def chips_command(**options: Any) -> int:
     """List the chips, one line each."""
@@ -327,14 +331,14 @@ def help_command(ctx: click.Context, command: str | None) -> int:
     return int(cli.main([command, "--help"], prog_name="slewline", standalone_mode=False) or 0)
 
 
-@cli.command("demo", short_help="The welding machine of the CY525 manual.", epilog=EXIT)
+@cli.command("demo", short_help="Run the welding machine of the CY525 manual.", epilog=EXIT)
 @click.option(
     "--output",
     "-o",
     metavar="DIR",
     default="build/demo",
     show_default=True,
-    help="Where the files go.",
+    help="The folder for the files.",
     type=DIRECTORY,
 )
 def demo_command(output: str) -> int:
@@ -344,7 +348,7 @@ def demo_command(output: str) -> int:
     return demo(output)
 
 
-@cli.command("examples", short_help="Examples: list them, or copy one out.", epilog=EXIT)
+@cli.command("examples", short_help="List the examples, or copy one out.", epilog=EXIT)
 @click.argument("name", required=False, shell_complete=completion.example)
 @INTO
 def examples_command(**options: Any) -> int:

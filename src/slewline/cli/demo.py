@@ -28,8 +28,8 @@ TITLE = "CY525: six welds on each of two workpieces"
 AROUND_PS = 10**11  # shown in the plot before the first workpiece and after the end
 TIMESCALE = "1 us"  # no pulse is shorter; PulseView stores one sample per unit
 SAYS = (
-    "the machine",
-    "its program",
+    "the bench file",
+    "the program",
     "velocity, position and pins",
     "the same",
     "all pins, velocity and position, for a waveform viewer such as PulseView",
@@ -69,7 +69,7 @@ def demo(output: str) -> int:
         click.echo(f"{name:<{len(str(folder)) + 12}}  {text}")
     machine = word(folder / MACHINE)
     click.echo(f"\nChange the machine or the program, then: {called_as()} run {machine}")
-    click.echo(f"See it turn, and touch its pins, in a web browser: {called_as()} panel {machine}")
+    click.echo(f"Watch it run, and operate its pins, in a web browser: {called_as()} panel {machine}")
     return 0
 
 
@@ -129,7 +129,7 @@ class Show:
             self.started = self.started or self.bench.now_ps
             self.piece += 1
             self.spot = 0
-            self.say(f"workpiece {self.piece} lies ready", fg="cyan")
+            self.say(f"workpiece {self.piece} is in place", fg="cyan")
 
     def welded(self, net: Net) -> None:
         """Report PROGRAMMABLE OUTPUT: the torch."""

@@ -40,7 +40,9 @@ def foreign(text: str, where: str, chip: str | type[Chip], sheet: Sheet) -> str:
     if wrong != lines and not any(not strange(text, sheet_of(part), part) for part in found):
         return ""
     count = (
-        "no line of it is a command" if wrong == lines else f"{len(wrong)} of its {len(lines)} lines are no commands"
+        "none of its lines is a command"
+        if wrong == lines
+        else f"{len(wrong)} of its {len(lines)} lines are not commands"
     )
     like = f"  It looks like a program for the {' or '.join(found)}." if found else ""
     return f"{where}: {count} of the {sheet.part}.{like}"

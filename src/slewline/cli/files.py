@@ -46,14 +46,14 @@ NO_PROGRAMS = {  # by file extension
         ("vcd", "csv", "sr"),
         "a recording; slewline compare MODEL.vcd MEASURED reads it, and so do check-capture and decode",
     ),
-    "dialogue": "a dialogue; slewline compare DIALOGUE holds it against the model",
+    "dialogue": "a dialogue; slewline compare DIALOGUE compares it with the model",
     **dict.fromkeys(("journal", "jsonl"), "a journal; slewline run --replay JOURNAL repeats it"),
     **dict.fromkeys(("svg", "png", "pdf"), "a picture"),
     "npz": "a result of a run",
     "ipynb": "a notebook; jupyter opens it",
     "listing": "a listing of slewline asm; the bytes are written by:  slewline asm FILE -o F.hex",
-    "json": "JSON, as results of a run are; a bench file is TOML",
-    **dict.fromkeys(("eeprom", "raw"), "what a module holds, or has sent"),
+    "json": "JSON, such as results of a run; a bench file is TOML",
+    **dict.fromkeys(("eeprom", "raw"), "the memory or the raw characters of a module"),
 }
 
 
@@ -64,7 +64,7 @@ BEGINNINGS = {  # of texts, whatever their file names
     "; slewline raw ": "raw",
     '{"slewline":': "dialogue",
     '{"do":': "journal",
-    **dict.fromkeys(("<!DOCTYPE", "<html", "{\\rtf"), "a document; save it as plain text, a command a line"),
+    **dict.fromkeys(("<!DOCTYPE", "<html", "{\\rtf"), "a document; save it as plain text, one command per line"),
     **dict.fromkeys(("<svg", "<?xml", "%PDF"), "svg"),
     **dict.fromkeys(("{", "[{"), "json"),
 }
@@ -78,23 +78,23 @@ def read_program(path: str, source: bool = False) -> str:
     """
     if source and is_named_hex(path):
         raise BenchFileError(
-            f"{path}: holds bytes, by its name; slewline dis {path} --chip CHIP makes commands of them"
+            f"{path}: has bytes, by its extension; slewline dis {path} --chip CHIP converts them to commands"
         )
     text = program_text(path, sys.stdin.buffer.read() if path == STDIN else None)
     for pattern, what in ((VCD, "vcd"), (LISTING, "listing"), (NOTEBOOK, "ipynb")):
         if pattern.match(text) and not is_named_hex(path):
-            raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS[what]}")
+            raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS[what]}")
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > LONGEST:
             found = f"{path}, line {number}: {len(line)} characters"
-            raise BenchFileError(f"{found}; allowed {LONGEST}; is it the right file?")
+            raise BenchFileError(f"{found}; allowed {LONGEST}; check the file name")
     if not any(line.split(";", 1)[0].strip() for line in text.splitlines()):
         if (ending := Path(path).suffix[1:].lower()) in NO_PROGRAMS:
-            raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS[ending]}")
-        raise BenchFileError(f"{path}: has no commands; write a command a line, such as R 100")
+            raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS[ending]}")
+        raise BenchFileError(f"{path}: has no commands; write one command per line, such as R 100")
     kind = next((kind for beginning, kind in BEGINNINGS.items() if text.lstrip().startswith(beginning)), None)
     if kind is not None:
-        raise BenchFileError(f"{path}: is no program, but {NO_PROGRAMS.get(kind, kind)}")
+        raise BenchFileError(f"{path}: is not a program but {NO_PROGRAMS.get(kind, kind)}")
     return text
 
 
@@ -120,14 +120,16 @@ def chip_of(path: str, chip: str | None, fits: Callable[[Sheet], object] | None 
     if Path(path).is_dir():
         raise UsageError(f"{path}: is a directory; name the files in it")
     if part in NO_PROGRAMS:
-        raise UsageError(f"{path}: is no program, but {NO_PROGRAMS[part]}")
+        raise UsageError(f"{path}: is not a program but {NO_PROGRAMS[part]}")
     if is_bench(path):
-        raise UsageError(f"{path}: is a bench file, by its name; slewline run, lint, serve, panel and debug read one")
+        raise UsageError(
+            f"{path}: is a bench file, by its extension; slewline run, lint, serve, panel and debug read one"
+        )
     if fits is not None:
         names = [name for name in names if _fits(name, fits)]
     endings = ", ".join(f".{name}" for name in names)
     near = hint(part, names) if part else ""
-    raise UsageError(f"{path}: the chip is not given; give --chip {names[0]}, or a file name ending in {endings}{near}")
+    raise UsageError(f"{path}: no chip given; give --chip {names[0]}, or a file name ending in {endings}{near}")
 
 
 def is_bench(path: str) -> bool:
@@ -151,7 +153,7 @@ def read_options(path: str | None, part: str | type[Chip]) -> dict[str, Any]:
         return {}
     found = read_toml(path, read_text(path))
     if "chip" in found:
-        raise BenchFileError(f"{path}: is a bench file; allowed options of a chip, such as rate = 80, a line each")
+        raise BenchFileError(f"{path}: is a bench file; allowed: options of a chip, such as rate = 80, one per line")
     sheet = sheet_of(part)
     checked(f"{path}: {sheet.part}", sheet.options, found)
     return found
@@ -213,7 +215,7 @@ class Outputs:
             check_suffix(path, endings, bare=bare)
         real = os.path.realpath(path)
         if real in self.taken:
-            raise UsageError(f"{path}: this command uses that file already; give every file a name of its own")
+            raise UsageError(f"{path}: this command already uses the file; give each file a different name")
         WholeFile(path, own).discard()
         if os.path.exists(real) and not os.access(real, os.W_OK):
             raise UsageError(f"{path}: is write-protected")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     import click
 
-INTERRUPTED = "interrupted; files that were not finished are as they were"
+INTERRUPTED = "interrupted; unfinished files are unchanged"
 AGAIN_S = 0.01
 ENDS = ("SIGTERM", "SIGHUP", "SIGQUIT")  # if the system has them
 

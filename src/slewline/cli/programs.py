@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..language.statements import Instruction
     from ..parts.hosts.host import Host
 
-SOURCE = "this is a program text, not program bytes; slewline asm makes bytes of it"
+SOURCE = "this is a program text, not program bytes; slewline asm converts it"
 FORMS = {".hex": "hex", ".bin": "bin", ".ihx": "image", ".ihex": "image"}  # by file extension
 HOLD_BYTES = ("eeprom", "raw")  # extensions of files that may hold the bytes of a program
 COLOURS = {"error": "red", "warning": "yellow", "note": "cyan"}
@@ -58,7 +58,7 @@ def asm(
     if sheet.enter is not None and not read(text, sheet).blocks:
         enter, leave = (row.form for row in assembly.framing)
         remedy = f"write {enter} above the first of them, and {leave} below the last"
-        raise UsageError(f"{file}: no program in it: without {enter} these are commands that a host sends; {remedy}")
+        raise UsageError(f"{file}: has no program: without {enter} these are commands that a host sends; {remedy}")
     if as_json:
         data = json.dumps(assembly_object(assembly), indent=2).encode() + b"\n"
     else:
@@ -96,7 +96,7 @@ def put(data: bytes, output: str | None, outputs: Outputs) -> None:
     """Write bytes to a claimed file, or to the standard output."""
     if output is None or output == STDIN:
         if sys.stdout.isatty() and not data.decode("latin-1").replace("\n", "").isprintable():
-            raise UsageError("these bytes are not for a terminal; give --output FILE, or write to a pipe")
+            raise UsageError("program bytes are not printed on a terminal; give --output FILE, or write to a pipe")
         click.echo(data, nl=False)
     else:
         outputs.write_bytes(output, data)
@@ -131,7 +131,7 @@ def dis(
     outputs = Outputs([file])
     outputs.claim(output)
     if not stream and len(data) > sheet.buffer_bytes > 0:
-        remedy = "if a host sends it, give --stream" if dialect_of(sheet).streams else "is it the right file?"
+        remedy = "for host data, give --stream" if dialect_of(sheet).streams else "check the file name"
         raise BenchFileError(f"{file}: {len(data)} bytes; the program buffer has {sheet.buffer_bytes}; {remedy}")
     if stream:
         said, notes = commands(data, sheet)
@@ -144,7 +144,7 @@ def dis(
         found = {"chip": sheet.part, "lines": [line_object(line) for line in lines]}
         unknown = sum(line.row is None for line in lines)
         if 2 * unknown > len(lines):
-            says = f"{unknown} of {len(lines)} instructions are no commands of the {sheet.part}; check FILE and --chip"
+            says = f"{unknown} of {len(lines)} instructions are not commands of the {sheet.part}; check FILE and --chip"
             click.echo(f"slewline: {file}: {says}", err=True)
         text = disassemble(data, sheet, labels=labels)
     put((json.dumps(found, indent=2) + "\n" if as_json else text).encode(), output, outputs)
@@ -165,7 +165,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
     """
     raw = sys.stdin.buffer.read() if file == STDIN else read_file(file)
     if not raw:
-        raise BenchFileError(f"{file}: is empty, so it has no bytes")
+        raise BenchFileError(f"{file}: is empty")
     if form == "bin":
         return raw
     if form is None and (says := no_bytes(file, raw)):
@@ -184,7 +184,7 @@ def program_bytes(file: str, form: str | None, sheet: Sheet) -> bytes:
         if form is None and looks_like_source(raw, sheet):
             raise BenchFileError(f"{file}: {SOURCE}") from None
         raise
-    raise BenchFileError(f"{file}: is empty, so it has no bytes")
+    raise BenchFileError(f"{file}: is empty")
 
 
 def no_bytes(file: str, raw: bytes) -> str:

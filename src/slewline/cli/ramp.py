@@ -53,9 +53,9 @@ def ramp(
     wanted = {"time_ps": time, "acceleration_sps2": accel, "steps": steps}
     goal = {name: value for name, value in wanted.items() if value is not None}
     if best is not None and not goal:
-        raise UsageError("--best: needs --time, --accel or --steps, which say what is looked for")
+        raise UsageError("--best: needs --time, --accel or --steps")
     if goal and others:
-        raise UsageError("a list of values is not searched; leave out --time, --accel and --steps, or the list")
+        raise UsageError("a list of values excludes a search; leave out --time, --accel and --steps, or the list")
     if goal:
         found = nearest(chip, crystal, BEST if best is None else best, wanted, values, fitting)
     else:
@@ -156,7 +156,7 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
         name, equals, value = (part.strip() for part in parameter.partition("="))
         if "=" in value or "=" in parameters:
             parted = re.sub(r"\s*=\s*", "=", " ".join(parameters)).replace(",", " ").split()
-            says = f"{parameter!r}: a parameter is NAME=VALUE without blanks, with blanks between two"
+            says = f"{parameter!r}: a parameter is NAME=VALUE without blanks; separate parameters by blanks"
             raise UsageError(f"{says}; write {' '.join(parted)}")
         if not (name and equals and value):
             raise UsageError(f"{parameter!r}: give a parameter and its value, such as R=100")
@@ -188,7 +188,7 @@ def accelerations(ramp: Ramp) -> str:
     first, mean, greatest = (number(each) for each in ramp.accelerations)
     if first == mean == greatest:
         return f"{mean} steps/s²"
-    return f"{mean} steps/s² in the mean, {first} at first, {greatest} at most"
+    return f"{mean} steps/s² on average, {first} at first, {greatest} at most"
 
 
 def move_line(move: Move | None) -> Iterator[str]:

@@ -106,7 +106,7 @@ class RunCommand(BenchOptions):
                 if path is not None and is_program(path):
                     option = f"--{name.replace('_', '-')}"
                     raise click.UsageError(
-                        f"{option} has taken {path} as the file that it writes, so there is no program: write "
+                        f"{option} uses {path} as its output file, so there is no program: write "
                         f"slewline run {path} {option} FILE"
                     )
         if (self.file is None) == (self.replay is None):
@@ -122,7 +122,7 @@ class RunCommand(BenchOptions):
         names = ("chip", "crystal", "over", "strap", "options", "memory", "timeout", "drive", "journal")
         given = [name for name in names if getattr(self, name) not in (None, ())]
         if self.replay is not None and given:
-            raise click.UsageError(f"--replay repeats a run as it was; leave out --{' --'.join(given)}")
+            raise click.UsageError(f"--replay repeats a run unchanged; leave out --{' --'.join(given)}")
         if self.other_laws and self.replay is None:
             raise click.UsageError("--other-laws needs --replay")
         if self.anywhere and not self.is_bench:

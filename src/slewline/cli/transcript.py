@@ -95,7 +95,7 @@ class Transcript:
         if self.lines[about] <= MOST:
             self.tell(who, kind, text)
         elif self.lines[about] == MOST + 1:
-            self.tell(who, kind, f"{about} goes on like this; no more of it is shown")
+            self.tell(who, kind, f"{about} continues like this; further lines are not shown")
 
 
 class DisplayReports:

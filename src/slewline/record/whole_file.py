@@ -4,8 +4,7 @@ Bytes are written to a hidden neighbour of the file, which takes its name when i
 regular (a pipe, /dev/stdout) cannot be replaced and is written directly.
 
 A symbolic link that the user named is kept, and its target is written.  If slewline chose the name, another program
-must
-have put the link there: the neighbour is a new file or none, and any other is refused (`own`).
+must have put the link there: the neighbour is a new file or none, and any other is refused (`own`).
 
 The new file has the mode of the replaced one, and its owner and group if the system permits that.  The neighbour is
 locked while it is being written, so one without a lock was left by a killed process: it is removed by the next process
@@ -145,7 +144,7 @@ class WholeFile(WholeOrNothing):
                 _sync_names(self._target.parent)
         if self.part is not None and not self._kept_owner:
             warnings.warn(
-                f"{self.path}: its owner and group are yours now, not those it had", stacklevel=level_of_caller()
+                f"{self.path}: its owner and group are now yours, not the previous ones", stacklevel=level_of_caller()
             )
 
     def discard(self) -> None:

@@ -1,4 +1,4 @@
-r"""Tests of host software: a pySerial URL handler, a pytest plugin, faults, assertions that explain.
+r"""Tests of host software: a pySerial URL handler, a pytest plugin, faults, assertions with explanations.
 
 import serial
 import slewline.testing                                    # from now on, pySerial knows slewline://

@@ -157,7 +157,7 @@ class Controller(Closing):
         if not hasattr(rig, "line"):
             return rig.do(lambda: rig.host.ask(command, timeout))
         if not hasattr(rig, "host"):
-            raise UsageError(f'{self.label}: only the program on the port can command it; on="host" has a host')
+            raise UsageError(f'{self.label}: only the program on the port can command it; use on="host"')
 
         def take(data: bytes) -> int:
             answer.extend(data)
@@ -172,7 +172,7 @@ class Controller(Closing):
             rig.do(lambda: self._give_back(*before))
         if not came:
             raise Timeout(
-                f"{self.label}: {command!r}: no whole answer in {timeout}, received {bytes(answer)!r}; "
+                f"{self.label}: {command!r}: no complete answer within {timeout}, received {bytes(answer)!r}; "
                 f"{self.chip.waiting}"
             )
         return rig.host.uart.answer_in(command, bytes(answer)) or ""
@@ -218,11 +218,11 @@ class Controller(Closing):
         __tracebackhide__ = True
         if isinstance(expected, str) or not isinstance(expected, Integral | Iterable | Steps):
             raise UsageError(
-                f"assert_steps({expected!r}): expected how many, their instants, or the steps of another run, "
+                f"assert_steps({expected!r}): expected a number, instants, or the steps of another run, "
                 "such as other.chip.steps()"
             )
         if direction not in (None, 1, -1):
-            raise UsageError(f"assert_steps: direction {direction!r}; allowed +1 (clockwise), -1, or none for either")
+            raise UsageError(f"assert_steps: direction {direction!r}; allowed +1 (clockwise), -1, or None for either")
         origin = moment(since)
         steps: Steps = self.rig.do(lambda: self.chip.axis(axis).steps(origin))
         found = [(int(time) - origin, int(sign)) for time, sign in zip(steps.times_ps, steps.directions, strict=True)]
@@ -230,7 +230,7 @@ class Controller(Closing):
         if isinstance(expected, Integral):
             wanted = [(time, direction or sign) for time, sign in found]
             if len(found) != expected:
-                text = f"{counted(len(found), 'step')} came, expected {expected}"
+                text = f"{counted(len(found), 'step')} found, expected {expected}"
                 if not self.rig.host.idle:
                     text += f"; {self.rig.host.waiting}; until_idle() lets time pass"
         elif isinstance(expected, Steps):
@@ -243,7 +243,7 @@ class Controller(Closing):
             raise AssertionError(text)
 
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
-        """Compare the changes of a pin since an instant: (time, level from then on), measured from that instant."""
+        """Compare the changes of a pin since an instant with those expected: (time from then, level after it)."""
         __tracebackhide__ = True
         origin = moment(since)
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"

@@ -33,7 +33,7 @@ def difference(
     if found[n + 1 :] == expected[n:]:
         return f"{noun} {n + 1} is one too many: {_event(found[n], words)}"
     more = f"; {len(wrong) - 1} more are wrong" if len(wrong) > 1 else ""
-    many = f"; {counted(len(found), noun)} came, expected {len(expected)}" if len(found) != len(expected) else ""
+    many = f"; {counted(len(found), noun)} found, expected {len(expected)}" if len(found) != len(expected) else ""
     return _wrong(found[n], expected[n], f"{noun} {n + 1}", words, hz) + more + many
 
 
@@ -45,7 +45,7 @@ def _rest(found: Sequence[Event], expected: Sequence[Event], noun: str, words: M
         return ""
     first, what = (missing[0], "missing at the end") if missing else (extra[0], "too many at the end")
     number = counted(len(missing or extra), noun)
-    return f"{number} {what}: {len(found)} came, expected {len(expected)}; the first is {_event(first, words)}"
+    return f"{number} {what}: {len(found)} found, expected {len(expected)}; the first is {_event(first, words)}"
 
 
 def _wrong(found: Event, expected: Event, name: str, words: Mapping[int, str], hz: int) -> str:

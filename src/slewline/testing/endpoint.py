@@ -150,8 +150,8 @@ class SerialEndpoint:
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
-                f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and no more can come "
-                f"({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
+                f"{self.where}: read({size}) without timeout received {len(self.buffer)}, and no more can "
+                f"arrive ({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
             )
 
     # -------------------------------------------------------------------------------------------------------- writing

@@ -58,7 +58,7 @@ class BusEndpoint(Rig):
     host: Host  # type: ignore[assignment]  # of whatever its channel has
 
     def channel_of(self, sheet: Sheet) -> Channel:
-        """Return its first channel."""
+        """Return the first channel of the part."""
         return next(iter(sheet.channels))
 
     def reach(self) -> None:
@@ -96,7 +96,7 @@ class PortEndpoint(Rig):
     ended = False
 
     def channel_of(self, sheet: Sheet) -> Channel:
-        """Return its serial line, or else its first channel."""
+        """Return the serial line of the part, or else its first channel."""
         return serial_line(sheet) or next(iter(sheet.channels))
 
     def reach(self) -> None:

@@ -150,7 +150,7 @@ class Faults(Part):
         """Invert a data bit of the next characters, and their parity bit to match: only a checksum detects it.
 
         It is never bit 4 (0x10), which the checksum does not cover.  With several characters, the errors may cancel;
-        and a carriage return that is changed ends no line.
+        and a changed carriage return does not end a line.
         """
         return self._noisy("garbled byte", "garbled", to, count, at, lasting)
 
@@ -170,7 +170,7 @@ class Faults(Part):
         if to not in WAYS:
             raise UsageError(f"{name}: to {to!r}; allowed {', '.join(WAYS)}")
         if not self.noises:
-            raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, is on no serial line")
+            raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, has no serial line")
         noise, planned = self.noises[to], []
 
         def begin() -> str:

@@ -90,10 +90,10 @@ class ModuleSession(SerialSession):
     def unended(self) -> str:
         """Return the characters received by an incomplete read, and the end that it waits for."""
         if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
-            return f"{self.part!r} has come, and nothing more"
+            return f"received {self.part!r}, and nothing more"
         end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])
-        remedy = "set read_termination to what ends the answers"
-        return f"{self.part!r} has come, and no {end!r}, the termination character of this session: {remedy}"
+        remedy = "set read_termination to the end of the answers"
+        return f"received {self.part!r} without {end!r}, the termination character of this session: {remedy}"
 
     def _read(
         self, reader: Callable[[], bytes], count: int, is_end: Callable[[bytes], bool], suppress_end: bool, *rest: Any

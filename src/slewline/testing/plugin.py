@@ -97,8 +97,7 @@ def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
 
     A program that opens such a name with pySerial or serialx finds the module; the other arguments are those of
     `slewline_module`.  A value may also be a module made by `slewline_module`.  `usb` is the entry of an adapter in the
-    list
-    of ports: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
+    list of ports: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
     """
     from .ports import check_modules, named_ports
 

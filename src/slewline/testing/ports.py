@@ -95,8 +95,8 @@ def check_class(library: str, cls: object, base: type) -> None:
     """
     if not (isinstance(cls, type) and issubclass(cls, base)):
         raise UsageError(
-            f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so that a program does not find a "
-            "module there; leave it alone where modules have names of ports: one that is not there cannot be opened"
+            f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so a program cannot find a module "
+            "there; do not replace it in tests with such modules: a port that does not exist cannot be opened anyway"
         )
 
 

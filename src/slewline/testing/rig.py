@@ -48,7 +48,7 @@ OWN = (  # keys of a URL besides the straps and options of the module
     Option("name", "text", None, "the module is the same one whenever it is opened under this name"),
     Option("store", "text", None, "a file that keeps the EEPROM"),
     Option("memory", "text", None, "an image of the external memory of the chip: a dump, or Intel HEX"),
-    Option("seed", "int", 0, "of everything random"),
+    Option("seed", "int", 0, "seed of everything random"),
     Option("rate", "text", None, "virtual seconds per second of the wall clock"),
     Option("log", "text", None, "a file for the transcript"),
 )
@@ -204,7 +204,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once about a program that was away for long while the module is busy: only its calls let time pass."""
+        """Warn once about a program that paused for long while the module is busy: only its calls let time pass."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return
@@ -212,14 +212,14 @@ class Rig:
             return
         self.warned = True
         warnings.warn(
-            f"{self.url}: {gap / 1e9:.1f} s of real time have passed, and no virtual time: the module is where it was. "
+            f"{self.url}: {gap / 1e9:.1f} s of real time have passed, but no virtual time: the module is unchanged. "
             "Virtual time passes in calls of the port; call port.sleep(...) instead of time.sleep(...), or give a rate "
             "in the URL, rate=1.",
             stacklevel=level_of_caller(LIBRARIES),
         )
 
     def present(self) -> int:
-        """Return the present instant (ps); with a rate, the one that belongs to the wall clock."""
+        """Return the present instant (ps); with a rate, the one that corresponds to the wall clock."""
         self.do(self.pace.present)
         return self.bench.now_ps
 
@@ -355,5 +355,5 @@ class HasRig:
 
     @property
     def chip(self) -> Chip:
-        """The module."""
+        """The module itself."""
         return self.rig.chip

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 
+from ..chips import sheet_of
 from ..core.datasheet.table import Sheet
 from .meaning import (
     Action,
     EnterProgram,
+    HostDirective,
     Jump,
     LeaveProgram,
     Loop,
@@ -24,7 +27,7 @@ from .meaning import (
     Special,
     WaitInput,
 )
-from .special_commands import ADD_IT, BRANCHED, ELSEWHERE, IN_PROGRAM
+from .special_commands import ADD_IT, BRANCHED, BY_HAND, ELSEWHERE, IN_PROGRAM
 
 
 def profiles(actions: Iterable[Action]) -> list[Profile]:
@@ -74,13 +77,18 @@ def runs(program: Program) -> dict[int, int]:
 def started_plainly(program: Program) -> Program:
     """Return a program whose host runs only stored programs of the text, from their start or a label.
 
-    A loop or branch that the host sends becomes a `Special`; so does a run of a program that the text does not enter.
+    These commands of the host become a `Special`: a loop or branch, a level at a pin other than an input of programs,
+    and a run of a program that the text does not enter.
     """
-    its = runs(program)
+    its, sheet = runs(program), sheet_of(program.part)
+    pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]
+    steering = re.compile(rf"@(?:drive|pulse|release)\s+(?:\w+\.)?({'|'.join(pins)})\b")
 
     def plain(action: Action) -> Action:
         if action.block < 0 and isinstance(action, Jump | Loop):
             return Special.of(action, BRANCHED, IN_PROGRAM)
+        if isinstance(action, HostDirective) and (pin := steering.match(action.text)):
+            return Special.of(action, f"drives {pin[1]} of the {sheet.part.upper()}", BY_HAND)
         if isinstance(action, RunProgram) and its.get(action.line, 0) < 0:
             return Special.of(action, ELSEWHERE, ADD_IT)
         return action

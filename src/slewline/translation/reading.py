@@ -16,8 +16,8 @@ from .bits import Numbers
 from .meaning import Action, Assumed, HostDirective, Label, Line, Program, Special
 from .profiles import profiles_of
 from .role_reader import RoleReader
-from .source_registers import KnownRegisterValues, leads
-from .special_commands import ADD_IT, ELSEWHERE
+from .source_registers import KnownRegisterValues, from_switches, leads
+from .special_commands import ADD_IT, ELSEWHERE, SWITCHED, WRITE_IT
 
 ASTRAY = ("branch-middle", "branch-outside")  # a part then takes a number for a command; no other part does
 WIRES = (
@@ -90,8 +90,11 @@ class ActionReader:
             entered = entered or item.row.role in ("enter", "recall")
             if item.block < 0 and leads(item.row) and not entered:
                 found.append(Special.of(Action(line=item.line, text=item.text), ELSEWHERE, ADD_IT))
-            else:
-                found += self.roles.statement(item)
+                continue
+            its = self.roles.statement(item)
+            if from_switches(item):
+                its = [each if isinstance(each, Label) else Special.of(each, SWITCHED, WRITE_IT) for each in its[:2]]
+            found += its
         for number, block in enumerate(self.source.blocks):  # a label at the end leads out of the program
             if (number, block.end) in self.roles.labels and block.statements:
                 last = block.statements[-1].line
@@ -103,7 +106,7 @@ class ActionReader:
         half = any(statement.row.role == "half_steps" for statement in self.source.statements)
         return Program(self.sheet.part, self.where, tuple(lines), tuple(self.assumed()), self.wiring(), half)
 
-    # ------------------------------------------------------------------------------------------------- what is assumed
+    # ----------------------------------------------------------------------------------------------------- assumptions
     def assumed(self) -> Iterable[Assumed]:
         """Yield the assumptions about facts missing in the text."""
         if self.sheet.crystal_high_hz and not self.stated:

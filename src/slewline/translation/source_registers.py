@@ -17,6 +17,7 @@ from ..language.statements import Block, Source, Statement
 Key = tuple[int, str]  # axis (0: of the whole part), name
 State = frozenset[tuple[Key, int]]
 
+SWITCHES = "#"  # in the place of a number
 PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
 
 
@@ -84,6 +85,9 @@ class KnownRegisterValues:
         """Return the registers after a statement."""
         row, values, state = statement.row, statement.values, dict(before)
         axis = state.get((0, "axis"), 1)
+        if from_switches(statement):
+            unknown = {row.form, row.role, "position", "sign" if row.motion else ""}
+            return frozenset((key, held) for key, held in state.items() if key[1] not in unknown)
         value = values[0] if values else 0
         if takes_part(row, self.parameters):
             state[axis, row.form] = value
@@ -148,6 +152,11 @@ def takes_part(row: Row, parameters: Iterable[str]) -> bool:
 def runs(row: Row, statement: Statement, block: Block) -> bool:
     """Return whether a command of the host runs the program."""
     return row.role == "run" or (row.role == "leave" and row.starts) or statement.target is not None
+
+
+def from_switches(statement: Statement) -> bool:
+    """Return whether a part reads the number of a command from switches."""
+    return bool(statement.row.args) and SWITCHES in statement.text
 
 
 def leads(row: Row) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 # by role
-NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move says which axis it is of"}
+NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move names its axis"}
 
-ALIKE = "take SET_PRFL_TRAP with SET_ACC at the source, prove that, and translate it: such a ramp has a counterpart"
-TOGETHER = "here one axis moves after the other; let a host start parts of their own at the same time"
+ALIKE = "use SET_PRFL_TRAP with SET_ACC in the source, prove that, and translate it: such a ramp has a counterpart"
+TOGETHER = "here one axis moves after the other; let a host start separate parts at the same time"
 REMEDIES = {  # by the form of the command
     "MULTI_UPDATE": TOGETHER,
     "SET_PRFL_S_CRV": ALIKE,
@@ -17,4 +17,7 @@ ELSEWHERE = "runs a program that this text does not enter"
 ADD_IT = "add the lines that enter the program, before this one"
 BRANCHED = "starts the stored program by a loop or branch"
 IN_PROGRAM = "put the loop or branch into the program, and run that"
+SWITCHED = "takes its number from switches"
+WRITE_IT = "write the number, and change the text when the switches change"
+BY_HAND = "let a person, or another controller, do it at this place"
 AT_THE_START = "a program begins at its first line"

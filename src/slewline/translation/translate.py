@@ -27,7 +27,7 @@ from .target_writer import WARNING, Target, WriterOptions, Written
 from .translation_report import LineKind, LineVerdict, OutLine, Report, ReportLine
 from .writers import TARGETS, target
 
-COLUMN = 13  # of a comment beside a command
+COLUMN = 13  # of a comment next to a command
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ from typing import Any
 from ..bench.file import BenchFile
 from ..chips import sheet_of
 from ..core.datasheet.table import Sheet
+from ..core.messages.calls import answering
 from ..errors import UsageError
 from .target_writer import WARNING, WriterOptions
 from .translate import Translation, known, translate_text
@@ -61,6 +62,7 @@ class BenchTranslation:
         return RESULT if RESULT in self.files else ""
 
 
+@answering("translate_bench()")
 def translate_bench(
     path: str | PathLike[str],
     to: str,
@@ -120,12 +122,12 @@ class _BenchWriter:
         for number, (host, (text, where)) in enumerate(zip(self.file.tables.host, self.file.programs(), strict=True)):
             names = host.chips or list(self.chips)
             if len(names) != 1:
-                raise self.file.error(("host", number), "speaks to several chips; give each of them a host of its own")
+                raise self.file.error(("host", number), "is connected to several chips; use a separate host for each")
             chip = self.chips.get(names[0])
             if chip is None or not text.strip():
                 continue
             if chip.done is not None:
-                raise self.file.error(("host", number), f"is the second one of {names[0]}; write one program of both")
+                raise self.file.error(("host", number), f"is the second host of {names[0]}; combine both programs")
             chip.done = translate_text(
                 text,
                 chip.sheet.part,
@@ -191,13 +193,13 @@ class _BenchWriter:
         said = f"[[{kind}]] {', '.join(f'{chip}.{pin}' for chip, pin in places)}"
         none = [f"{chip}.{pin}" for chip, pin in places if not self.pin(chip, pin)]
         if none:
-            limit = f"the {self.to.upper()} has no pin that {' and '.join(none)} would be"
+            limit = f"the {self.to.upper()} has no pin for {' and '.join(none)}"
             self.lines.append(BenchLine(said, "", f"{limit}: let the host do it, or leave it out"))
             return f"# NOT POSSIBLE: {limit}\n{commented(block)}"
         for chip, pin in places:
             block = re.sub(rf"""(?<=["']){re.escape(chip)}\.{pin}(?=["'])""", f"{chip}.{self.pin(chip, pin)}", block)
         other = [f"{chip}.{pin}" for chip, pin in places if self.inverted(chip, pin)]
-        remedy = f"the level of {', '.join(other)} is the other one: invert it" if other else ""
+        remedy = f"the active level of {', '.join(other)} differs: invert it" if other else ""
         self.lines.append(BenchLine(said, ", ".join(f"{chip}.{self.pin(chip, pin)}" for chip, pin in places), remedy))
         return f"# CHECK: {remedy}\n{block}" if remedy else block
 
@@ -231,7 +233,7 @@ class _BenchWriter:
         kept = [line for line in block.splitlines() if line.lstrip().startswith("#")]
         for key in ("baud", "over"):
             if getattr(host, key) is not None:
-                self.lines.append(BenchLine(f"[[host]] {key} of {name}", "", "the line of the target is its usual one"))
+                self.lines.append(BenchLine(f"[[host]] {key} of {name}", "", "the target uses its default line"))
         rows = ["[[host]]", f'chips = ["{name}"]', f'file = "{name}{self.ending}"', *kept]
         rows += [f'delay = "{host.delay}"'] if host.delay else []
         after = block[len(block.rstrip()) :]
@@ -246,7 +248,7 @@ class _BenchWriter:
         for kind in ("drive", "record", "serve"):
             for table in self.file.data.get(kind, []):
                 shown = ", ".join(str(value) for value in table.values())
-                self.lines.append(BenchLine(f"[[{kind}]] {shown}", "", "of the bench alone: it is left out"))
+                self.lines.append(BenchLine(f"[[{kind}]] {shown}", "", "used by the bench only: left out"))
 
     def _listed_table(self, kind: str, table: Mapping[str, Any]) -> None:
         if kind == "part":
@@ -266,7 +268,7 @@ class _BenchWriter:
             if not mine:
                 none.append(end)
         if none:
-            remedy = f"nothing at the {self.to} is for {' and '.join(none)}: connect it to a host that decides"
+            remedy = f"the {self.to} has no counterpart of {' and '.join(none)}: connect it to a host that decides"
             self.lines.append(BenchLine(f"[[wire]] {' -> '.join(ends)}", "", remedy))
         else:
             invert = "through an inverter" if table.get("invert") else ""

@@ -19,7 +19,7 @@ from ..lifeline import end_of_parent, follow, held_back, obey_termination
 from ..version import __version__
 
 PATIENCE = "10 s"  # for a scheduler that does not answer
-AHEAD = 2  # runs in flight for each that can be computed at once
+AHEAD = 2  # runs in flight per concurrent run
 MOST_JOBS = 256
 
 

@@ -110,7 +110,7 @@ def read_grid(
         values[quantity.name] = _values(calculator, quantity, named.get(quantity.name), crystal_hz, per_turn)
     grid = Grid(tuple(values), tuple(values.values()))
     if grid.size > MOST:
-        raise UsageError(f"{part}: {_sizes(grid)} = {grid.size} places; allowed {MOST}; give fewer values, such as /12")
+        raise UsageError(f"{part}: {_sizes(grid)} = {grid.size} points; allowed {MOST}; use fewer values, such as /12")
     return grid
 
 
@@ -196,7 +196,7 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
             raise UsageError(f"{where}: {high} is below {low}; give the lower one first")
         count, by = (None if each is None else int(each) for each in (match[3], match[4]))
         if count == 0 or by == 0:
-            raise UsageError(f"{where}: a range of nothing; give 1 or more after {'/' if count == 0 else 'by'}")
+            raise UsageError(f"{where}: empty range; write 1 or more after {'/' if count == 0 else 'by'}")
         among = range(low, high + 1, by or 1)
         if min(len(among), count or len(among)) > MOST:
             raise UsageError(f"{where}: {len(among)} values; allowed {MOST}; give their number, such as {piece}/12")

@@ -14,7 +14,7 @@ from ..parts.motors.motor_data import DriverData, LoadData, MotorData
 System: TypeAlias = tuple[MotorData, DriverData, LoadData]
 
 
-# --------------------------------------------------------------------------------------------------- what may change
+# ----------------------------------------------------------------------------------------------------------- changes
 def load(system: System, factor: float) -> System:
     """Return a system with a factor on the load torque."""
     motor, driver, load = system

@@ -46,7 +46,7 @@ class _Chain:
     names: list[str] = field(default_factory=list)
 
     def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> Outcome | None:
-        """Return the outcome as far as verdicts are known; None: the next one is to be judged first."""
+        """Return the outcome if the known verdicts suffice; None: the next scenario has to be judged first."""
         while len(self.names) < len(self.scenarios):
             scenario = self.scenarios[len(self.names)]
             verdict = verdicts.get((self.key, scenario.name))
@@ -182,5 +182,5 @@ class Runs:
 
     def _gone(self, error: BaseException) -> UsageError:
         found = (str(error).splitlines() or [""])[0] or type(error).__name__
-        kept = "" if self.log is None else f"; {self.log.path} has all that was judged: the same command goes on there"
+        kept = "" if self.log is None else f"; {self.log.path} has all verdicts so far: the same command resumes there"
         return UsageError(f"{self.workers.remedy or 'the executor has failed'} ({found}){kept}")

@@ -25,7 +25,7 @@ from .judging import Verdict
 VERSION = 1
 FIRST = b'{"tune":'  # as it begins
 SHORT = 120  # characters of a value in a message
-_ABSENT = "not there"
+_ABSENT = "missing"
 
 
 def digest(task: Mapping[str, Any]) -> str:
@@ -45,9 +45,9 @@ def interrupted(log: Log | None, here: int, most: int | None) -> str:
     if log is None:
         return (
             f"interrupted after {here:,}{of} runs, which are lost; with --store F.jsonl (store=) every run is kept, "
-            "and the same command goes on from there"
+            "and the same command resumes from there"
         )
-    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: the same command goes on from there"
+    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: the same command resumes from there"
 
 
 class Log:
@@ -65,9 +65,9 @@ class Log:
         self.path = Path(path)
         self.verdicts: dict[tuple[str, str], Verdict] = {}
         if not self.path.parent.is_dir():
-            raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}; make it, or name another file")
+            raise UsageError(f"{path}: no directory {str(self.path.parent)!r}; create it, or name another file")
         if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{path}: is no file; name one that may be written, such as tune.jsonl")
+            raise UsageError(f"{path}: is not a file; name a writable file, such as tune.jsonl")
         try:
             self._file: BinaryIO = open(path, "a+b", buffering=0)  # noqa: SIM115
         except OSError as error:
@@ -82,7 +82,7 @@ class Log:
         """Read the existing lines, and write the first line of a new log."""
         path = self.path
         if not lock(self._file.fileno()):
-            raise UsageError(f"{path}: another sweep writes into it; wait until it is finished, or name another file")
+            raise UsageError(f"{path}: another sweep writes to it; wait until it is finished, or name another file")
         try:
             whole = self._read(task)
         except BenchFileError as error:
@@ -143,7 +143,7 @@ class Log:
 
     def _refused(self, error: OSError) -> UsageError:
         why = error.strerror or error
-        return UsageError(f"{self.path}: {why}; what was judged before is kept; name a file that can be written")
+        return UsageError(f"{self.path}: {why}; earlier verdicts are kept; name a writable file")
 
     def _check(self, line: bytes, task: Mapping[str, Any]) -> None:
         """Refuse a log of another task, or a file that is not a log."""
@@ -166,7 +166,7 @@ class Log:
             )
         except (KeyError, TypeError, ValueError, OverflowError):
             found = line[:SHORT].decode(errors="replace")
-            raise UsageError(f"{self.path}, line {number}: {found}: is no judged run; remove the line") from None
+            raise UsageError(f"{self.path}, line {number}: {found}: is not a run record; remove the line") from None
 
 
 def _object(line: bytes) -> dict[str, Any] | None:

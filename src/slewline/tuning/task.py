@@ -110,7 +110,7 @@ class Tuned:
         candidates: the number of candidates in the grid.
         refused: the number of candidates that the part refuses.
         best: the fastest move that holds; None if none does.
-        recommended: the fastest move with a margin to those that fail; None if there is none.
+        recommended: the fastest move with a margin to failing moves; None if there is none.
         switched: True if the recommended move was judged with the switching chopper as well.
         runs: the number of runs on which the result is based.
         runs_here: the number of them that were computed in this session.

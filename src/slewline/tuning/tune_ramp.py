@@ -102,7 +102,7 @@ def task_of(
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
     number = whole(steps)
     if number is None or number < 1:
-        raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 and more")
+        raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 or more")
     rows = read_perturbations(perturb)
     used, driven, loaded = read_system(motor, driver, load or "")
     pulse = check_steps(stepping)

@@ -11,7 +11,7 @@ from ..core.time.timebase import readable
 from ..language.ramp_answers import Calculator
 from .task import Tuned
 
-HEADS = {True: "the recommended ramp", False: "the fastest ramp that holds; no better one is recommended"}
+HEADS = {True: "the recommended ramp", False: "the fastest ramp that holds; none is recommended"}
 
 
 def is_tuned(text: str) -> bool:

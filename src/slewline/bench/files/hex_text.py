@@ -37,12 +37,12 @@ def hex_text(data: bytes, where: str) -> str:
     """
     lines = LINE_ENDS.split(data.removeprefix(BOM).decode("latin-1"))
     if not any(line.strip() for line in lines):
-        raise BenchFileError(f"{where}: is empty, so it has no bytes")
+        raise BenchFileError(f"{where}: the file is empty; write pairs of hexadecimal digits, such as 43 00")
     for number, line in enumerate(lines, 1):
         for column, character in enumerate(line.split(";", 1)[0], 1):
             if character != "\t" and not " " <= character <= "~":
                 found = f"{where}, line {number}, column {column}: byte {ord(character):02X}"
-                remedy = "bytes themselves go into a .bin file"
+                remedy = "put raw bytes into a .bin file"
                 raise BenchFileError(f"{found}; allowed text, pairs of hexadecimal digits or Intel HEX; {remedy}")
     return "\n".join(lines)
 

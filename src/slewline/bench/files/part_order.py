@@ -34,7 +34,7 @@ def ordered(
     placed: dict[int, None] = {}
 
     def missing(number: int) -> tuple[str, int] | None:
-        """Return the key by which a part names one that is not placed, and the number of that part."""
+        """Return the key by which a part names another one that is not placed yet, and the number of that one."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:

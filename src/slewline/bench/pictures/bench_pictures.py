@@ -51,7 +51,7 @@ class Pictures:
         return figure(self.contents(options), width=options["width"], dark=options["dark"], ax=ax)
 
     def plot(self, path: FilePath, options: Picture) -> None:
-        """Draw into a file."""
+        """Draw a picture into a file."""
         from ...record.pictures.figures import description_of, figure
         from ...record.pictures.picture_files import SUFFIXES, save
         from ...record.whole_file import check_suffix
@@ -230,7 +230,7 @@ class Pictures:
             fits = [axis for chip, n, axis in all_of_them if one in (n, axis.name, chip.name)]
             if not fits or isinstance(one, bool):
                 names = [axis.name for _, _, axis in all_of_them]
-                says = f"axes: no axis {one!r}; there are {', '.join(names)}, and numbers from 1 on"
+                says = f"axes: no axis {one!r}; allowed {', '.join(names)}, or numbers from 1"
                 raise UnknownName(says + hint(one, names))
             found += [axis for axis in fits if axis not in found]
         return found

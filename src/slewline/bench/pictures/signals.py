@@ -49,7 +49,7 @@ class Signals:
 
         Args:
             pins: full names, such as "x.slew".
-            keep: how far back changes are kept, for endless runs; None: as `Bench(keep=)` says, by default all.
+            keep: how far back changes are kept, for endless runs; None: as given by `Bench(keep=)`, by default all.
 
         Raises:
             UnknownName: there is no such pin, chip or part.

@@ -42,7 +42,7 @@ APART = 30  # distance of marks that keeps their names legible: a thirtieth of t
 
 
 class WaveformFiles:
-    """Writers of recorded signals, and steps, into files."""
+    """Methods that write recorded signals, and steps, to files."""
 
     def __init__(self, signals: Signals, streams: list[TimedStream]) -> None:
         self.signals, self.circuit, self.streams = signals, signals.circuit, streams
@@ -247,10 +247,10 @@ class Streaming:
             self._stream.write_until(ps)
 
     def check_entered(self) -> None:
-        """Check that the `with` statement is not missing, before time passes.
+        """Check, before time passes, that the stream is used in a `with` statement.
 
         Raises:
-            UsageError: it is.
+            UsageError: it is not.
         """
         if self._stream is None:
             self._streams.remove(self)

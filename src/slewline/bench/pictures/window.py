@@ -66,7 +66,7 @@ class Window:
             yield from self._named(between)
             return
         if not isinstance(between, Sequence) or len(between) != 2:
-            raise UsageError(f"between {between!r}: expected two edges, or the symbol of a printed time")
+            raise UsageError(f"between {between!r}: expected two edges, or the symbol of a time in the data sheet")
         first, second = (Edge.read(text) for text in between)
         first, second = (edge._replace(pin=self.signals.full_name(edge.pin)) for edge in (first, second))
         begin = first.find(self.signal(first.pin), self.start, include=True)
@@ -97,7 +97,7 @@ class Window:
             known = ", ".join(dict.fromkeys(limit.symbol for _, limit in limits if limit.symbol))
             pair = '; two edges are a pair in the list: [("x.slew falls", "x.slew rises")]' if " " in symbol else ""
             raise UsageError(
-                f"between {symbol!r}: the data sheet prints no such time; its symbols: {known or 'none'}{pair}"
+                f"between {symbol!r}: the data sheet has no such time; its symbols: {known or 'none'}{pair}"
             )
         seen = False
         for chip, limit in named:

@@ -70,7 +70,7 @@ _on_bus, _on_line, _with_packets = _over(BusHandshake), _over(SerialLine), _over
 def _has_state(runner: ScriptRunner, chip: Chip) -> None:
     _on_line(runner, chip)
     if not chip.sheet.acting("state"):
-        raise UsageError(f"{chip.name} ({chip.sheet.part}) has no command that asks whether it is busy")
+        raise UsageError(f"{chip.name} ({chip.sheet.part}) has no command that queries whether it is busy")
 
 
 def _resettable(runner: ScriptRunner, chip: Chip) -> None:
@@ -365,7 +365,7 @@ def _expect(rest: str) -> DirectiveKind:
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         results = runner.packet_host.results
         if not results:
-            raise UsageError("no command above has returned anything")
+            raise UsageError("no command above has returned a value")
         axis, command, value = results[-1]
         arg = chip.sheet.rows(PacketRow)[command].reads[0]
         if packets.number(rest, arg) != value:

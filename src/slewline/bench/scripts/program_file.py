@@ -26,8 +26,8 @@ def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
         return read_text(path, data)
     text = hex_text(read_file(path) if data is None else data, str(path))
     if has_records(text):
-        remedy = "slewline dis shows it, and --memory or file in a [[part]] loads it into a memory"
-        raise BenchFileError(f"{path}: is the image of a memory in Intel HEX, not what a host sends; {remedy}")
+        remedy = "slewline dis lists it, and --memory, or file in a [[part]], loads it into a memory"
+        raise BenchFileError(f"{path}: the image of a memory in Intel HEX, not a program for a host; {remedy}")
     return text
 
 

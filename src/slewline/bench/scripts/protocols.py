@@ -98,7 +98,7 @@ class FlowProtocol(ScriptProtocol):
         return self.send(b"", send)
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an act is queued that sends bytes; a directive after it waits until the chip has taken them."""
+        """Return how an action that sends bytes is queued; a directive after it waits until the chip has taken them."""
 
         async def taken(runner: ScriptRunner, chip: Chip) -> None:
             await first_of(runner.kernel, runner.kernel.now + TAKEN_US * US_PS, (runner.flow_host.port.busy, 1))

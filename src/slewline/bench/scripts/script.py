@@ -79,7 +79,7 @@ COPIED = {  # characters printed in manuals, and their ASCII form
     **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "write -"),
     **dict.fromkeys("\u201c\u201d\u201e\u00ab\u00bb", 'write "'),
     **dict.fromkeys("\u2018\u2019", "write '"),
-    **dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", "delete this character, which is not seen"),
+    **dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", "delete this invisible character"),
     **dict.fromkeys("\u2193\u21b5", "leave out the symbol of the return key"),
 }
 LONGEST = 1000  # characters of a line; more than any chip takes

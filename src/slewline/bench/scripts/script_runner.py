@@ -174,7 +174,7 @@ class ScriptProtocol:
         raise NotImplementedError
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an act is queued that sends bytes."""
+        """Return how an action that sends bytes is queued."""
         return lambda runner: runner.do(act)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:

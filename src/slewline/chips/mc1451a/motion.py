@@ -70,9 +70,11 @@ class Motion:
         if not self.running:
             return
         n = self.cycle_clock.cycle_at(self.kernel.now)
-        if min(trajectory.due for trajectory in self.trajectories) <= n:
-            self._work(n)
-            self._schedule()
+        for trajectory in self.trajectories:
+            if trajectory.due <= n:
+                self._work(n)
+                self._schedule()
+                break
         if n != self.cycle:
             self.cycle = n
             for trajectory in self.trajectories:

@@ -73,7 +73,7 @@ class DebugCommand(BenchOptions):
             raise click.UsageError("give one of a program, a chip, a bench file, and --attach HOST:PORT")
         own = (self.chip, self.crystal, self.options, self.memory, self.control)
         if self.attach is not None and (any(own) or self.strap or self.anywhere or self.allow_code):
-            raise click.UsageError("--attach debugs what is there; leave out all but --rate and --token")
+            raise click.UsageError("--attach debugs a running server; leave out all but --rate and --token")
         if not SLOWEST <= self.rate <= FASTEST:
             raise click.UsageError(f"--rate {self.rate:g}: allowed {SLOWEST} to {FASTEST}")
         if self.target is not None and is_bench(self.target) and (any(own[:-1]) or self.strap):
@@ -180,14 +180,12 @@ def run(app: Debugger) -> int:
     """
     if not (is_terminal(sys.stdin) and is_terminal(sys.__stderr__)):  # the screen is drawn there
         raise UsageError(
-            "debug needs a terminal for its screen, and standard input or error is none; `slewline run` plays a "
+            "debug needs a terminal for its screen, but standard input or error is not one; `slewline run` plays a "
             "program without one"
         )
     columns, lines = get_terminal_size()
     if columns < LEAST[0] or lines < LEAST[1]:
-        raise UsageError(
-            f"debug needs a terminal of {LEAST[0]}x{LEAST[1]}, and this one has {columns}x{lines}; enlarge it"
-        )
+        raise UsageError(f"debug needs a terminal of {LEAST[0]}x{LEAST[1]}; this one has {columns}x{lines}: enlarge it")
     app.run()
     if app.failure is not None:
         raise app.failure

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ...links.server import Server
 
 CHECK_S = 10.0
-WORDS = "clear: go on after a halt, clear homing, clear homed: with current; stop: stop the motor; status; end"
+WORDS = "clear: continue after a halt; clear homing, clear homed: with current; stop: stop the motor; status; end"
 
 
 @dataclass(kw_only=True)
@@ -95,7 +95,7 @@ class DriveCommand(ServeCommand):
             raise click.UsageError("--black-box and --no-black-box: leave out one")
         if self.serial is not None and os.path.realpath(self.serial) == os.path.realpath(self.board):
             raise click.UsageError(
-                f"--board and --serial: both are {self.serial}; the board and the host need a serial port each"
+                f"--board and --serial: both are {self.serial}; the board and the host each need their own serial port"
             )
         return super().check_options()
 
@@ -143,8 +143,8 @@ class DriveCommand(ServeCommand):
             wanted = f"{next(iter(bench.chips))}.1"
         name, _, number = (wanted or "").partition(".")
         if f"{name}.{number or 1}" not in there:
-            found = "which motor is it?" if wanted is None else f"{wanted!r} has no motor"
-            raise UsageError(f"--of: {found}; there are: {', '.join(there)}")
+            found = "no motor given" if wanted is None else f"{wanted!r} has no motor"
+            raise UsageError(f"--of: {found}; allowed: {', '.join(there)}")
         return bench.chips[name], int(number or 1)
 
     def server(self, bench: Bench, drive: Drive | None = None) -> Server:
@@ -204,7 +204,7 @@ class DriveCommand(ServeCommand):
         def clear(homed: bool = False, homing: bool = False) -> None:
             drive.clear(homed=homed, homing=homing)
             off = self.enable and not drive.power.on
-            remark(f"the drive goes on{', and the driver is off' if off else ''}")
+            remark(f"the drive continues{'; the driver is off' if off else ''}")
 
         words: dict[str, Any] = {
             "clear": clear,
@@ -228,7 +228,7 @@ class DriveCommand(ServeCommand):
                 if equals and isinstance(drive.port, TwinPort) and level in ("0", "1"):
                     drive.port.set_input(name, int(level))
                 else:
-                    words.get(word, lambda: remark(f"{word!r}; there is: {WORDS}"))()
+                    words.get(word, lambda: remark(f"{word!r}; allowed: {WORDS}"))()
             except UsageError as error:
                 remark(str(error))
 

@@ -28,30 +28,32 @@ def together(*options: Callable[[Command], Command]) -> Callable[[Command], Comm
 PORTS = together(
     click.argument("chip", type=PartName(), required=False, is_eager=True),
     path("--bench", metavar="FILE", help="A bench file with [[serve]] tables, instead of CHIP."),
-    path("--pty", metavar="LINK", help="On a pseudo-terminal, found by a link of this name. Linux; macOS: 8N1 only."),
+    path("--pty", metavar="LINK", help="Serve on a pseudo-terminal, with a link of this name. Linux; macOS: 8N1 only."),
     click.option(
-        "--tcp", metavar="HOST:PORT", help="On a TCP socket, 4001 alone: of this machine; port 0: any free one."
+        "--tcp", metavar="HOST:PORT", help="Serve on a TCP socket; 4001 alone: on this machine; port 0: any free port."
     ),
-    click.option("--rfc2217", metavar="HOST:PORT", help="On a TCP socket that takes rate, parity, DTR and RTS."),
-    path("--serial", metavar="DEV", help="On a serial port of this machine: /dev/ttyUSB0, COM3."),
+    click.option("--rfc2217", metavar="HOST:PORT", help="Serve on a TCP socket that takes rate, parity, DTR and RTS."),
+    path("--serial", metavar="DEV", help="Serve on a serial port of this machine: /dev/ttyUSB0, COM3."),
     click.option(
-        "--registers", metavar="HOST:PORT", help="The bus of a chip that also has a serial line: on a TCP socket."
+        "--registers", metavar="HOST:PORT", help="Serve the bus of a chip that also has a serial line, on a TCP socket."
     ),
     click.option(
         "--card", help="The interface board of a chipset: pi-c842, or offsets such as data=0,command=1,status=1."
     ),
-    click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, which can also read back."),
-    click.option(
-        "--prologix", is_flag=True, help="For a chip on a bus: a GPIB controller with the commands of a Prologix one."
-    ),
+    click.option("--framing", is_flag=True, help="For a chip on a bus: lines of text, with read-back."),
+    click.option("--prologix", is_flag=True, help="For a chip on a bus: a GPIB controller with Prologix commands."),
     click.option("--baud", hidden=True),
 )
 SERVED = together(
-    click.option("--control", metavar="HOST:PORT", help="JSON lines: pins, time, faults, status; from any language."),
+    click.option(
+        "--control",
+        metavar="HOST:PORT",
+        help="Control port with JSON lines: pins, time, faults, status; for any language.",
+    ),
     TOKEN,
-    click.option("--state", metavar="DIR", type=DIRECTORY, help="Where the EEPROMs are kept."),
-    path("--log", help="Append a transcript of all lines to F; -: on standard error."),
-    path("--journal", help="Write every input from outside, for slewline run --replay."),
+    click.option("--state", metavar="DIR", type=DIRECTORY, help="The folder for the contents of EEPROMs."),
+    path("--log", help="Append a transcript of all lines to F; -: to standard error."),
+    path("--journal", help="Record every input from outside, for slewline run --replay."),
     MEMORY,
     ANYWHERE,
     ALLOW_CODE,
@@ -61,12 +63,12 @@ SERVED = together(
         cls=OncePerName,
         type=SettingText(),
         multiple=True,
-        help="Option of the chip (`describe` lists them), as 'eeprom_time=20 ms'.",
+        help="Option of the chip (`describe` lists them), such as 'eeprom_time=20 ms'.",
     ),
     click.option(
         "--allow-remote", is_flag=True, help="Other machines may connect; to the control port with --token only."
     ),
-    click.option("--status", is_flag=True, help="Show a status line every second; else SIGUSR1 asks for one."),
+    click.option("--status", is_flag=True, help="Show a status line every second; without it, on SIGUSR1."),
 )
 
 
@@ -75,7 +77,7 @@ SERVED = together(
 )
 @PORTS
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
-@click.option("--lockstep", is_flag=True, help="Time passes only for the bytes of the line, and by `advance`.")
+@click.option("--lockstep", is_flag=True, help="Let time pass only for bytes of the line, and by `advance`.")
 @SERVED
 @click.option(
     "--panel",
@@ -110,25 +112,29 @@ def serve_command(**options: Any) -> int:
 
 
 @click.command(
-    "drive", cls=HintingCommand, short_help="Drive a real motor: a chip, a board, and the old host.", epilog=EXIT
+    "drive", cls=HintingCommand, short_help="Drive a real motor with a chip, a board, and the old host.", epilog=EXIT
 )
 @PORTS
-@path("--board", metavar="PORT", required=True, help="The serial port of the board; twin: a board of software.")
-@click.option("--of", metavar="CHIP[.AXIS]", help="Whose motor it is, where a bench has several.")
+@path("--board", metavar="PORT", required=True, help="The serial port of the board; twin: a simulated board.")
+@click.option("--of", metavar="CHIP[.AXIS]", help="The chip and axis of the motor, if a bench has several.")
 @click.option("--enable", is_flag=True, help="Energise the driver. Without it: dry run, no pulses and no current.")
-@click.option("--pulses", is_flag=True, help="Pulses in a dry run too; a driver whose ENABLE is not wired moves then.")
+@click.option(
+    "--pulses",
+    is_flag=True,
+    help="Output pulses in a dry run too; the motor moves if ENABLE of its driver is not wired.",
+)
 @click.option(
     "--driver",
     metavar="NAME",
-    help="The driver, such as DM542: the level of its ENABLE, and whether its times are met; --enable needs it.",
+    help="The driver, such as DM542: sets the level of ENABLE and checks pulse times; --enable needs it.",
 )
 @click.option(
     "--enable-off",
     type=click.Choice(["rest", "halt", "never"]),
     default="halt",
     show_default=True,
-    help="When the board switches the driver off: at every rest; after a halt or without its host; never. "
-    "All but never: at the end. An E-stop always does.",
+    help="When the board switches the driver off: at every rest; after a halt or without a host; never. "
+    "Except with never, also at the end. An E-stop always does.",
 )
 @click.option(
     "--enable-hold",
@@ -136,28 +142,28 @@ def serve_command(**options: Any) -> int:
     metavar="TIME",
     default="60 s",
     show_default=True,
-    help="How long the driver stays on at such a rest or halt.",
+    help="Delay of that switching-off.",
 )
-@click.option("--invert-dir", is_flag=True, help="DIR has the other level than the direction pin of the chip.")
+@click.option("--invert-dir", is_flag=True, help="Invert DIR against the direction pin of the chip.")
 @click.option(
     "--filter",
     type=WholeNumber(3, least=0, most=15),
     default=0,
-    help="How often an input is looked at, 4 us apart, before it counts; an E-stop is not filtered.",
+    help="Number of equal samples of an input, 4 us apart, before it counts; an E-stop is not filtered.",
 )
 @click.option(
     "--input",
     cls=OncePerName,
-    type=SettingText("an input of the board and what it is", "A1=home"),
+    type=SettingText("an input of the board and its signal", "A1=home"),
     multiple=True,
-    help="What an input of the board is, such as A1=home or A0=estop. May be repeated.",
+    help="Signal of an input of the board, such as A1=home or A0=estop. May be repeated.",
 )
 @click.option(
     "--output",
     cls=OncePerName,
-    type=SettingText("an output of the board and what it shows", "D12=fault"),
+    type=SettingText("an output of the board and its signal", "D12=fault"),
     multiple=True,
-    help="What an output of the board shows: D2=uo1, D12=fault, D8=energised; by default what programs set. "
+    help="Signal of an output of the board: D2=uo1, D12=fault, D8=energised; by default the pins that programs set. "
     "May be repeated.",
 )
 @click.option(
@@ -166,34 +172,34 @@ def serve_command(**options: Any) -> int:
     metavar="TIME",
     default="100 ms",
     show_default=True,
-    help="From a step of the model to that of the motor; a pause of this machine may be shorter than that.",
+    help="Delay from a step of the model to that of the motor; it must exceed any pause of this machine.",
 )
 @click.option(
     "--start-stop",
     type=STEP_RATE,
     metavar="RATE",
-    help="Up to which the motor may stand at once, such as '500 steps/s'.",
+    help="Highest rate at which the motor stops without a ramp, such as '500 steps/s'.",
 )
 @click.option(
     "--stop",
     type=click.Choice(["abort", "kill", "reset", "power"]),
-    help="What stops the chip when the board has stopped by itself.",
+    help="How the chip is stopped when the board has stopped by itself.",
 )
-@click.option("--self-start", is_flag=True, help="A program that the chip starts by itself may move the motor.")
+@click.option("--self-start", is_flag=True, help="Let a program that the chip starts by itself move the motor.")
 @click.option(
     "--keep-count",
     is_flag=True,
-    help="The position register begins at the count of a board that has gone on since a session before.",
+    help="Start the position register at the count of a board that has kept running since an earlier session.",
 )
-@click.option("--homed", is_flag=True, help="You say that the motor is where the board has counted it to be.")
+@click.option("--homed", is_flag=True, help="Confirm that the count of the board is the position of the motor.")
 @click.option(
     "--check",
     is_flag=True,
-    help="Look at link, machine and board for ten seconds; D9 is wired to D4 alone. With --enable, jog the motor by "
-    "ten steps instead; with an E-stop among the inputs, see it open.",
+    help="Check link, machine and board for ten seconds, with D9 wired only to D4. With --enable, jog the motor by "
+    "ten steps instead; with an E-stop among the inputs, test that it opens.",
 )
 @click.option(
-    "--black-box", metavar="DIR", type=DIRECTORY, help="Where sessions are recorded, instead of the usual place."
+    "--black-box", metavar="DIR", type=DIRECTORY, help="Record sessions in this folder, instead of the usual one."
 )
 @click.option("--no-black-box", is_flag=True, help="Record nothing.")
 @SERVED
@@ -215,18 +221,22 @@ def drive_command(**options: Any) -> int:
     return DriveCommand(**options).perform()
 
 
-@click.command("panel", cls=HintingCommand, short_help="See a chip and work it, in a web browser.", epilog=EXIT)
+@click.command("panel", cls=HintingCommand, short_help="Show and operate a chip in a web browser.", epilog=EXIT)
 @click.argument("what", metavar="[CHIP | BENCH.toml | PROGRAM]", required=False, is_eager=True)
 @CHIP
-@click.option("--attach", metavar="HOST:PORT", help="The control port of a server that runs, instead of a chip.")
+@click.option(
+    "--attach", metavar="HOST:PORT", help="Attach to the control port of a running server, instead of a chip."
+)
 @TOKEN
-@click.option("--listen", metavar="HOST:PORT", default="127.0.0.1:0", help="Where the page is found; any free port.")
-@click.option("--read-only", is_flag=True, help="The page may look and not touch.")
+@click.option(
+    "--listen", metavar="HOST:PORT", default="127.0.0.1:0", help="The address of the page; by default any free port."
+)
+@click.option("--read-only", is_flag=True, help="Let the page view, but not operate.")
 @click.option("--rate", metavar="R", help="Virtual seconds per second of the wall clock; 1 by default.")
-@click.option("--run", is_flag=True, help="Let time pass from the start; a program waits for the page otherwise.")
+@click.option("--run", is_flag=True, help="Let time run from the start; otherwise a program waits for the page.")
 @click.option("--no-browser", is_flag=True, help="Open no web browser; print the address only.")
 @STRAPS
-@path("--journal", help="Write every input from outside, for slewline run --replay.")
+@path("--journal", help="Record every input from outside, for slewline run --replay.")
 @ANYWHERE
 @ALLOW_CODE
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect; they need the address with its token.")
@@ -264,8 +274,10 @@ def panel_command(**options: Any) -> int:
 @click.option(
     "--rate", type=AnyNumber("0.5"), default=1.0, show_default=True, help="Virtual seconds per second, 0.001 to 1000."
 )
-@click.option("--attach", metavar="HOST:PORT", help="Debug what the server with this control port has, instead.")
-@click.option("--control", metavar="HOST:PORT", help="No screen: open a control port, for a front end of your own.")
+@click.option("--attach", metavar="HOST:PORT", help="Debug the bench of the server with this control port, instead.")
+@click.option(
+    "--control", metavar="HOST:PORT", help="Show no screen: open a control port, for a front end of your own."
+)
 @TOKEN
 @click.option("--while-input", is_flag=True, hidden=True)  # ends with the standard input
 def debug_command(**options: Any) -> int:

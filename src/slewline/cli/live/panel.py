@@ -53,7 +53,7 @@ class PanelCommand(BenchOptions):
         own = {"chip": self.chip, "rate": self.rate, "strap": self.strap, "journal": self.journal, "run": self.run}
         given = [name for name, value in own.items() if value]
         if self.attach is not None and given:
-            raise click.UsageError(f"--attach shows a server as it is; leave out --{' --'.join(given)}")
+            raise click.UsageError(f"--attach shows a running server; leave out --{' --'.join(given)}")
         if self.is_bench and (self.chip or self.strap):
             raise click.UsageError("a bench file names its chips and their straps; leave out --chip, --strap")
         if self.anywhere and not self.is_bench:

@@ -100,9 +100,9 @@ class PanelProcess(Closing):
                 with suppress(OSError):
                     pipe.close()
         if self.was_replaced:
-            tell(f"{ended} once more, and is not started again; to have a page, end this command and start it again")
+            tell(f"{ended} again, and is not restarted; for a page, restart this command")
             return False
-        tell(f"{ended}, and is started again")
+        tell(f"{ended}, and is restarted")
         self.was_replaced = True
         self.process = start(self.command, self.environment)
         if self.stopped:  # meanwhile

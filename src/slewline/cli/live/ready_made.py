@@ -32,10 +32,10 @@ FIRMWARE = {
         part: Firmware(
             "pico",
             f"slewline-{part}.uf2",
-            f"a Raspberry Pi Pico that takes the place of a {part.upper()}",
+            f"a Raspberry Pi Pico that replaces a {part.upper()}",
             (
                 "Hold BOOTSEL while you connect the Pico to a USB port: it appears as a drive, RPI-RP2.",
-                "Copy the file to that drive.  The Pico restarts; a program that M has stored remains.",
+                "Copy the file to that drive.  The Pico restarts; a program stored by M is kept.",
                 f"Then compare it with the model:  slewline firmware {part} --check PORT",
             ),
         )
@@ -44,7 +44,7 @@ FIRMWARE = {
     "uno": Firmware(
         "uno",
         "slewline-uno.hex",
-        "an Arduino Uno that steps for slewline drive",
+        "an Arduino Uno, the board of slewline drive",
         ("Connect the Uno, and send the file:", "avrdude -p m328p -c arduino -P PORT -b 115200 -D -U flash:w:FILE:i"),
     ),
 }
@@ -75,10 +75,10 @@ def firmware_of(name: str, board: str | None = None) -> Firmware:
         UsageError: there is none, or it is for another board.
     """
     if name not in FIRMWARE:
-        raise UsageError(f"firmware {name!r}: known are {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")
+        raise UsageError(f"firmware {name!r}: allowed: {', '.join(FIRMWARE)}{hint(name, FIRMWARE)}")
     about = FIRMWARE[name]
     if board not in (None, about.board):
-        raise UsageError(f"--board {board}: the firmware {name} is for the board {about.board} alone")
+        raise UsageError(f"--board {board}: the firmware {name} is only for the board {about.board}")
     return about
 
 
@@ -102,7 +102,7 @@ def write_firmware(name: str | None, board: str | None, output: str | None, sour
         )
     data, target = found.read_bytes(), Path(output or about.file)
     if target.suffix != found.suffix:
-        raise UsageError(f"--output {target}: the file needs the ending {found.suffix}")
+        raise UsageError(f"--output {target}: the file needs the extension {found.suffix}")
     target.write_bytes(data)
     click.echo(f"{target}: {len(data):,} bytes, SHA-256 {hashlib.sha256(data).hexdigest()}")
     for line in about.how:

@@ -142,13 +142,15 @@ class ServeCommand(BenchOptions):
             raise click.UsageError("--allow-code needs --bench; CHIP may name a module without it")
         ctx = click.get_current_context(silent=True)
         if ctx and ctx.get_parameter_source("token") is ParameterSource.COMMANDLINE and not self.control:
-            raise click.UsageError("--token: is that of a control port; give --control HOST:PORT, too, or leave it out")
+            raise click.UsageError("--token: belongs to a control port; give --control HOST:PORT, too, or leave it out")
         if self.log and Path(self.log).suffix[1:].lower() in CATALOGUE.names():
-            raise click.UsageError(f"--log {self.log}: is a program, by its name; give the transcript another one")
+            raise click.UsageError(
+                f"--log {self.log}: is a program, by its extension; give the transcript another name"
+            )
         if self.log and self.journal and os.path.realpath(self.log) == os.path.realpath(self.journal):
             raise click.UsageError("--log and --journal: the same file; give each a file of its own")
         if self.state is not None and self.chip is not None and not keeps(self.chip):
-            raise click.UsageError(f"--state keeps EEPROMs, and a {self.chip} has none; leave it out")
+            raise click.UsageError(f"--state stores EEPROMs, but a {self.chip} has none; leave it out")
         return ports
 
     # ---------------------------------------------------------------------------------------------------- the bench
@@ -301,7 +303,7 @@ def background_store(path: Path, lockstep: bool) -> BackgroundStore:
 def finish(store: BackgroundStore) -> None:
     """Wait until a memory is written to its file; report the wait, and any failure."""
     if not store.wait(STATUS_S):
-        remark(f"{store.path} is still being written: the disk is slow; the command ends when it is there")
+        remark(f"{store.path} is still being written: the disk is slow; the command ends when it is written")
     try:
         store.close()
     except StoreError as error:

@@ -80,7 +80,7 @@ def firmware(
     """
     if port is None:
         if given := [option for option in ONLY_CHECKED if check[option] not in (None, False)]:
-            raise UsageError(f"{', '.join(f'--{option}' for option in given)}: of use with --check PORT only")
+            raise UsageError(f"{', '.join(f'--{option}' for option in given)}: allowed only with --check PORT")
         return write_firmware(name, board, output, source)
     if name is None:
         raise UsageError(f"--check: name the firmware that the board has: {', '.join(FIRMWARE)}")
@@ -91,9 +91,11 @@ def firmware(
     if output or source:
         raise UsageError("--check: writes no firmware; leave out --output and --from")
     if check["move"] and not check["replace"]:
-        raise UsageError("--move: the steps are those of a program, which is entered with --replace")
+        raise UsageError("--move: a program makes the steps; give --replace, too, to enter it")
     if check["replace"] and not check["move"] and not entry(name)[1]:
-        raise UsageError(f"--replace: a {name.upper()} ends program entry by E alone, which runs it; allow --move, too")
+        raise UsageError(
+            f"--replace: a {name.upper()} ends program entry only by E, which runs the program; give --move, too"
+        )
     return CheckBoard(**check, crystal=None, part=name, port=port).perform()
 
 

@@ -89,7 +89,7 @@ class CompareDialogue(SettingOptions):
 
         dialogue = RecordedDialogue.read(self.dialogue)
         if dialogue.torn:
-            remark(f"{self.dialogue}: the last line was cut off, and is left out")
+            remark(f"{self.dialogue}: the last line is truncated, and is left out")
         cls = self.chip(dialogue)
         dialogue = replace(dialogue, header=self.header(dialogue))
         speech = self.speech(cls, dialogue.header)
@@ -103,9 +103,7 @@ class CompareDialogue(SettingOptions):
             dialogue.write(self.report)
         if not exchanges_of(dialogue.said, speech):
             lines = sum(said.speaker == "host" for said in dialogue.said)
-            whose = (
-                f"none of its {lines} lines is for address {speech.address}" if lines else "no host has sent anything"
-            )
+            whose = f"none of its {lines} lines is for address {speech.address}" if lines else "no host has sent data"
             raise UsageError(f"{self.dialogue}: nothing to compare: {whose}; name another dialogue, or --address")
         tolerance = usual_tolerance(speech, dialogue.header.crystal_hz)
         if self.tolerance is not None:

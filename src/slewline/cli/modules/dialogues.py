@@ -12,21 +12,21 @@ from ..options.shared import ALLOW_CODE, EXIT, JSON, MEMORY, OPTIONS, STRAPS, pa
 from ..options.values import FILE, TimeWithUnit, WholeNumber
 from .module_options import CLOCK, ECHO, MARKINGS, PORT, chip_option, setting_options
 
-ADDRESS = click.option("--address", type=WholeNumber(2), metavar="N", help="Of the module, on a line of several.")
+ADDRESS = click.option("--address", type=WholeNumber(2), metavar="N", help="Address of the module, on a shared line.")
 CHECKSUM = click.option(
-    "--checksum/--no-checksum", default=None, help="Lines end in checksums, or not; by default as the dialogue shows."
+    "--checksum/--no-checksum", default=None, help="Lines end in checksums, or not; by default as in the dialogue."
 )
 
 
 @click.command(
-    "proxy", cls=HintingCommand, short_help="Between a host program and its module: record what they say.", epilog=EXIT
+    "proxy", cls=HintingCommand, short_help="Record the dialogue of a host program and its module.", epilog=EXIT
 )
 @click.option("--serial", metavar="DEV", required=True, help="The serial port of the module, as pySerial takes it.")
-@click.option("--pty", metavar="LINK", help="The host opens a pseudo-terminal, under the name of this link.")
-@click.option("--tcp", metavar="HOST:PORT", help="The host connects to this port.")
-@chip_option("What the module is.")
+@click.option("--pty", metavar="LINK", help="Open a pseudo-terminal for the host, with a link of this name.")
+@click.option("--tcp", metavar="HOST:PORT", help="Open this TCP port for the host.")
+@chip_option("The part number of the module.")
 @click.option(
-    "--baud", type=WholeNumber(9600), metavar="RATE", help="Its rate; the highest one that it has by default."
+    "--baud", type=WholeNumber(9600), metavar="RATE", help="Rate of the module; by default the highest one that it has."
 )
 @CHECKSUM
 @ADDRESS
@@ -47,20 +47,20 @@ def proxy_command(**options: Any) -> int:
     return ProxyCommand(**options).perform()
 
 
-@click.command("decode", cls=HintingCommand, short_help="The dialogue on two wires of a recording.", epilog=EXIT)
+@click.command("decode", cls=HintingCommand, short_help="Print the dialogue on two wires of a recording.", epilog=EXIT)
 @click.argument("file", metavar="CAPTURE", type=FILE)
-@chip_option("What the module is.")
+@chip_option("The part number of the module.")
 @click.option("--host", metavar="SIGNAL", required=True, help="The wire on which the host sends, such as D0.")
 @click.option("--module", metavar="SIGNAL", required=True, help="The wire on which the module sends.")
 @click.option(
-    "--baud", type=WholeNumber(9600), metavar="RATE", help="The rate; by default the one of the part that fits best."
+    "--baud", type=WholeNumber(9600), metavar="RATE", help="The rate; by default the best fit of the part's rates."
 )
 @CHECKSUM
 @ADDRESS
-@click.option("--timescale", type=TimeWithUnit(), help="The unit of its times, if the file states none.")
+@click.option("--timescale", type=TimeWithUnit(), help="The unit of the times, if the file states none.")
 @click.option("--threshold", metavar="VOLTS", help="The level of an oscilloscope's CSV, such as '1.4 V'.")
-@click.option("--torn", is_flag=True, help="The file may have been cut off; read what is there.")
-@path("--dialogue", help="Write it into this new file, which `slewline compare` replays with the model.")
+@click.option("--torn", is_flag=True, help="The file may be truncated; read its complete part.")
+@path("--dialogue", help="Write the dialogue to this new file, which `slewline compare` replays with the model.")
 def decode_command(**options: Any) -> int:
     """Read the characters on two recorded wires, and print the dialogue of host and module.
 
@@ -72,13 +72,15 @@ def decode_command(**options: Any) -> int:
     return decode(**options)
 
 
-@click.command("terminal", cls=HintingCommand, short_help="Speak with a real module, line by line.", epilog=EXIT)
+@click.command(
+    "terminal", cls=HintingCommand, short_help="Open a terminal to a real module, line by line.", epilog=EXIT
+)
 @PORT
-@chip_option("What it is.")
+@chip_option("The part number of the module.")
 @setting_options
-@path("--dialogue", help="Write what is said into this new file.")
-@click.option("--plain", is_flag=True, help="No menus: lines as Python reads them.")
-@click.option("--model/--no-model", default=True, help="Let the model find what is odd in a line, or not.")
+@path("--dialogue", help="Record the dialogue in this new file.")
+@click.option("--plain", is_flag=True, help="Use Python's line input, without menus.")
+@click.option("--model/--no-model", default=True, help="Check every line with the model, or not.")
 @STRAPS
 @MARKINGS
 @CLOCK
@@ -97,14 +99,17 @@ def terminal_command(**options: Any) -> int:
 
 
 @click.command(
-    "compare", cls=HintingCommand, short_help="A measured waveform, or a dialogue, against the model's.", epilog=EXIT
+    "compare",
+    cls=HintingCommand,
+    short_help="Compare a measured waveform, or a dialogue, with the model's.",
+    epilog=EXIT,
 )
 @click.argument("model", metavar="MODEL.vcd | DIALOGUE", type=FILE)
 @click.argument("measured", metavar="[MEASURED]", type=FILE, required=False)
 @click.option(
     "--tolerance",
     type=TimeWithUnit(),
-    help="Times so far apart agree; by default how finely two waveforms were sampled, or what a computer needs to "
+    help="Times that differ by less agree; by default the sampling interval of two waveforms, or a computer's time to "
     "receive.",
 )
 @JSON
@@ -120,25 +125,27 @@ def terminal_command(**options: Any) -> int:
     metavar="TIME",
     default="first",
     show_default=True,
-    help="Waveforms: what is added to the measured times, such as '-1.2 ms'; first: the first edges meet; best: the "
+    help="Waveforms: offset of the measured times, such as '-1.2 ms'; first: align the first edges; best: align the "
     "most edges.",
 )
 @click.option(
     "--invert",
     metavar="NAME",
     multiple=True,
-    help="Waveforms: this signal was measured inverted, as behind an optocoupler; all: each. May be repeated.",
+    help="Waveforms: this signal was measured inverted, as after an optocoupler; all: every signal. May be repeated.",
 )
 @click.option("--threshold", metavar="VOLTS", help="Waveforms: the level of an oscilloscope's CSV, such as '1.4 V'.")
 @click.option("--timescale", type=TimeWithUnit(), help="Waveforms: the unit of the measured times, if none is stated.")
-@click.option("--torn", is_flag=True, help="Waveforms: a file may have been cut off; read what is there.")
-@click.option("--port", metavar="PORT", help="Dialogue: play it to the module on this port now, and compare that.")
-@click.option("--move", is_flag=True, help="With --port: also if it has commands that may make the motor step.")
-@click.option("--replace", is_flag=True, help="With --port: also if the module loses the program that it holds.")
-@path("--report", help="Dialogue: write a file to send: part, markings, crystal, transcript, and nothing else.")
-@chip_option("Dialogue: the part, if it is another than recorded.", required=False)
+@click.option("--torn", is_flag=True, help="Waveforms: a file may be truncated; read its complete part.")
 @click.option(
-    "--baud", type=WholeNumber(9600), metavar="RATE", help="Dialogue: the rate, if it is another than recorded."
+    "--port", metavar="PORT", help="Dialogue: repeat it with the module on this port, and compare the result."
+)
+@click.option("--move", is_flag=True, help="With --port: even if it has commands that may step the motor.")
+@click.option("--replace", is_flag=True, help="With --port: even if the module loses its program.")
+@path("--report", help="Dialogue: write a file for a report: part, markings, crystal and transcript only.")
+@chip_option("Dialogue: the part, if it differs from the recorded one.", required=False)
+@click.option(
+    "--baud", type=WholeNumber(9600), metavar="RATE", help="Dialogue: the rate, if it differs from the recorded one."
 )
 @CHECKSUM
 @ADDRESS
@@ -192,7 +199,7 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
 
     for name in filter(None, (model, measured)):
         if measured is not None and Path(name).is_file() and is_dialogue(name):
-            raise click.UsageError(f"{name}: is a dialogue, which is compared with the model alone; name {ALLOWED}")
+            raise click.UsageError(f"{name}: is a dialogue, which is compared only with the model; name {ALLOWED}")
     wrong = DIALOGUES if measured is not None else WAVEFORMS
     given = [name for name in wrong if options[name] not in (None, False, (), "first")]
     if given:
@@ -204,7 +211,7 @@ def compare(model: str, measured: str | None, **options: Any) -> int:
         if model.lower().endswith(".vcd"):
             raise click.UsageError(f"Missing argument 'MEASURED.vcd'.  Name {ALLOWED}")
         if not is_dialogue(model):
-            raise click.UsageError(f"{model}: is no dialogue; name {ALLOWED}")
+            raise click.UsageError(f"{model}: is not a dialogue; name {ALLOWED}")
         return CompareDialogue(dialogue=model, **rest).perform()
     from ..recordings.compare import compare as compare_waveforms
 

@@ -76,7 +76,7 @@ class EpicsCommand(SettingOptions):
 
         sheet = sheet_of(self.part)
         if not sheet.acting("goto"):
-            raise UsageError(f"{self.part}: no serial line over which a record moves it; allowed a part that has one")
+            raise UsageError(f"{self.part}: no serial line to move it; choose a part with one")
         values = self.values()
         found = self.found(self.port, sheet, may_move=True)
         try:
@@ -110,7 +110,7 @@ class EpicsCommand(SettingOptions):
             record.close()
             raise UsageError(
                 f"{record.motor.module.name}: a program of {counted(lines, 'line')} is in its RAM, which moves would "
-                "replace; save it by slewline pull, then give --replace"
+                "replace; save it with slewline pull, then give --replace"
             )
 
     async def serve(self, record: MotorRecord, every_s: float) -> None:

@@ -12,7 +12,7 @@ from ..options.values import DIRECTORY, FILE, TimeWithUnit, UnitsPerStep, WholeN
 from .module_options import PORT, chip_option, module_options, setting_options
 
 
-@click.command("pull", cls=HintingCommand, short_help="Save what a real module holds.", epilog=EXIT)
+@click.command("pull", cls=HintingCommand, short_help="Save the program of a real module.", epilog=EXIT)
 @module_options
 @path("--output", "-o", required=True, help="A new file for the program, such as weld.gs-c200s.")
 @click.option(
@@ -20,14 +20,14 @@ from .module_options import PORT, chip_option, module_options, setting_options
     "base",
     type=WholeNumber(256),
     metavar="ADDRESS",
-    help="Where the program begins in a memory with addresses.",
+    help="Start of the program, in a memory with addresses.",
 )
 @click.option(
     "--eeprom",
     is_flag=True,
-    help="Save also the program that is kept without power; RAM is put back.",
+    help="Also save the program in the EEPROM; RAM is restored.",
 )
-@click.option("--replace", is_flag=True, help="The file may be there already.")
+@click.option("--replace", is_flag=True, help="Replace an existing file.")
 def pull_command(**options: Any) -> int:
     """Save the program and settings of a real module on PORT to a file that `slewline asm` and `slewline push` take.
 
@@ -48,15 +48,15 @@ def pull_command(**options: Any) -> int:
 @click.command("push", cls=HintingCommand, short_help="Send a program to a real module, and verify it.", epilog=EXIT)
 @module_options
 @click.argument("file", type=FILE)
-@click.option("--store", is_flag=True, help="Let the module keep the program without power, once it is verified.")
-@path("--keep", help="Save what was there into this new file; by default FILE with .before in its name.")
+@click.option("--store", is_flag=True, help="Store the program in the EEPROM, once it is verified.")
+@path("--keep", help="Save the old program in this new file; by default FILE with .before in its name.")
 @click.option(
     "--pace",
     type=TimeWithUnit(),
     metavar="TIME",
-    help="From one character of a program to the next, where a memory takes them: 21 ms.",
+    help="Interval of the characters of a program, into a memory with addresses; 21 ms by default.",
 )
-@click.option("--move", is_flag=True, help="Send also commands that may make the motor step.")
+@click.option("--move", is_flag=True, help="Also send commands that may step the motor.")
 def push_command(**options: Any) -> int:
     """Send a program to a real module on PORT, and verify it by its listing; it is not run.
 
@@ -71,17 +71,19 @@ def push_command(**options: Any) -> int:
     return PushCommand(**options).perform()
 
 
-@click.command("epics", cls=HintingCommand, short_help="A motor record of EPICS for a real module.", epilog=EXIT)
+@click.command("epics", cls=HintingCommand, short_help="Serve an EPICS motor record for a real module.", epilog=EXIT)
 @PORT
 @click.argument("parameters", metavar="NAME=VALUE...", nargs=-1)
-@chip_option("What it is.")
+@chip_option("The part number of the module.")
 @setting_options
-@path("--dialogue", help="Write what is said into this new file.")
-@click.option("--record", required=True, metavar="NAME", help="Of the record: its fields are NAME.VAL, NAME.RBV ...")
+@path("--dialogue", help="Record the dialogue in this new file.")
 @click.option(
-    "--resolution", type=UnitsPerStep(), default=1.0, metavar="UNITS", help="Units per step; below 0: turned round."
+    "--record", required=True, metavar="NAME", help="Name of the record: its fields are NAME.VAL, NAME.RBV ..."
 )
-@click.option("--units", default="steps", show_default=True, metavar="TEXT", help="Such as mm.")
+@click.option(
+    "--resolution", type=UnitsPerStep(), default=1.0, metavar="UNITS", help="Units per step; negative: reversed."
+)
+@click.option("--units", default="steps", show_default=True, metavar="TEXT", help="The unit, such as mm.")
 @CRYSTAL
 @click.option(
     "--every",
@@ -89,9 +91,9 @@ def push_command(**options: Any) -> int:
     default="2 s",
     show_default=True,
     metavar="TIME",
-    help="How often a motor at rest is asked where it is.",
+    help="Interval of position queries at rest.",
 )
-@click.option("--replace", is_flag=True, help="Moves may replace the program in the module's RAM.")
+@click.option("--replace", is_flag=True, help="Let moves replace the program in the module's RAM.")
 @click.option("--allow-remote", is_flag=True, help="Other machines may connect, and move the motor.")
 def epics_command(**options: Any) -> int:
     """Serve the motor of a real module on PORT as a motor record, on Channel Access, until SIGINT or SIGTERM.
@@ -112,15 +114,17 @@ def epics_command(**options: Any) -> int:
 
 @click.command("firmware", cls=HintingCommand, short_help="Write the firmware of a board, or check it.", epilog=EXIT)
 @click.argument("name", required=False)
-@click.option("--board", metavar="BOARD", help="The board it is for: pico, uno.")
-@path("--output", "-o", help="Where to write it; by default under its own name in the current directory.")
-@click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder of a file that was built elsewhere.")
-@click.option("--check", "port", metavar="PORT", help="Write nothing; ask the board at this serial port.")
+@click.option("--board", metavar="BOARD", help="The board: pico, uno.")
+@path("--output", "-o", help="The file to write; by default its own name in the current directory.")
+@click.option("--from", "source", metavar="DIR", type=DIRECTORY, help="The folder of a file built elsewhere.")
+@click.option("--check", "port", metavar="PORT", help="Write nothing; check the board on this serial port.")
 @setting_options
-@click.option("--replace", is_flag=True, help="With --check: enter a program, too; the program stored by M remains.")
-@click.option("--move", is_flag=True, help="With --check and --replace: run it: 120 steps; and send faulty lines.")
-@path("--dialogue", help="With --check: write the dialogue into this new file.")
-@click.option("--tolerance", type=TimeWithUnit(), help="With --check: as of slewline compare.")
+@click.option("--replace", is_flag=True, help="With --check: also enter a program; the program stored by M is kept.")
+@click.option(
+    "--move", is_flag=True, help="With --check and --replace: run the program, 120 steps, and send faulty lines."
+)
+@path("--dialogue", help="With --check: record the dialogue in this new file.")
+@click.option("--tolerance", type=TimeWithUnit(), help="With --check: as for slewline compare.")
 def firmware_command(**options: Any) -> int:
     """Write the firmware of a board to a file, and print how to load it; without NAME, list all firmware.
 

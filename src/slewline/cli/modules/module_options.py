@@ -26,22 +26,29 @@ def chip_option(says: str, *, required: bool = True) -> Callable[[Function], Fun
     return click.option("--chip", "part", cls=ChipOption, type=PartName(), metavar="CHIP", required=required, help=says)
 
 
-MARKINGS = click.option("--markings", metavar="TEXT", help="What is printed on the module, for the record.")
-CLOCK = click.option("--crystal", type=FREQUENCY, help="Its clock, such as '11 MHz', where that is known.")
+MARKINGS = click.option("--markings", metavar="TEXT", help="The text printed on the module, for the record.")
+CLOCK = click.option("--crystal", type=FREQUENCY, help="Clock of the module, such as '11 MHz', if known.")
 PORT = click.argument("port")
-PART = chip_option("What it is; by default as FILE ends, such as .gs-c200s.", required=False)
-ECHO = click.option("--echo", is_flag=True, help="The line echoes what is sent, as an RS-485 adapter does: drop that.")
+PART = chip_option(
+    "The part number of the module; by default the extension of FILE, such as .gs-c200s.", required=False
+)
+ECHO = click.option(
+    "--echo", is_flag=True, help="The line echoes sent characters, as an RS-485 adapter does: drop the echo."
+)
 SETTING = (
     click.option(
-        "--baud", type=WholeNumber(9600), metavar="RATE", help="Its rate; by default it is looked for, or 9600."
+        "--baud",
+        type=WholeNumber(9600),
+        metavar="RATE",
+        help="Rate of the module; by default it is searched for, or 9600.",
     ),
     click.option(
-        "--checksum/--no-checksum", default=None, help="Its lines have checksums, or not; by default it is asked."
+        "--checksum/--no-checksum", default=None, help="Lines have checksums, or not; by default this is detected."
     ),
-    click.option("--address", type=WholeNumber(2), metavar="N", help="Of the module, on a line that several share."),
+    click.option("--address", type=WholeNumber(2), metavar="N", help="Address of the module, on a shared line."),
     ECHO,
 )
-DIALOGUE = path("--dialogue", help="Write what is said into this new file; by default one beside FILE.")
+DIALOGUE = path("--dialogue", help="Record the dialogue in this new file; by default one next to FILE.")
 
 
 @dataclass

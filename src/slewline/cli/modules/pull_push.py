@@ -50,7 +50,7 @@ class PortOptions(SettingOptions):
             header = DialogueHeader(sheet.part, markings, self.crystal_hz, speech.baud, speech.checked, speech.address)
             with found.port, DialogueFile(path, header, remark) as file:
                 found.transcript = file
-                goes = f"what is said goes to {path}, raw characters to {raw.path}"
+                goes = f"the dialogue is recorded in {path}, raw characters in {raw.path}"
                 remark(f"{found.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}")
                 yield found
 
@@ -80,7 +80,7 @@ def raw_record(beside: str) -> Iterator[RawRecord]:
 def say_raw(raw: RawRecord) -> None:
     """Report the path of the file with the received characters."""
     if raw.is_kept:
-        remark(f"the raw characters that came are in {raw.path}")
+        remark(f"the raw characters received are in {raw.path}")
 
 
 def performed(work: Callable[[], object]) -> int:

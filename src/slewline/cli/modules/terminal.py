@@ -62,7 +62,7 @@ class TerminalCommand(PortOptions):
             if self.dialogue is not None:
                 module.transcript = stack.enter_context(DialogueFile(self.dialogue, header, remark))
             shadow = ShadowModel(ModelLine(header, speech, options)) if self.model else None
-            goes = f"raw characters go to {raw.path}"
+            goes = f"raw characters are recorded in {raw.path}"
             remark(f"{module.name}, {speech.setting}{', with checksums' * speech.checked}; {goes}; {LEAVE}")
             converse(Conversation(module, shadow), self.lines)
 
@@ -73,7 +73,7 @@ class TerminalCommand(PortOptions):
         if not self.plain:
             with suppress(ModuleNotFoundError):
                 return prompted(conversation, lock)
-            remark(needs("completion with the manual's words needs", "terminal"))
+            remark(needs("completion with the manual's text needs", "terminal"))
         return typed(conversation)
 
 
@@ -95,7 +95,7 @@ def converse(conversation: Conversation, lines: Lines) -> None:
             except Terminated:
                 raise
             except KeyboardInterrupt:
-                reply = Reply(failure="not waited for")
+                reply = Reply(failure="the wait was interrupted")
         show(reply)
         if reply.over:
             break
@@ -121,7 +121,7 @@ def show(reply: Reply) -> None:
 def show_unasked(conversation: Conversation) -> None:
     """Print unsolicited characters of the module."""
     if text := conversation.unasked():
-        click.echo(f"unasked: {text.encode('unicode_escape').decode()}")
+        click.echo(f"unsolicited: {text.encode('unicode_escape').decode()}")
 
 
 # --------------------------------------------------------------------------------------------------------------- input

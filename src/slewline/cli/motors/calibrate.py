@@ -41,7 +41,7 @@ def calibrate(
             steps=stepping,
         )
     except KeyboardInterrupt as interrupt:
-        interrupt.args = ("interrupted; nothing is kept of a calibration: the same command begins again",)
+        interrupt.args = ("interrupted; a calibration stores no results: run the command again",)
         raise
     rows = rows_of(found, given, load)
     assumed = [each for each in assumptions(given) if found.iron is None or not each.startswith("iron")]
@@ -57,7 +57,7 @@ def calibrate(
         ("iron loss", found.iron, found.before[1], "mN m s"),
     ):
         if value is not None:
-            click.echo(f"{name:9}  {value * 1e3:.3g} {unit}; so far {before * 1e3:.3g}")
+            click.echo(f"{name:9}  {value * 1e3:.3g} {unit}; assumed so far {before * 1e3:.3g}")
     if assumed:
         click.echo(f"assumed    {', '.join(assumed)}")
     for note in notes:

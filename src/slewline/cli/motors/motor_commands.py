@@ -15,15 +15,20 @@ from .wizard import AskingCommand
 @click.command(
     "calibrate",
     cls=HintingCommand,
-    short_help="Friction and iron loss of a motor, from the rates at which it stalls.",
+    short_help="Find friction and iron loss of a motor from the rates at which it stalls.",
     epilog=EXIT,
 )
 @click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
 @click.option("--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A'.")
-@click.option("--load", default="", metavar="TEXT", help="What it drove, such as 'inertia 68 g cm2'.")
-@click.option("--start-stop", metavar="RATE", help="The greatest rate at which it starts from rest, '900 steps/s'.")
-@click.option("--pull-out", metavar="RATE", help="The rate at which it stalls when sped up slowly, '1800 steps/s'.")
-@click.option("--torque", default="0", metavar="TEXT", help="On the shaft at that stall, beside the load: '50 mNm'.")
+@click.option("--load", default="", metavar="TEXT", help="Its load, such as 'inertia 68 g cm2'.")
+@click.option("--start-stop", metavar="RATE", help="The highest rate at which it starts from rest, '900 steps/s'.")
+@click.option("--pull-out", metavar="RATE", help="The rate at which it stalls when accelerated slowly, '1800 steps/s'.")
+@click.option(
+    "--torque",
+    default="0",
+    metavar="TEXT",
+    help="Torque on the shaft at that stall, in addition to the load: '50 mNm'.",
+)
 @click.option("--stepping", default="full", show_default=True, metavar="HOW", help="full, wave, half, or 'micro 8'.")
 @JSON
 def calibrate_command(**options: Any) -> int:
@@ -39,13 +44,15 @@ def calibrate_command(**options: Any) -> int:
     return calibrate(**options)
 
 
-@click.command("tune", cls=AskingCommand, short_help="The fastest ramp of a chip that a motor follows.", epilog=EXIT)
+@click.command(
+    "tune", cls=AskingCommand, short_help="Find the fastest ramp of a chip that a motor follows.", epilog=EXIT
+)
 @click.argument("chip", type=PartName())
 @click.option("--motor", required=True, metavar="MOTOR", help=MOTOR_HELP)
 @click.option(
     "--driver", required=True, metavar="TEXT", help="Its driver, such as 'L/4R 20 V' or '24 V, 1 A averaged'."
 )
-@click.option("--load", metavar="TEXT", help="Such as 'inertia 68 g cm2, friction 5 mNm, torque 30 mNm'.")
+@click.option("--load", metavar="TEXT", help="Its load, such as 'inertia 68 g cm2, friction 5 mNm, torque 30 mNm'.")
 @click.option(
     "--steps",
     type=STEPS,
@@ -54,22 +61,29 @@ def calibrate_command(**options: Any) -> int:
     help="Steps of the move, from rest to rest.",
 )
 @click.option("--stepping", default="full", show_default=True, metavar="HOW", help="full, wave, half, or 'micro 8'.")
-@click.option("--grid", metavar="TEXT", help="Values to try: 'F=3..10 R=4..40/12 S=1,100,200'; the rest has its own.")
+@click.option("--grid", metavar="TEXT", help="Values to try: 'F=3..10 R=4..40/12 S=1,100,200'; others have defaults.")
 @click.option(
-    "--perturb", metavar="TEXT", help="What may differ: 'load 20%, supply -10%'; 'none'; by default ten ways."
+    "--perturb", metavar="TEXT", help="Perturbations: 'load 20%, supply -10%'; 'none'; by default ten of them."
 )
 @click.option(
-    "--jobs", type=WholeNumber(2), metavar="N", help="Processes; by default all processors for a map, else one."
+    "--jobs",
+    type=WholeNumber(2),
+    metavar="N",
+    help="Number of processes; by default all processors for a map, else one.",
 )
 @click.option(
     "--dask",
     "cluster",
     metavar="ADDRESS",
-    help="A Dask cluster, tcp://HOST:PORT. It runs what it is sent: use only yours.",
+    help="A Dask cluster, tcp://HOST:PORT. It runs any code sent to it: use only your own.",
 )
-@path("--store", metavar="F.jsonl", help="Log of all runs: an interrupted sweep goes on with it.")
-@click.option("--map", "full_map", is_flag=True, help="Judge every candidate, and print what kills it.")
-@click.option("--switching/--no-switching", default=True, help="Judge the recommended ramp with a real chopper, too.")
+@path("--store", metavar="F.jsonl", help="Log of all runs, from which an interrupted sweep continues.")
+@click.option(
+    "--map", "full_map", is_flag=True, help="Simulate every candidate, and print the perturbation that fails it."
+)
+@click.option(
+    "--switching/--no-switching", default=True, help="Also simulate the recommended ramp with a real chopper, or not."
+)
 @CRYSTAL
 @JSON
 @path("--plot", metavar="F.svg", help="Draw map, pull-out curve and lag (SVG, PNG or PDF).")

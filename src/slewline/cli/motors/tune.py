@@ -57,7 +57,7 @@ def tune(
     outputs.claim(plot, SUFFIXES)
     outputs.claim(bench, (".toml",))
     if bench is not None and os.path.isfile(bench) and not is_tuned(read_text(bench)):
-        raise UsageError(f"--bench {bench}: this file exists, and tune has not written it; name a new file")
+        raise UsageError(f"--bench {bench}: this file exists, and was not written by tune; name a new file")
     fitting = read_options(options, chip) or None
     task, calculator = task_of(chip, motor_value(motor), driver, load, steps, grid, perturb, stepping, crystal, fitting)
     if bench is not None:
@@ -71,8 +71,8 @@ def tune(
     try:
         write(outputs, found, calculator, plot, bench)
     except KeyboardInterrupt as interrupt:
-        kept = f"; {store} has every run: the same command goes on from there" if store else ""
-        interrupt.args = (f"interrupted when all runs were judged{kept}",)
+        kept = f"; {store} has every run: the same command continues from there" if store else ""
+        interrupt.args = (f"interrupted after all runs{kept}",)
         raise
     if as_json:
         print_json(found.as_json())
@@ -129,10 +129,12 @@ def report(found: Tuned, calculator: Calculator, full_map: bool) -> Iterator[str
     yield f"candidates    {found.candidates}{refused}; {len(task.scenarios())} runs each"
     yield f"best          {chosen_line(found.best, calculator) if found.best else 'none: every move loses steps'}"
     if found.best is not None:
-        none = "none: the neighbours of every move that holds lose steps, or its lag is more than 1.8 steps"
+        none = "none: every move without lost steps has neighbours that lose steps, or a lag of more than 1.8 steps"
         yield f"recommended   {chosen_line(found.recommended, calculator) if found.recommended else none}"
     if found.recommended is not None:
-        yield "              its neighbours hold" + (", also with the switching chopper" if found.switched else "")
+        yield "              its neighbours lose no steps" + (
+            ", also with the switching chopper" if found.switched else ""
+        )
     here = "" if found.runs_here == found.runs else f", {found.runs_here} of them now" * (found.runs_here < found.runs)
     full = f" of {found.exhaustive}" if found.runs <= found.exhaustive else ""  # a switching chopper adds lag
     yield f"runs          {found.runs}{full}{here}"

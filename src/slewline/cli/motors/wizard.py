@@ -92,7 +92,7 @@ class Question:
             click.echo(f"  {number:2}  {name:<{width}}  {says}".rstrip(), err=True)
         if len(rows) > MOST_SHOWN:
             others = ", ".join(name for name, _ in rows[MOST_SHOWN:])
-            click.echo(f"      and {others}\n      a part of names makes the list shorter", err=True)
+            click.echo(f"      and {others}\n      type a part of a name to shorten the list", err=True)
 
 
 class AskingCommand(HintingCommand):
@@ -111,7 +111,7 @@ class AskingCommand(HintingCommand):
         """Return the arguments with the answers, and print the complete line."""
         if not (sys.stdin.isatty() and sys.stderr.isatty()) or not self.missing(ctx, args):
             return args
-        click.echo("What is not on the line is asked for; the enter key takes the default, Ctrl-C ends.", err=True)
+        click.echo("Enter the missing arguments; the enter key takes the default, Ctrl-C ends.", err=True)
         with redirect_stdout(sys.stderr):  # where `input` writes
             added = list(self.answers(ctx, self.given(ctx, args)))
         line = [word for name, word in added if not name]
@@ -176,7 +176,7 @@ def driver_question(given: dict[str, str]) -> Question:
         (f"{SUPPLY}, {motor.current:g} A averaged", "a chopper, calculated fast"),
         (f"{SUPPLY}, {motor.current:g} A chopper", "a chopper, with its switching"),
         (f"L/4R {4 * motor.current * motor.resistance:g} V", "resistors in series"),
-        (f"L/R {motor.current * motor.resistance:g} V", "none: the winding alone"),
+        (f"L/R {motor.current * motor.resistance:g} V", "none: only the winding"),
     ]
     return Question("Driver", rows, rows[0][0], lambda text: read_driver(text, "--driver", motor))
 

@@ -24,15 +24,15 @@ MEANT = {  # suggestions for unknown commands and options
     **dict.fromkeys(("record", "sniff", "spy"), "slewline proxy --serial DEV --chip CHIP --pty LINK --dialogue F"),
     **dict.fromkeys(("diff", "differences"), "slewline compare"),
     **dict.fromkeys(
-        ("backup", "save", "download", "read"), "slewline pull PORT -o FILE saves what a real module holds"
+        ("backup", "save", "download", "read"), "slewline pull PORT -o FILE saves the program of a real module"
     ),
     **dict.fromkeys(("restore", "upload", "load", "write"), "slewline push PORT FILE sends a program to a real module"),
     "replay": "slewline run --replay JOURNAL",
     "version": "slewline --version",
     "run --bench": "a bench file is the FILE itself, slewline run BENCH.toml",
     "run --part": "--chip names the part",
-    "run --output": "--vcd, --steps, --plot and --json name what is written, and where",
-    "run -o": "--vcd, --steps, --plot and --json name what is written, and where",
+    "run --output": "--vcd, --steps, --plot and --json name the output files",
+    "run -o": "--vcd, --steps, --plot and --json name the output files",
     "run --npz": "--steps F.npz",
     "run --csv": "--steps F.csv",
     "run --time": "--until sets the end, such as '2 s'",
@@ -144,7 +144,7 @@ class CommandGroup(click.Group):
         if name not in self.commands and not name.startswith("-"):
             if name in MEANT:
                 ctx.fail(f"No such command {name!r}: {MEANT[name]}")
-            there = f"; there are: {', '.join(self.shown)}"
+            there = f"; commands: {', '.join(self.shown)}"
             ctx.fail(f"No such command {name!r}{meant(name, self.shown) or there}")
         return super().resolve_command(ctx, args)
 

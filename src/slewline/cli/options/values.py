@@ -210,7 +210,7 @@ def wrong_level(value: str) -> str:
     match = re.fullmatch(r"\s*(\w+(?:\.\w+)?)\s*=\s*([^\s@]+)\s*(@.*)?", value)
     if match is None or match[2] in ("0", "1"):
         return ""
-    return f"{match[2]!r} is no level; levels are 0 (low) and 1 (high), such as '{match[1]}=0{match[3] or ''}'"
+    return f"{match[2]!r} is not a level; levels are 0 (low) and 1 (high), such as '{match[1]}=0{match[3] or ''}'"
 
 
 class PartName(Completed[str]):
@@ -245,7 +245,7 @@ class Names(Completed[tuple[str, ...]]):
         names = tuple(name.strip() for name in value.split(","))
         if not all(re.fullmatch(r"\w+(?:\.\w+)?", name) for name in names):
             self.fail(
-                f"{value!r}: give names of pins with commas between, such as 'pulse,slew' or 'x.slew'", param, ctx
+                f"{value!r}: give names of pins separated by commas, such as 'pulse,slew' or 'x.slew'", param, ctx
             )
         return names
 

@@ -105,7 +105,7 @@ def exchanged(command: click.Command, ctx: click.Context, args: Sequence[str], w
 def said(word: str, kind: str, argument: click.Argument | None) -> str:
     """Return the kind of a word, and the kind that its argument needs."""
     if kind == ANY:
-        return f"{word!r} is not {shown(argument)}" if argument is not None else f"{word!r} comes too late"
+        return f"{word!r} is not {shown(argument)}" if argument is not None else f"{word!r} is one word too many"
     here = argument is not None and not fits(kind, TAKES.get(argument.name or ""))
     return f"{word!r} is {'an' if kind == 'address' else 'a'} {kind}" + (
         f", not {shown(argument)}" if here and argument else ""

@@ -47,7 +47,7 @@ def new(kind: Kind, name: str, output: str) -> int:
     width = max(len(str(place / path)) for path in texts)
     for path in texts:
         click.echo(f"{place / path!s:<{width}}  {title(place / path)}".rstrip())
-    click.echo(f"\nIts tests pass as they are: pytest {place}\n{place / 'README.md'} says how to go on.")
+    click.echo(f"\nIts tests pass unchanged: pytest {place}\n{place / 'README.md'} has the next steps.")
     return 0
 
 
@@ -89,15 +89,15 @@ def check_free(kind: Kind, name: str) -> None:
     if {name, module} & {*(CHIPS if kind == "chip" else PARTS).names()}:
         why = f"is a {kind} that exists already"
     elif iskeyword(module) or iskeyword(cls):
-        why = "is a word of Python"
+        why = "is a keyword of Python"
     elif hasattr(builtins, cls) or cls in build.__all__:
-        why = f"would have the class {cls}, a name that Python or slewline.build has"
+        why = f"would have the class {cls}, a name in use by Python or slewline.build"
     elif module in MEANT or getattr(find_spec(module), "origin", None) is not None:
-        why = f"would be the module {module}, and another one has that name"
+        why = f"would be the module {module}, whose name is in use"
     elif name in ENDINGS:
-        why = f"would have programs that end in .{name}, as other files do"
+        why = f"would have programs that end in .{name}, like other kinds of files"
     elif name in DEVICES:
-        why = "is a device of Windows, where no folder can have this name"
+        why = "is a reserved device name of Windows"
     else:
         return
     raise UsageError(f"new-{kind} {name!r}: {why}; give another name, such as my-{name}")

@@ -42,7 +42,7 @@ def translate_bench_file(
 
     for name, value in (("--chip", chip), ("--crystal", crystal), ("--plot", plot)):
         if value is not None:
-            raise UsageError(f"{name}: is for a single program; a bench file says it of each chip")
+            raise UsageError(f"{name}: is for a single program; a bench file sets it for each chip")
     if output is None or Path(output).is_file():
         raise UsageError(f"{file}: is a bench, which becomes several files; give a folder for them: --output FOLDER")
     done = translate_bench(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"same": None, "nearly": "yellow", "not possible": "red"}
 MOST_STEPS_PER_MM = 1e6
-MISSING = "what is missing where a line is not possible is a difference: mend that, and prove it again"
+MISSING = "a line that is not possible counts as a difference: replace it, and prove again"
 WIDTH = 24  # of the output for a line
 
 
@@ -51,7 +51,7 @@ def translate(
     text = read_program(file, source=True)
     part = chip_of(file, chip)
     if plot is not None and not prove:
-        raise UsageError("--plot: needs --prove, which runs what is drawn")
+        raise UsageError("--plot: needs --prove")
     outputs = Outputs([file])
     outputs.claim(output)
     outputs.claim(plot, SUFFIXES)

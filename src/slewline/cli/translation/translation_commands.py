@@ -28,13 +28,13 @@ from ..options.values import FILE, FREQUENCY, WholeNumber
     default=1000,
     metavar="N",
     show_default=True,
-    help="How many lines a loop may become where the target has none.",
+    help="Greatest number of lines of an unrolled loop, if the target has no loops.",
 )
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE",
-              help="What the program leaves open: output1=low, and others that a target has.")  # fmt: skip
+              help="A setting that the program leaves open: output1=low, and others of a target.")  # fmt: skip
 @click.option("--strict", is_flag=True, help="Write nothing unless every line is the same.")
 @click.option("--prove", is_flag=True, help="Run source and result, and compare steps, outputs and times.")
-@path("--plot", metavar="F.svg", help="With --prove: draw both runs over each other (SVG, PNG or PDF).")
+@path("--plot", metavar="F.svg", help="With --prove: draw both runs in one picture (SVG, PNG or PDF).")
 @JSON
 def translate_command(**options: Any) -> int:
     """Translate a program for another part or controller, and report the result for each line.

@@ -155,6 +155,6 @@ OF_CHIPS = {
     "errors": "{it}.findings",
     "status": "{it}.waiting",
     **dict.fromkeys(
-        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
+        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time passes on the bench: bench.run_until_idle()"
     ),
 }

@@ -196,7 +196,7 @@ class Operation(Leader[Exchange]):
         self.over = True
         self.chip.operated(self.strobes.number, self.data, self.command)
 
-    # ---------------------------------------------------------------------------------------- what goes by value at all
+    # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
         """Return the operations that are possible on this port; None: no chipset, or more than one."""
         lines = self.lines
@@ -251,7 +251,7 @@ class Operation(Leader[Exchange]):
             self.shown.append(self.lines.bus.net.byte)  # type: ignore[attr-defined]
 
 
-# ---------------------------------------------------------------------------------- what the drivers of a host show
+# --------------------------------------------------------------------------------------- levels of the host drivers
 def _command(taken: Taken) -> Wave:
     return Wave(*taken.strobes.command()) if taken.command else Wave(0, (), ())
 

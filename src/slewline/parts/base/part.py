@@ -179,13 +179,13 @@ class Part(Component):
         """Return the byte on a bus pin, 0 to 255."""
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
-    # ------------------------------------------------------------------------------------------------ what it tells
+    # -------------------------------------------------------------------------------------------------- information
     def quantities(self) -> tuple[Quantity, ...]:
         """Return the quantities of the part, such as an angle, a current or a count; () if it has none."""
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return what the part shows besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
+        """Return the state of the part besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
         return {}
 
     def catch_up(self) -> None:
@@ -235,7 +235,7 @@ class Part(Component):
         wanted, found = self.pins[own].row.sense, row.sense
         if wanted is None or found is None or wanted == found:
             return ""
-        return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
+        return f"is active {LEVELS[found]}, and {own} is active {LEVELS[wanted]}: use bench.wire(..., invert=True)"
 
     def attached(self, own: str, row: Pin) -> None:
         """Record that `bench.part(to=...)` has wired a pin; by default nothing is done.

@@ -85,7 +85,7 @@ def _dial(turned: Turned) -> Markup:
     if len(turns) == 1:
         return element("div", shaft_dial(turns, 0))
     slower = _round(PLAY_S / seconds)
-    way = "as it was" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
+    way = "real time" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
     moved = f"{abs(turns[-1] - turns[0]):.3g}"
     says = f"{moved} turn{'s' * (moved != '1')} in {seconds:.3g} s, {way}"
     return element("div", shaft_dial(turns, seconds * slower), element("div", says, class_="quiet"))

@@ -61,7 +61,7 @@ class Board(Part):
         self._began = 0  # the instant at which the present cycle begins, or the next one (ps)
         self._broken = False  # the last series has ended with a failed wait
 
-    # ------------------------------------------------------------------------------------ what a program on the PC does
+    # ------------------------------------------------------------------------------------- calls of a program on the PC
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
         """Write a byte to an I/O address: OUT port, byte."""
         self.queue.result(self.cycle(port, byte), timeout)
@@ -165,7 +165,7 @@ class Board(Part):
         """Return the finding for an address without a register."""
         done = f"IN {address:#x} reads FF" if reading else f"OUT {address:#x} has no effect"
         if offset not in OFFSETS:
-            return f"{done}: no board is there; {self.name} has the addresses from {self.base:#x} on"
+            return f"{done}: no board has this address; {self.name} has the addresses from {self.base:#x} on"
         can = "reads" if reading else "takes"
         return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
 

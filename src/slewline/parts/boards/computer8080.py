@@ -176,7 +176,7 @@ class Ppi8255(Part):
                 self._selected = bool(level)
         self.drivers["a"].drive(None if self._selected else (0xFF, self._latched))
 
-    # --------------------------------------------------------------------------------------------- what a user asks for
+    # -------------------------------------------------------------------------------------------------- calls by a user
     @from_outside
     def out(self, port: int, value: int) -> None:
         """Queue an OUT: a port and a value, such as 0xEF and 0x0B for STEP INHIBIT high."""

@@ -48,12 +48,12 @@ class Isa(Board):
     options = (
         base_option(
             None,
-            "; by default 0x340, or that of the card; the select lines of the application note give 0x340, 0x350, "
+            "; by default 0x340, or that of the card; the select lines of the application note allow 0x340, 0x350, "
             "0x370 and 0x390",
         ),
-        Option("card", "text", "pmd", f"where its registers are: {ALLOWED}", like="pi-c842", check=wrong),
+        Option("card", "text", "pmd", f"its registers: {ALLOWED}", like="pi-c842", check=wrong),
     )
-    _remedy = '; for a host program of another card name it, card="pi-c842" or the like'
+    _remedy = '; for a host program of another card set card, such as card="pi-c842"'
 
     def __init__(self, kernel: Kernel, name: str, *, base: int | None, card: str) -> None:
         layout = layout_of(card)

@@ -41,7 +41,7 @@ class ParallelCard(Board):
         self.add_pin("io_request", "out", "IO_REQUEST of the chip", initial=1)
         self.add_pin("busy", "in", "BUSY of the chip", pull=1)
         self.add_pin("fpl", "in", "FPL of the chip", pull=1)
-        self.add_pin("reset", "out", "RESET of the chip; open, but for a pulse")
+        self.add_pin("reset", "out", "RESET of the chip; open except for a pulse")
         self._latch, self.control = 0xFF, 0
 
     @property

@@ -84,8 +84,8 @@ def layout_of(card: str) -> Layout:
     written = [found[key] for key in (DATA, COMMAND, RESET) if key in found]
     if len({*written}) < len(written) or found[STATUS] == found[DATA]:
         raise UsageError(
-            f"card {card!r}: two registers have one address; allowed command and status at one, because the one is "
-            "written and the other one read"
+            f"card {card!r}: two registers have the same address; only command and status may share one, since one "
+            "is written and the other read"
         )
     return placed(**found)
 

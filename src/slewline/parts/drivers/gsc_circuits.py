@@ -47,7 +47,7 @@ class TwoClocks(Part):
 
 
 class StepCheck(Part):
-    """A closed loop: ENABLE is low from a CLOCK pulse until the motor has made the step (figure 19).
+    """A closed loop: ENABLE is low from a CLOCK pulse until the motor has completed the step (figure 19).
 
     The detector signals x and y show each step of the motor and its direction (figure 18):
 
@@ -116,7 +116,7 @@ class Damping(Part):
 
     options = (
         Option("t1", "time", "2 ms", "from the last step to the first pulse"),
-        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor stays a step behind"),
+        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor ends one step short"),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:
@@ -130,7 +130,7 @@ class Damping(Part):
         for pin in ("mov", "ramp"):
             self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=0, active=1)
         self.add_pin("a", "out", "high: in motion", initial=0)
-        self.add_pin("b", "out", "high after a motion: turns the direction round", initial=0)
+        self.add_pin("b", "out", "high after a motion: inverts the direction", initial=0)
         self.add_pin("c", "out", "two pulses after a motion", initial=1)
         self.add_pin("clock_out", "out", "CLOCK of the driver", initial=1, role="step")
         self.add_pin("dir_out", "out", "direction of the driver", initial=1, role="direction")

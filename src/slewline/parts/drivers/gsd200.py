@@ -1,4 +1,4 @@
-"""GS-D200 and GS-D200S, the driver modules beside a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+"""GS-D200 and GS-D200S, the driver modules next to a GS-C: translator (figure 7) and phase current (figures 6 and 11).
 
     state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step goes to the right
     a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other
@@ -67,7 +67,7 @@ class GsD200(Part):
         self._state = 0  # 0 to 7, and its future by the clock
         self._by = 0
         self._counted: Events = NoEvents()
-        self.add_pin("clock", "in", "step at each rise", pull=1)
+        self.add_pin("clock", "in", "step at each rising edge", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1, active=1)
         self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
@@ -175,12 +175,14 @@ def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> flo
 
 def beside(total: float, present: float) -> float:
     """Return the resistor, in ohms, that makes `total` ohms in parallel with the present one."""
-    return _rest(total, present, f"{total:g} ohm beside {present:g}")
+    return _rest(total, present, f"{total:g} ohm with {present:g} ohm in parallel")
 
 
 def _rest(total: float, present: float, what: str) -> float:
     if not 0 < total < present:
-        raise UsageError(f"{what}: no resistor gives that; allowed are currents on the same side of the open input's")
+        raise UsageError(
+            f"{what}: not possible; a resistor to ground only lowers the current, one to 5 V only raises it"
+        )
     return 1 / (1 / total - 1 / present)
 
 
@@ -200,7 +202,7 @@ class PhaseCurrent(Part):
     options = (
         Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
         Option("r2", "float", 500, "resistor at Tr2", unit="ohm", check=_resists),
-        Option("r3", "float", 937, "resistor that is always there", unit="ohm", check=_resists),
+        Option("r3", "float", 937, "permanent resistor", unit="ohm", check=_resists),
         Option("driver", "choice", "gs-d200", "the driver module", choices=tuple(NETWORKS)),
     )
 

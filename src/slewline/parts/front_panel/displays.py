@@ -80,8 +80,8 @@ class HpDisplay(Shows, Part):
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
-        self.on_change: Hook[[]] = Hook()  # what it shows has changed
-        selects = "low: the display is selected; enabled while rd or wr is low, too"
+        self.on_change: Hook[[]] = Hook()  # called when the display has changed
+        selects = "low: the display is selected, and enabled while rd or wr is low"
         self._bus = BusInterface(self, selects, self._shown, self._take)
         self._cells = bytearray(LINES + 1)
         self._clear()
@@ -112,7 +112,7 @@ class HpDisplay(Shows, Part):
         if self.text != before:
             self.on_change()
 
-    # ----------------------------------------------------------------------------------------------------- as is seen
+    # -------------------------------------------------------------------------------------------------------- display
     @property
     def text(self) -> str:
         """The eight characters; a user-defined one is a small box."""
@@ -184,7 +184,7 @@ class Lcd(Shows, Part):
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str = 9600, rows: int = 4, columns: int = 40) -> None:
         super().__init__(kernel, name)
-        self.on_change: Hook[[]] = Hook()  # what it shows has changed
+        self.on_change: Hook[[]] = Hook()  # called when the display has changed
         self._clock = bit_clock(baud, name)
         self.add_pin("rxd", "in", "characters, TTL level", pull=1, active=0)
         self.parameters: dict[str, str] = {}  # by letter, in the order of their first arrival
@@ -215,7 +215,7 @@ class Lcd(Shows, Part):
             self.text.write(self._pending.pop(0))
         self.on_change()
 
-    # ----------------------------------------------------------------------------------------------------- as is seen
+    # -------------------------------------------------------------------------------------------------------- display
     @property
     def left(self) -> list[str]:
         """Lines on the left; if there are more parameters than lines, the latest overwrite the others."""

@@ -55,7 +55,7 @@ class Thumbwheels(Part):
     verbs = ("turn",)
     options = (
         Option("letter", "text", "R", "of the command whose number they set", check=_one_letter),
-        Option("value", "text", "000", "what is set: all digits of the bank", check=_digits, like="'100'"),
+        Option("value", "text", "000", "setting: all digits of the bank", check=_digits, like="'100'"),
     )
     rewired = start_bus
 
@@ -79,7 +79,7 @@ class Thumbwheels(Part):
         if read and read != there and not self._told:
             self._told = True
             became = "it reads 15 for a missing switch" if read > there else "the others have no effect"
-            what = f"the chip reads {read} digits for {self.letter}, and the bank has {there}: {became}"
+            what = f"the chip reads {read} digits for {self.letter}, but the bank has {there}: {became}"
             self.finding("digit-count", f"{what}; give it a value of {read} digits")
 
     @from_outside
@@ -124,14 +124,14 @@ class JogSwitch(Part):
     _for_users = ("cw", "ccw", "off", "position")
     wiring = MappingProxyType({"out": "jog"})
     verbs = ("cw", "ccw", "off")
-    options = (Option("position", "choice", "off", "where it is at the start", choices=("off", "cw", "ccw")),)
+    options = (Option("position", "choice", "off", "position at the start", choices=("off", "cw", "ccw")),)
     _LEVELS = MappingProxyType({"off": None, "cw": 0, "ccw": 1})
 
     def __init__(self, kernel: Kernel, name: str, *, position: str = "off") -> None:
         super().__init__(kernel, name)
         self.position = position
         self.add_pin(
-            "out", "out", "open, low for clockwise, or high for counter-clockwise", initial=self._LEVELS[position]
+            "out", "out", "open, low for clockwise, or high for counterclockwise", initial=self._LEVELS[position]
         )
 
     @from_outside

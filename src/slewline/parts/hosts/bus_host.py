@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 T = TypeVar("T")
-NO_READ_OUT = "the part cannot be read, only sent to"
+NO_READ_OUT = "the part accepts commands but cannot be read"
 
 
 class BusHost(Host):
@@ -69,7 +69,7 @@ class BusHost(Host):
     def do(self, action: Callable[[CommandPort], Awaitable[object]]) -> None:
         """Queue an action other than sending a byte: a coroutine function that is called with the command port."""
         port = self.port
-        self.queue.post(f"something of its own with {port.chip}", lambda: action(port))
+        self.queue.post(f"custom action with {port.chip}", lambda: action(port))
 
     def _rest(self) -> None:
         """Release the lines of every chip."""
@@ -135,7 +135,7 @@ class BusHost(Host):
         group = self.port.group_of(command) if isinstance(command, str) else None
         if group is None:
             groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.verify_bytes)
-            answered = f"ask() takes {groups}, and send() the rest" if groups else NO_READ_OUT
+            answered = f"use ask() for {groups}, send() for other commands" if groups else NO_READ_OUT
             raise UsageError(f"{self.name}: {command!r} has no answer; {answered}")
         return self.verify(group, timeout=timeout)
 
@@ -167,7 +167,7 @@ class BusHost(Host):
             raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
         if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
             raise UsageError(
-                f"{self.name}: live commands go to a running program, and none of {self.port.chip} runs; send() sends "
+                f"{self.name}: live commands need a running program, and {self.port.chip} runs none; send() sends "
                 "a command, run_program() starts the program"
             )
         found = self.queue.result(self.interject(self.chip.name, commands), timeout)
@@ -213,7 +213,7 @@ class BusHost(Host):
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
             raise UsageError(
-                f"{self.name}: rate {rate!r}; allowed a byte: 0 to 127, and up to 255 to see what the part makes of it"
+                f"{self.name}: rate {rate!r}; allowed a byte: 0 to 127, or up to 255 to test the part's reaction"
             )
         self._needs("slewing", "takes no rate on the fly")
         taken = "a rate is taken while the motor slews, in a motion after H and G"
@@ -226,7 +226,7 @@ class BusHost(Host):
             UsageError: the part does not output its position on the fly.
             Timeout: the motor does not step.
         """
-        self._needs("out_strobe", "gives no position on the fly")
+        self._needs("out_strobe", "outputs no position on the fly")
         taken = "it is available while the motor steps; at rest verify(0) reads it"
         return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
 

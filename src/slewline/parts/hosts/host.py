@@ -158,25 +158,25 @@ class Host(Part):
 
 missing(
     Host,
-    command="{it}.send(...) queues what goes out, {it}.ask(...) waits for the answer",
+    command="{it}.send(...) queues data to send, {it}.ask(...) waits for the answer",
     query="{it}.ask(...)",
     **dict.fromkeys(("write_line", "sendline", "send_line", "put", "execute", "transmit"), "{it}.send(...)"),
     **dict.fromkeys(
         ("read", "read_until", "readline", "readlines", "read_all", "receive", "recv", "answer_to"),
-        "{it}.received has what came in, {it}.ask(...) waits",
+        "{it}.received has the received data, {it}.ask(...) waits",
     ),
     in_waiting="len({it}.received)",
     **dict.fromkeys(
         ("open", "close", "reset_input_buffer"),
-        "there is nothing to open or close; {it}.clear() forgets what is queued",
+        "there is nothing to open or close; {it}.clear() drops the queue",
     ),
-    position="the position is the chip's: x.position, of x = bench.add(...)",
-    **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "time is the bench's: bench.run_until_idle()"),
+    position="the chip has the position: x.position, with x = bench.add(...)",
+    **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "the bench runs time: bench.run_until_idle()"),
 )
 missing(
     Host,
     "",
-    baudrate="bench.host(x, baud=9600) gives it, {it}.change_line(...) changes it on a serial line",
+    baudrate="bench.host(x, baud=9600) sets it, {it}.change_line(...) changes it on a serial line",
     **dict.fromkeys(("bytesize", "parity", "stopbits"), "{it}.change_line(...) changes the format of a serial line"),
     **dict.fromkeys(("timeout", "read_timeout"), '{it}.ask(..., timeout="5 s") takes one'),
 )

@@ -138,8 +138,9 @@ class PacketHost(Host):
             ChecksumError: the checksum is wrong, or the chipset does not know the command.
             Timeout: HostRdy stays low.
         """
-        row = packets.row(self.port.sheet, name)
-        numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
+        port = self.port
+        row = packets.row(port.sheet, name)
+        numbers = packets.numbers(port.sheet, row, values, port.crystal_hz)
         found = self.queue.result(self._queue(packet_of(row, numbers), axis), timeout)
         return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
@@ -150,9 +151,11 @@ class PacketHost(Host):
             UsageError: the command does not exist, or returns nothing.
             ChecksumError, Timeout: as for `command`.
         """
-        if not packets.row(self.port.sheet, name).reads:
-            raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
-        return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
+        row = packets.row(self.port.sheet, name)
+        if not row.reads:
+            raise UsageError(f"{self.name}: {name} returns nothing, so it cannot be queried; send it with command()")
+        found = self.queue.result(self._queue(packet_of(row, ()), axis), timeout)
+        return packets.values(row.reads, found)[0] if found is not None else None
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
@@ -375,19 +378,19 @@ missing(
     PacketHost,
     **dict.fromkeys(("verify", "read_position"), '{it}.query("GET_POS")'),
     **dict.fromkeys(("live", "change_rate", "run_program"), "a chipset takes commands at any time: {it}.command(...)"),
-    change_line="it speaks over a port, which has no rate; {it}.command(...) sends",
+    change_line="a host port has no rate; {it}.command(...) sends",
 )
 missing(
     AxisView,
-    **{name: f"it is the chip's: x.axis(1).{name}" for name in ("position", "reaches", "steps", "registers")},
-    velocity='it is the chip\'s: x.axis(1).velocity_at("3 ms")',
-    findings="what a host did wrong is in bench.findings",
+    **{name: f"the chip has it: x.axis(1).{name}" for name in ("position", "reaches", "steps", "registers")},
+    velocity='the chip has it: x.axis(1).velocity_at("3 ms")',
+    findings="errors of a host are in bench.findings",
 )
 
 
 @cache
 def _tell_missing(sheet: Sheet) -> None:
-    """Register hints for methods with the names of commands of a sheet, which do not exist."""
+    """Register hints for calls such as host.set_pos(): the commands of a sheet are not methods."""
     for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"
         values = "".join(f", {arg.name}" for arg in row.args)

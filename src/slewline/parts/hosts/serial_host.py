@@ -69,7 +69,7 @@ class SerialHost(UartHost, Host):
 
         Raises:
             ChecksumError: the answer has a wrong checksum, or a character of it a parity or framing error.
-            Timeout: no answer in time; the message says what was waited for.
+            Timeout: no answer in time; the message names the missing answer.
         """
         uart = self.uart
         uart.begin()
@@ -82,5 +82,5 @@ class SerialHost(UartHost, Host):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
         if uart.faulty != before:
-            raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
+            raise ChecksumError(f"{self.name}: parity or framing error in the answer to {command!r}: {self.answers!r}")
         return "\r".join(uart.stripped(line) for line in self.answers)

@@ -14,12 +14,12 @@ from ...core.wires.serial import LineSetting, ReceivingEnd, Straps, disagreement
 RETURN, LF = 0x0D, 0x0A
 TELNET = re.compile(rb"(?:\xff[\xfb-\xfe].)+", re.DOTALL)  # offers and demands of options
 NO_LINE = (
-    "this port passes characters at any rate, a cable does not; whether the program's data bits, parity and stop bits "
-    "would fit a cable, this port does not show"
+    "this port passes characters at any rate, unlike a cable; it does not check whether the program's data bits, "
+    "parity and stop bits would work on a cable"
 )
 CERTAIN = 6  # bytes of them, where a byte may be 0xff
-RAW = "the host negotiates options (bytes ff fb to fe), which a module takes for commands"
-RAW_REMEDY = "this looks like telnet: use a raw connection, or --rfc2217 with a client for that"
+RAW = "the host negotiates options (bytes ff fb to fe), which a module mistakes for commands"
+RAW_REMEDY = "this looks like Telnet: use a raw connection, or --rfc2217 with an RFC 2217 client"
 
 
 class NearEnd(Protocol):

@@ -120,10 +120,10 @@ class HostUart:
         self.driver.drive(self.mark)
 
     async def before_sending(self) -> None:
-        """Wait until a computer would begin to send."""
+        """Wait until the host may begin to send."""
 
     async def before_burst(self) -> None:
-        """Wait until a computer would send the next burst of characters."""
+        """Wait until the host may send the next burst of characters."""
 
     def after_burst(self, data: bytes) -> None:
         """Record that characters have been sent."""
@@ -205,7 +205,7 @@ class HostUart:
 
     def got(self, data: Data) -> Condition:
         """Return a condition: these bytes have been received, with nothing in between."""
-        mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: what is connected there only receives)"
+        mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: the other end only receives)"
         return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data), (self.rxd.net,))
 
 

@@ -43,7 +43,7 @@ class NoisePlan:
         for name, least in (("count", 1), ("after", 0)):
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:
-                raise UsageError(f"{name} {value!r}; allowed {least} and more characters")
+                raise UsageError(f"{name} {value!r}; allowed {least} or more characters")
         if not isinstance(self.chance, (int, float)) or not 0 < self.chance <= 1:
             raise UsageError(f"chance {self.chance!r}; allowed above 0, up to 1")
 

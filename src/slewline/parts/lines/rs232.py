@@ -25,7 +25,7 @@ class SerialPort(OverUart, Part):
     options = (
         BAUD,
         *word_options(7, "odd", 2),
-        Option("ttl", "bool", False, "TTL levels (mark is 1) instead of RS-232 ones"),
+        Option("ttl", "bool", False, "TTL levels (mark is 1) instead of RS-232 levels"),
     )
 
     def __init__(

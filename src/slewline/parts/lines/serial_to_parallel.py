@@ -49,7 +49,7 @@ class SerialSender(Part):
     options = (
         BAUD,
         *word_options(8, "none", 1),
-        Option("gap", "time", 0, "what the host pauses after each character"),
+        Option("gap", "time", 0, "pause of the host after each character"),
     )
 
     def __init__(
@@ -173,7 +173,7 @@ class Uart(Part):
                 "oe",
                 self._available,
                 "uart-overrun",
-                f"{byte:#04x} came before {self.held:#04x} was taken: {self.held:#04x} is lost",
+                f"{byte:#04x} came before {self.held:#04x} was read: {self.held:#04x} is lost",
             ),
         ):
             self.drivers[flag].drive(int(wrong))

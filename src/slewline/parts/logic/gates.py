@@ -39,8 +39,8 @@ class Gate(Part):
     """
 
     options = (
-        Option("function", "choice", ..., "what the output follows from", choices=tuple(FUNCTIONS)),
-        Option("inputs", "int", 2, "how many inputs: in1, in2 ...", low=1, high=8),
+        Option("function", "choice", ..., "logic function of the output", choices=tuple(FUNCTIONS)),
+        Option("inputs", "int", 2, "number of inputs: in1, in2 ...", low=1, high=8),
     )
     rewired = start_rule
 
@@ -63,7 +63,7 @@ class WireInverter(Part):
     def __init__(self, kernel: Kernel, name: str, source: Net, driven: Net) -> None:
         super().__init__(kernel, name)
         self.pins["in"] = Terminal(name, Pin(1, "in", "in", "input"), source)
-        self.pins["out"] = Terminal(name, Pin(2, "out", "out", "the other level"), driven)
+        self.pins["out"] = Terminal(name, Pin(2, "out", "out", "the inverted level"), driven)
         self.drivers["out"] = Driver(driven, name)
         self.rule = Stateless(self, ("in",), {"out": lambda shown: inverted(shown[0])})
 
@@ -81,7 +81,7 @@ class Delay(Part):
         super().__init__(kernel, name)
         self._delay_ps = picoseconds(delay)
         self.add_pin("in", "in", "input")
-        self.add_pin("out", "out", "the input, later")
+        self.add_pin("out", "out", "the input, delayed")
         self._shown: Promise | Level = None
         self._pieces: list[tuple[int, Promise | Level]] = []  # past of the input, as far back as needed
         self._wired_ps = 0  # when the part was wired

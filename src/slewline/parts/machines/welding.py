@@ -28,15 +28,15 @@ class Workpieces(Part):
     wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
 
     options = (
-        Option("pieces", "int", 3, "how many workpieces there are", low=0),
-        Option("welds", "int", 6, "falls of `torch` that a workpiece needs", low=1),
-        Option("change", "time", "1 s", "from the beginning, or the leaving of one workpiece, to the next one"),
+        Option("pieces", "int", 3, "number of workpieces", low=0),
+        Option("welds", "int", 6, "welds (falling edges of `torch`) per workpiece", low=1),
+        Option("change", "time", "1 s", "from the start, or the departure of a workpiece, to the next one"),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, pieces: int, welds: int, change: Time) -> None:
         super().__init__(kernel, name)
         self.pieces, self.welds, self._change_ps = pieces, welds, picoseconds(change)
-        self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
+        self.add_pin("in_place", "out", "high: a workpiece is ready", initial=0)
         self.add_pin("last", "out", "low: another one is to come", initial=int(pieces == 0))
         self.add_pin("torch", "in", "a weld is done when it falls", pull=1)
         self.finished = 0
@@ -132,4 +132,4 @@ class Welder(Part):
     def catch_up(self) -> None:
         """Process the motion up to the last committed instant."""
         for ps, place, _ in self._held.steps():
-            self.finding("smeared", f"the carriage leaves {place} with the torch on", ps)
+            self.finding("smeared", f"the carriage moves from {place} with the torch on", ps)

@@ -62,7 +62,7 @@ class BusInterface:
         self.high = self.low = ERASED  # in the address latches
         part.add_bus("db", "address, then data")
         part.add_pin("select", "in", selects, pull=1, active=0)
-        part.add_pin("ale", "in", "its fall latches the low byte of the address", pull=0, active=1)
+        part.add_pin("ale", "in", "falling: latches the low byte of the address", pull=0, active=1)
         part.add_pin("rd", "in", "low, while selected: the part drives the bus", pull=1, active=0)
         self.watches: list[tuple[Net, Callable[[Net], object]]] = [
             (part.net("select"), self._select),
@@ -70,7 +70,7 @@ class BusInterface:
             (part.net("rd"), self.show),
         ]
         if write is not None:
-            part.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
+            part.add_pin("wr", "in", "rising, while selected: the byte on the bus is written", pull=1, active=0)
             self.watches.append((part.net("wr"), self._take))
         self.driver = part.drivers["db"]
 

@@ -29,7 +29,7 @@ POLLED = 0x80  # bit that reads inverted while a byte is being written
 MEMORY_WIRING = MappingProxyType({**WRITE_WIRING, "select": "memory_select"})
 OF_ALL = (
     Option("size", "choice", None, "bytes; None: as long as the image, else 65536", choices=SIZES, none=True),
-    Option("image", "bytes", b"", "what it holds from address 0 on; the rest is FF"),
+    Option("image", "bytes", b"", "content from address 0 on; the rest is FF"),
 )
 
 
@@ -50,7 +50,7 @@ class MemoryCore:
     def __init__(
         self, part: Part, size: int | None, image: Data, read: Callable[[], int], write: Callable[[int], None]
     ) -> None:
-        self.bus = BusInterface(part, "low: selected; its fall latches the high byte of the address", read, write)
+        self.bus = BusInterface(part, "low: selected; falling: latches the high byte of the address", read, write)
         data = as_bytes(part.name, image)
         self.name, self.size = part.name, size or size_of(data)
         self._check(0, data)
@@ -112,7 +112,7 @@ class Ram(Part):
 
     @content.setter
     def content(self, image: object) -> None:
-        raise NoSuchAttribute(f"{self.name}: content cannot be set; write {self.name}.load(image)")
+        raise NoSuchAttribute(f"{self.name}: content cannot be set; use {self.name}.load(image)")
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
@@ -163,8 +163,8 @@ class Eeprom(Part):
     keeps = True
     options = (
         *OF_ALL,
-        Option("write_time", "time", "5 ms", "for a byte", low=1),
-        Option("flush", "time", "200 ms", "how long a byte that has been written may wait for the store", low=1),
+        Option("write_time", "time", "5 ms", "to write a byte", low=1),
+        Option("flush", "time", "200 ms", "longest wait of a written byte for the store", low=1),
         STORE,
     )
     rewired = start_bus
@@ -186,7 +186,7 @@ class Eeprom(Part):
         self._core = MemoryCore(self, size, image, self._shown, self._write)
         self._bus, self.size = self._core.bus, self._core.size
         if held and len(held) != self.size:
-            raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; give another store")
+            raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; use another store")
         self._write_ps, self._flush_ps = picoseconds(write_time), picoseconds(flush)
         self.store = Memory() if store is None else store
         self._kept = BufferedStore(self.store, self.content)

@@ -36,12 +36,10 @@ class Prom(Part):
     wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready", "load": "reset"})
 
     options = (
-        Option(
-            "image", "bytes", ..., "what it holds from address 0 on; the rest is FF, as in an erased PROM", check=_fits
-        ),
+        Option("image", "bytes", ..., "content from address 0 on; the rest is FF, as in an erased PROM", check=_fits),
         Option("start", "int", 0, "preset of the address inputs; switches on p0 to p7 override it", low=0, high=255),
         Option(
-            "stop", "choice", "data", "what ends a program: the byte FF, or (binary programs) address FF", choices=STOPS
+            "stop", "choice", "data", "end of a program: the byte FF, or (binary programs) address FF", choices=STOPS
         ),
     )
 
@@ -82,7 +80,7 @@ class Prom(Part):
             self._requesting = False
             if loading:
                 self.finding(
-                    "load-held", f"load was still low as byte {self.address:#04x} was taken: the byte is sent again"
+                    "load-held", f"load was still low when byte {self.address:#04x} was read: the byte is sent again"
                 )
             else:
                 self.address = (self.address + 1) % ADDRESSES

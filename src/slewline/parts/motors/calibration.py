@@ -72,16 +72,16 @@ def calibrate(
         UsageError: nothing was measured, or no constant reproduces the measurements.
     """
     if start_stop is None and pull_out is None:
-        raise UsageError("nothing to calibrate with; give a start-stop rate, a pull-out rate, or both")
+        raise UsageError("nothing to calibrate with; set a start-stop rate, a pull-out rate, or both")
     for name, rate in (("start-stop", start_stop), ("pull-out", pull_out)):
         if rate is not None and not 20 <= rate <= 1e5:
             raise UsageError(f"{name} rate {rate:g} steps/s; allowed 20 to 100000 full steps/s")
     if torque and pull_out is None:
-        raise UsageError(f"torque {torque:g} N m: belongs to the pull-out rate; give that as well, or leave it out")
+        raise UsageError(f"torque {torque:g} N m: it needs a pull-out rate; add that, or leave the torque out")
     if start_stop is not None and pull_out is not None and pull_out <= start_stop:
         raise UsageError(
-            f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that is sped up slowly comes "
-            "further than one that starts at its rate; are the two exchanged?"
+            f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that accelerates slowly "
+            "gets further than one that starts without a ramp; check whether the two rates are exchanged"
         )
     before = load.friction, motor.drag - motor.viscous
     if start_stop is not None and pull_out is not None:
@@ -116,8 +116,8 @@ def _both(
         slope = (lacks - tried[1]) / (friction - tried[0]) if turn else -1.0
         tried, friction = (friction, lacks), max(friction - lacks / slope if slope else 0.0, 0.0)
     raise UsageError(
-        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no friction and iron loss give both; "
-        "check motor, driver and load, or give one of the two"
+        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no friction and iron loss reproduce "
+        "both; check motor, driver and load, or use one of the two"
     )
 
 
@@ -157,7 +157,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
     """
     if does(most):
         raise UsageError(
-            f"{measured}: this motor does more even with a {what} of {bound}; check motor, driver and load"
+            f"{measured}: this motor is faster even with a {what} of {bound}; check motor, driver and load"
         )
     high = most
     for low in (*(most * COARSE**n for n in range(1, TRIES)), 0.0):
@@ -166,7 +166,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
         high = low
     else:
         raise UsageError(
-            f"{measured}: this motor does not come to it even without {what}; check motor, driver, supply and load, "
+            f"{measured}: this motor does not reach it even without {what}; check motor, driver, supply and load, "
             "and that the rate is in full steps/s"
         )
     while high - low > EXACT * high and high > most * COARSE**TRIES:
@@ -175,7 +175,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
     return (low + high) / 2
 
 
-# ------------------------------------------------------------------------------------------------- what is simulated
+# -------------------------------------------------------------------------------------------------------- simulation
 def _starts(law: MotorLaw, rate: float) -> bool:
     """Return whether the motor starts at a rate, from rest, and stops again."""
     import numpy as np

@@ -41,7 +41,7 @@ def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) 
     current = driver.current
     if driver.kind in ("voltage", "bilevel"):
         current = driver.supply / (motor.resistance + driver.series)
-    says = f"{current:.3g} A a phase, and {motor.name} is rated {motor.current:.3g} A"
+    says = f"{current:.3g} A per phase, but {motor.name} is rated {motor.current:.3g} A"
     if current > OVER * motor.current and not little:
         return f"{says}: it gets hot, and its iron may saturate, so that the torque is less than calculated"
     if current < UNDER * motor.current:
@@ -61,15 +61,15 @@ def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str
     if driver.kind not in ("chopper", "averaged"):
         return tuple(notes)
     if driver.current == motor.current and isinstance(given, str) and not _AMPERES.search(given):
-        notes.append(f"{given!r} says no current: {motor.current:g} A are taken, the rated current of {motor.name}")
+        notes.append(f"{given!r} has no current: {motor.current:g} A is assumed, the rated current of {motor.name}")
     swing = ripple(motor, driver)
     if swing > MUCH * driver.current:
         at = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
         lost = f"{min(swing / driver.current / 2, 1):.0%}"
         says = f"chopper at {at}: the current ripples by up to {swing:.2g} A of {driver.current:.3g} A at high rates, "
-        says += f"which takes up to {lost} of the torque"
+        says += f"which costs up to {lost} of the torque"
         if not has_own_clock(given, motor):
-            says += "; the frequency is assumed: name the driver, such as DRV8825, or give its frequency, "
+            says += "; the frequency is assumed: name the driver, such as DRV8825, or set its frequency, "
             says += "such as 36 kHz"
         notes.append(says)
     least = least_current(motor, replace(driver, kind="chopper"))

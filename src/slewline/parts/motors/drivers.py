@@ -66,32 +66,32 @@ DRIVERS: Mapping[str, DriverRow] = MappingProxyType(
 )
 
 FIGURES = (  # of a table, in the order of DriverData
-    Option("name", "text", "own", "what it is called", like="'my driver'"),
+    Option("name", "text", "own", "its name", like="'my driver'"),
     Option("kind", "choice", ..., "circuit", choices=("current", "averaged", "chopper", "voltage", "bilevel")),
     positive("supply", "V", "supply", None),
     positive("current", "A", "of a phase with two phases on; by default the rated current of the motor", None),
     figure("series", "ohm", "in series with each winding"),
     figure("lag", "s", "time constant of an ideal current source"),
     positive("high", "V", "of a bilevel driver, after each change of a phase", None),
-    positive("high_time", "s", "how long", None),
+    positive("high_time", "s", "duration of the high supply", None),
     positive("frequency", "Hz", "of the clock of a chopper", 20e3),
     figure("off_time", "s", "pause of a chopper without a clock, instead of a frequency; 0: it has a clock"),
     Option(
         "decay",
         "choice",
         "slow",
-        "how the current decays in the pause of a chopper",
+        "decay of the current in the pause of a chopper",
         choices=("slow", "fast", "mixed", "auto"),
     ),
     Option("fast_part", "float", 0.3, "of the period or the pause, in mixed and auto decay", check=share),
-    figure("least_on", "s", "blanking: a phase is on so long at least"),
+    figure("least_on", "s", "blanking: minimum on-time of a phase"),
     figure("diode", "V", "dropped in the pause of a chopper"),
-    figure("clamp", "V", "into which a half winding that is switched off drives its current", 0.7),
+    figure("clamp", "V", "into which a switched-off half winding drives its current", 0.7),
     Option("boost", "bool", False, "a phase that is on alone has sqrt(2) times the current"),
     Option("rest", "float", 1.0, "at rest, as a factor of the current; or text such as '0.5 A'", low=0),
     Option("slew", "float", 1.0, "at constant speed, likewise", low=0),
     Option("ramp", "float", 1.0, "on ramps, likewise", low=0),
-    Option("source", "text", "", "where the figures are from", like="'data sheet, 2012'"),
+    Option("source", "text", "", "source of the figures", like="'data sheet, 2012'"),
 )
 LEVELS = ("rest", "slew", "ramp")
 ALWAYS = ("name", "kind", "clamp", "source")
@@ -180,7 +180,7 @@ def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, An
                 same_part(part, DRIVERS) or hint(part, forms) or (hint(last, forms) if len(last) > len("mA") else "")
             )
             if not meant and PART_NUMBER.fullmatch(part):
-                meant = f"; drivers with a name: {', '.join(DRIVERS)}; of another one give its frequency and decay"
+                meant = f"; drivers with a name: {', '.join(DRIVERS)}; for another one set its frequency and decay"
             examples = ", ".join(map(repr, EXAMPLES))
             raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
 
@@ -220,7 +220,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
         return value
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
-        raise UsageError(f"{name} {value!r}; allowed text such as {EXAMPLES[0]!r}, or a table of like, {table}")
+        raise UsageError(f"{name} {value!r}; allowed text such as {EXAMPLES[0]!r}, or a table with like, {table}")
     given = _of_text(value, name, motor) if isinstance(value, str) else dict(value)
     given = {each: of for each, of in given.items() if of is not None}
     rows: Sequence[Option] = FIGURES

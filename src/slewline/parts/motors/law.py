@@ -99,7 +99,7 @@ class MotorLaw:
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
             raise UsageError(f"{self.motor.name}: steps {self.steps!r}; allowed full, wave and half")
 
-    # ----------------------------------------------------------------------------------------------- what it is made of
+    # ------------------------------------------------------------------------------------------------------- components
     @cached_property
     def micro(self) -> int:
         """Commands per full step."""
@@ -350,12 +350,12 @@ class MotorLaw:
 
         edges, asked = np.asarray(times, np.int64), np.asarray(commands, np.int64)
         if len(edges) != len(asked):
-            raise UsageError(f"{len(edges)} edges with {len(asked)} commands; give one command for each edge")
+            raise UsageError(f"{len(edges)} edges with {len(asked)} commands; pass one command for each edge")
         late = np.flatnonzero(np.diff(edges, prepend=start) <= 0)
         if len(late):
             n = int(late[0])
             before = f"after the one before, {edges[n - 1]} ps" if n else f"after the start, {start} ps"
-            raise UsageError(f"edge {n} at {edges[n]} ps; each comes {before}")
+            raise UsageError(f"edge {n} at {edges[n]} ps; each must be {before}")
         run = Integration(self, engine)
         return run.trace(
             edges,

@@ -29,9 +29,9 @@ class Gear(Part):
     _for_users = ("position",)
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("pinion", "int", 1, "teeth of the wheel that drives", low=1),
-        Option("wheel", "int", 1, "teeth of the wheel that is driven", low=1),
-        Option("reverse", "bool", False, "the driven shaft turns the other way"),
+        Option("pinion", "int", 1, "teeth of the driving wheel", low=1),
+        Option("wheel", "int", 1, "teeth of the driven wheel", low=1),
+        Option("reverse", "bool", False, "the driven shaft turns in the opposite direction"),
     )
     quantities, forget = shaft_quantities, forget_shaft
 
@@ -69,12 +69,12 @@ class Carriage(Part):
     _for_users = ("place", "lost", "scale", "unit")
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("backlash", "float", 0, "how far the shaft turns round before it follows", low=0, unit="steps"),
-        Option("low", "float", None, "place of the lower hard stop; None: there is none", unit="steps", none=True),
-        Option("high", "float", None, "place of the upper hard stop; None: there is none", unit="steps", none=True),
-        Option("start", "float", 0, "place at the beginning", unit="steps"),
-        Option("scale", "float", 1, "how far a step moves it, in `unit`"),
-        Option("unit", "text", "steps", "of its place"),
+        Option("backlash", "float", 0, "travel of the shaft after a reversal until it follows", low=0, unit="steps"),
+        Option("low", "float", None, "position of the lower hard stop; None: no stop", unit="steps", none=True),
+        Option("high", "float", None, "position of the upper hard stop; None: no stop", unit="steps", none=True),
+        Option("start", "float", 0, "position at the start", unit="steps"),
+        Option("scale", "float", 1, "travel per step, in `unit`"),
+        Option("unit", "text", "steps", "of its position"),
     )
     forget = forget_shaft
 
@@ -94,7 +94,7 @@ class Carriage(Part):
         super().__init__(kernel, name)
         for stop, beyond in ((low, low is not None and low > start), (high, high is not None and high < start)):
             if beyond:
-                raise UsageError(f"{name}: start {start} lies beyond the stop at {stop}; allowed low <= start <= high")
+                raise UsageError(f"{name}: start {start} is beyond the stop at {stop}; allowed low <= start <= high")
         self.scale, self.unit = fraction(scale), unit
         self.shaft = BacklashShaft(on, fraction(backlash), fraction(start))
         self._stops = fraction_or_none(low), fraction_or_none(high)
@@ -129,7 +129,7 @@ class Carriage(Part):
             return  # the hard stop of another load blocks the shaft
         self._swallowed += steps
         if anew:
-            self.finding("hard-stop", f"at {self.place:g} {self.unit} it runs into a stop: steps are lost", ps)
+            self.finding("hard-stop", f"at {self.place:g} {self.unit} it hits a hard stop: steps are lost", ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return the quantities of the part over time, for pictures, files and queries."""

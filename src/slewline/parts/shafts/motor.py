@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 EDGES = {"fall": 0, "rise": 1}
 EDGE = Option(
-    "edge", "choice", None, "which edge of the pulse is a step; by default what the neighbour's pin says",
+    "edge", "choice", None, "step edge of the pulse; by default that of the neighbour's pin",
     choices=tuple(EDGES), none=True,
 )  # fmt: skip
 WINDINGS = MappingProxyType({(-1, -1): 0, (1, -1): 1, (1, 1): 2, (-1, 1): 3})  # the field by windings a and b
@@ -166,10 +166,10 @@ class Motor(Part):
     wiring = STEP_WIRING
     options = (
         *STEP_OPTIONS,
-        Option("lag", "time", 0, "how long a step takes"),
+        Option("lag", "time", 0, "duration of a step"),
         Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
-        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
-        Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
+        Option("acceleration", "float", 0, "greatest acceleration", low=0, unit="steps/s2"),
+        Option("loses", "ints", (), "numbers of pulses that it misses in addition", low=1),
     )
     attached = attach_drive
     rewired = start_rule
@@ -382,7 +382,7 @@ class Rotor(Part):
         self._followed = field
         turn = (field - self._position) % 4
         if turn == 2:
-            text = "the field jumped to the opposite side: a real rotor could go either way"
+            text = "the field jumped to the opposite side: a real rotor could turn either way"
             self.finding("rotor-lost", text, ps)
         else:
             self._position += {0: 0, 1: 1, 3: -1}[turn]

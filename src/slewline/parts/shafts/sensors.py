@@ -117,11 +117,13 @@ class Switch(Part):
     wiring = MappingProxyType({"out": "home"})
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("role", "choice", "home", "what the input is for that `to` wires it to", choices=ROLES),
+        Option("role", "choice", "home", "role of the input that `to` wires it to", choices=ROLES),
         Option("axis", "int", 1, "of the neighbour", low=1, high=4),
-        Option("low", "float", None, "lowest place at which it is closed; None: no end", unit="steps", none=True),
-        Option("high", "float", None, "lowest place above at which it is open; None: no end", unit="steps", none=True),
-        Option("hysteresis", "float", 0, "how much farther out it opens", low=0, unit="steps"),
+        Option("low", "float", None, "lowest position at which it is closed; None: no limit", unit="steps", none=True),
+        Option(
+            "high", "float", None, "lowest position above where it is open; None: no limit", unit="steps", none=True
+        ),
+        Option("hysteresis", "float", 0, "distance by which it opens farther out", low=0, unit="steps"),
         Option("lag", "time", "1 us", "from a step to the edge", low=1),
         Option("active", "choice", None, "level while closed; None: that of the input", choices=(0, 1), none=True),
     )

@@ -63,7 +63,7 @@ class Shaft:
         self._told = 0  # lost steps of this motion that `lost` already includes
         self._held = False  # it has lost steps at its present position
 
-    # ------------------------------------------------------------------------------------------- what turns the shaft
+    # ---------------------------------------------------------------------------------------------- driving the shaft
     def cut(self, ps: int) -> None:
         """End the present motion at an instant (ps); the rest of it continues from there until `turn`."""
         motion = self.motion
@@ -86,7 +86,7 @@ class Shaft:
         self.turn(Once(ps), sign, ps - 1)
         self.cut(ps)
 
-    # --------------------------------------------------------------------------------------------------- a user's hands
+    # -------------------------------------------------------------------------------------------------- turning by hand
     def block(self) -> None:
         """Block the shaft: steps are lost."""
         self._slacken(BLOCKED)
@@ -138,7 +138,7 @@ class Shaft:
         low = max((place for place in lows if place is not None), default=None)
         return low, min((place for place in highs if place is not None), default=None)
 
-    # ------------------------------------------------------------------------------------------- what sits on a shaft
+    # --------------------------------------------------------------------------------------------- parts on the shaft
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
         """Return a counter of the present motion on a scale, shown `lag_ps` later."""
         return counter_of(self.motion, scale, lag_ps)
@@ -313,7 +313,7 @@ class DrivenShaft(Shaft):
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("it turns with the shaft under it")
+        raise NotImplementedError("its driving shaft turns it")
 
     def block(self) -> None:
         """Block the driving shaft."""

@@ -27,7 +27,7 @@ BLOCKED = 1 << 200  # a slack that no motion takes up
 FEW = 16  # edges per instant: if fewer, all are listed in one array
 
 
-# --------------------------------------------------------------------------------------------------- what turns a shaft
+# ---------------------------------------------------------------------------------------------------- drives of a shaft
 class Once(Listed):
     """A single event, at an instant (ps)."""
 
@@ -58,7 +58,7 @@ class ShaftMotion:
     def __post_init__(self) -> None:
         self.first = self.drive.count(self.since)
 
-    # ------------------------------------------------------------------------------------------------------- questions
+    # --------------------------------------------------------------------------------------------------------- queries
     def count(self, ps: int) -> int:
         """Return the number of edges of this motion up to an instant (ps), including lost ones."""
         return max(0, self.drive.count(ps) - self.first)

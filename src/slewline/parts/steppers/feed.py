@@ -173,7 +173,7 @@ def high_of(levels: Any) -> NDArray[np.bool_]:
     return np.array([level != 0 for level in levels], bool)
 
 
-# --------------------------------------------------------------------------------------------- what the pins ask for
+# ------------------------------------------------------------------------------------------------ commands from pins
 @dataclass(frozen=True)
 class Pins:
     """Columns of a reading by pin, and the active level of each pin; a pin that is not read has no column."""

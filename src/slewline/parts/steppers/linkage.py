@@ -13,7 +13,7 @@ class Linkage:
     """Mechanical connection of a load to a rotor; positions are in steps of the load.
 
     `factor` steps of the load make one full step of the motor.  With `play` the load stops when the rotor reverses,
-    until so many steps are taken up; at the start it was `offset` above the rotor.  `behind`: the position relative to
+    until these steps are taken up; at the start it was `offset` above the rotor.  `behind`: the position relative to
     the command.
     """
 

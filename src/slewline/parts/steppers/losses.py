@@ -65,7 +65,7 @@ class Losses:
             if stop is not None:
                 held |= theta == stop
         for n in np.flatnonzero(held & ~np.append(self._held, held[:-1])).tolist():
-            yield int(times[n]), "hard-stop", f"the shaft runs into a stop at {theta[n] / law.motor.step:g} steps"
+            yield int(times[n]), "hard-stop", f"the shaft hits a hard stop at {theta[n] / law.motor.step:g} steps"
         self._held = bool(held[-1])
 
     def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:

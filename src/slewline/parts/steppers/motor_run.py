@@ -193,7 +193,7 @@ class Run:
         if differs is not None:
             altered = [it for it in self.stretches[n:] if it.changed is not None and it.first.t == differs]
             self._cut(differs, differs)
-            for stretch in altered:  # at this instant too: that counts, after what the inputs show
+            for stretch in altered:  # at this instant too: the change counts, after the inputs
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
@@ -217,7 +217,7 @@ class Run:
         self.stretches.append(Stretch(law, first, states))
         self.reached = ps
 
-    # -------------------------------------------------------------------------------------------------------- questions
+    # ---------------------------------------------------------------------------------------------------------- queries
     def stretch_at(self, ps: int) -> Stretch:
         """Return the stretch that contains an instant (ps), already reached."""
         n = bisect_right(self.stretches, ps, key=lambda stretch: stretch.first.t) - 1

@@ -116,7 +116,7 @@ class Passings:
         mark = self._marks[-1]
         del self.times[mark.changes :], self.counts[mark.changes :]
 
-    # ------------------------------------------------------------------------------------------------- finding them
+    # ---------------------------------------------------------------------------------------------- finding changes
     def look(self, ps: int) -> None:
         """Find the changes up to an instant (ps)."""
         mark = self._marks[-1]
@@ -314,7 +314,7 @@ class Passings:
             )  # fmt: skip
             yield before.t + found, n if rising else n - 1
 
-    # -------------------------------------------------------------------------------------------------------- questions
+    # ---------------------------------------------------------------------------------------------------------- queries
     def level(self, ps: int) -> int:
         """Return the count at an instant (ps)."""
         self.look(ps)

@@ -95,8 +95,8 @@ class Stepper(Blockable, Part):
         ),
         Option("driver", "object", "24 V, 1 A", "as text, or a table of its figures", check=driver_complaint),
         Option("load", "object", MappingProxyType({}), "as text, or a table of its figures", check=load_complaint),
-        Option("inputs", "choice", "step", "what drives it", choices=("step", "phases")),
-        Option("steps", "text", "full", "full, wave, half or micro 8: what a step is", like="half"),
+        Option("inputs", "choice", "step", "kind of its inputs", choices=("step", "phases")),
+        Option("steps", "text", "full", "size of a step: full, wave, half or micro 8", like="half"),
         EDGE,
         Option("active", "choice", None, "level of a phase that is on", choices=(0, 1), none=True),
         Option(
@@ -113,7 +113,7 @@ class Stepper(Blockable, Part):
             "engine",
             "choice",
             None,
-            "python; numba, compiled at once; None: python, and numba for long runs",
+            "python; numba, compiled immediately; None: python, and numba for long runs",
             choices=("python", "numba"),
             none=True,
         ),
@@ -192,7 +192,7 @@ class Stepper(Blockable, Part):
         if own in PHASES and row.sense is not None and self._active is None:
             self._active = row.sense
 
-    # ------------------------------------------------------------------------------------------------ what a user asks
+    # ----------------------------------------------------------------------------------------------- queries by a user
     @property
     def _law(self) -> MotorLaw:
         """Present law of motor, driver and load."""
@@ -266,7 +266,7 @@ class Stepper(Blockable, Part):
             self.be_caught_up()
         self.shaft.forget(before)
 
-    # --------------------------------------------------------------------------------------------------- a user's hands
+    # -------------------------------------------------------------------------------------------------- turning by hand
     @from_outside
     def load(self, torque: float | str) -> None:
         """Change the load torque from now on: N m, or text such as "30 mNm"; positive torque opposes counting up."""

@@ -108,7 +108,7 @@ class Comparison:
 
     @property
     def drift_ppm(self) -> float:
-        """How much slower the measured clock is than that of the model, in ppm: the slope of `late_ps`."""
+        """The drift of the measured clock, in ppm, positive if slower than the model's: the slope of `late_ps`."""
         return 1e6 * _slope(self.model[0][self.pairs[:, 0]], self.late_ps)
 
     @property
@@ -148,7 +148,7 @@ class Comparison:
             kinds = [f"{sum(row.kind == kind for row in self.rows)} {kind}" for kind in ("missing", "extra")]
             lines.append(f"  and {len(self.rows) - SHOWN} more; in all {', '.join(kinds)}")
         if len(self.pairs):
-            apart = f"at most {readable(self.greatest_ps)} apart, {readable(round(self.mean_ps))} in the mean"
+            apart = f"at most {readable(self.greatest_ps)} apart, {readable(round(self.mean_ps))} on average"
             drift = f", drift {self.drift_ppm:+.1f} ppm" if len(self.pairs) >= ENOUGH else ""
             lines.append(f"  {len(self.pairs)} {'pair' if len(self.pairs) == 1 else 'pairs'}: {apart}{drift}")
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])

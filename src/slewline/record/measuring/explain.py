@@ -140,8 +140,8 @@ def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Ter
             whole = len(one.pairs) and not len(one.missing) + len(one.extra)
             by = round(float(one.late_ps.mean())) if whole else one.shift_ps - own.shift_ps
             much = readable(rounded(abs(by), 3))
-            text = f"a constant delay of {much}" if by >= 0 else f"being {much} early throughout"
-            notes[pair.name] = (f"agrees but for {text}" + (", inverted" if levels != invert else ""),)
+            text = f"a constant delay of {much}" if by >= 0 else f"being {much} early"
+            notes[pair.name] = (f"agrees except for {text}" + (", inverted" if levels != invert else ""),)
             break
         else:
             if not (len(one.missing) or len(one.extra)):

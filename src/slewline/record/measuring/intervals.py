@@ -297,7 +297,7 @@ class Checked:
         if self.kept is None:
             return "typical"
         if self.kept:
-            return f"kept, to {duration(self.doubt_ps)}" if self.doubtful else "kept"
+            return f"kept, within {duration(self.doubt_ps)}" if self.doubtful else "kept"
         times = f"{len(self.violations)} times, first" if len(self.violations) > 1 else "once,"
         return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 

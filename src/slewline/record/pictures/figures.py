@@ -113,7 +113,7 @@ class Paper:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A panel to be drawn: its curves (none: it has the pins), heading, height, and room above it, in inches."""
+    """A panel to be drawn: its curves (empty: it has the pins), heading, height, and room above it, in inches."""
 
     curves: Sequence[TrackCurve]
     heading: str

@@ -116,7 +116,7 @@ def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, 
 
 
 def rate_text(names: Sequence[str], rate: float) -> str:
-    """Return the text at a rate: "VEL = 65 536, 3 052 steps/s"."""
+    """Return the text next to a rate: "VEL = 65 536, 3 052 steps/s"."""
     return f"{_joint(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
 
 

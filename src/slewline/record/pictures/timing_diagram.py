@@ -93,7 +93,7 @@ class Drawing:
         self.centres = [float(scale(list(cut)).mean()) for cut in scale.cuts]
 
     def draw(self, title: Sequence[str]) -> None:
-        """Draw all of it; `title` is in lines."""
+        """Draw the whole diagram; `title` has one line per element."""
         above = self.layout.height - 0.2
         for row, line in enumerate(reversed(title)):
             self._text(EDGE, above + NEXT * row, line, size=11, weight="bold", ha="left")

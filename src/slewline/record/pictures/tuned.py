@@ -77,7 +77,7 @@ class LagCurve:
 
 @dataclass(frozen=True, slots=True)
 class TuningPicture:
-    """All of it; without a map if the grid has only one cell."""
+    """All elements of the picture; without a map if the grid has only one cell."""
 
     title: str
     grid: GridMap | None

@@ -197,7 +197,7 @@ class Recorder:
         log = self._log(probe, start)
         stop = min(stop, net_of(probe).kernel.seen)
         if stop >= 1 << 63:
-            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); request an earlier window")
         return log, stop
 
     def _log(self, probe: Probe, start: int) -> EdgeLog:
@@ -206,7 +206,7 @@ class Recorder:
         if start < since:
             remedy = f"call bench.record({probe.name!r}) earlier"
             if log.keep_ps is not None:
-                remedy += f", or with more than keep={readable(log.keep_ps)!r}"
+                remedy += f", or with a longer keep than {readable(log.keep_ps)!r}"
             raise NotRecorded(f"{probe.name} at {readable(start)}: recorded from {readable(since)} on; {remedy}")
         return log
 

@@ -89,7 +89,9 @@ class TableRows:
             end = block.rfind(b"\n") + 1 if more or self.torn else len(block)
             block, rest = block[:end], block[end:]
             if len(rest) > MAX_LINE:
-                raise WaveformError(f"{self.path}: a line of more than {MAX_LINE} bytes; is it a table (CSV)?")
+                raise WaveformError(
+                    f"{self.path}: a line of more than {MAX_LINE} bytes; check that it is a table (CSV)"
+                )
             if not more:
                 block = block.rstrip(ENDS)
             while skip and block:
@@ -133,7 +135,7 @@ class TableRows:
                 for n in self.used if line.strip() else ():
                     float(cells[n])
             except (ValueError, IndexError):
-                return self.error(row, line, "expected a number in each column; is the file cut off or damaged?")
+                return self.error(row, line, "expected a number in each column; the file may be cut off or damaged")
         return self.error(number + 1, block[:SHOWN], "expected rows of numbers")
 
     def error(self, number: int, line: bytes, what: str) -> WaveformError:
@@ -222,7 +224,7 @@ class TableChanges:
             if wrong.any():
                 row = int(np.argmax(wrong))
                 shown = ", ".join(f"{value:g}" for value in block[row]).encode()
-                raise table.error(number + row + 1, shown, "a time before the one above, or no finite number")
+                raise table.error(number + row + 1, shown, "a time before the one above, or not a finite number")
             if not rows:
                 first = min(float(times[0]), 0.0)  # times before the trigger are negative: the record begins at 0
             at = self._picoseconds(table, times - first)

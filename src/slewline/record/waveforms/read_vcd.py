@@ -85,7 +85,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
     head = _head(path, file)
     header, at = read_header(FilePlace(path, head))
     if not header.variables:
-        raise WaveformError(f"{path}: declares no variable ($var); is it cut off, or another kind of file?")
+        raise WaveformError(f"{path}: declares no variable ($var); it may be cut off, or another kind of file")
     if not (header.whole or torn):
         raise FilePlace(path, head).error(len(head.rstrip()) - 1, f"the file ends among its declarations: {CUT_OFF}")
     changes = Changes(path, header, _unit(path, header.unit, unit))
@@ -100,7 +100,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
         lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
         if len(rest) > WORD:
             raise FilePlace(path, rest[:BLOCK], lines).error(
-                0, f"goes on for more than {WORD} bytes; is it a VCD file?"
+                0, f"is longer than {WORD} bytes; check that it is a VCD file"
             )
     if rest.strip() and not torn:
         raise FilePlace(path, rest, lines).error(
@@ -119,7 +119,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
         if head.startswith(begin):
             raise WaveformError(f"{path}: not a VCD file: {what}")
     if b"\0" in head[:PEEK] and not head.lstrip().startswith(b"$"):
-        raise WaveformError(f"{path}: a binary file, which is no recording that can be read; export VCD or CSV instead")
+        raise WaveformError(f"{path}: a binary file, not a readable recording; export VCD or CSV instead")
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
         raise WaveformError(
@@ -131,7 +131,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
         seen = max(len(head) - 100, 0)
         head += more
         if len(head) > LONGEST:
-            raise WaveformError(f"{path}: no $enddefinitions in {LONGEST} bytes; is it a VCD file?")
+            raise WaveformError(f"{path}: no $enddefinitions in {LONGEST} bytes; check that it is a VCD file")
     return bytes(head)
 
 

@@ -129,7 +129,7 @@ def _channels(path: str | Path) -> tuple[list[str], list[str]]:
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
         return [], []  # sigrok-cli reports the error
     if not there:
-        raise WaveformError(f"{path}: a ZIP archive, and no session of sigrok; save a spreadsheet as CSV")
+        raise WaveformError(f"{path}: a ZIP archive, but not a session of sigrok; save a spreadsheet as CSV")
     lines = said.decode("utf-8", "replace").splitlines()
     named = [match.groups() for line in lines if (match := _CHANNEL.fullmatch(line.strip()))]
     return [name for kind, name in named if kind == "probe"], [name for kind, name in named if kind == "analog"]
@@ -151,7 +151,7 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
     wires, voltages = _channels(path)
     if voltages and not wires:
         shown = ", ".join(name[:SHOWN] for name in voltages[:SHOWN])
-        raise WaveformError(f"{path}: a session with voltages alone ({shown}); export CSV in PulseView")
+        raise WaveformError(f"{path}: a session with only voltages ({shown}); export CSV in PulseView")
     with tempfile.TemporaryFile() as errors:
         process = lifeline.start([tool, "-i", os.path.abspath(path), "-O", "vcd"], os.environ, errors)
         limit = threading.Timer(LONGEST_S, process.kill)

@@ -66,7 +66,7 @@ def frequency(hz: Fraction) -> str:
 
 
 def rate_in(text: str) -> Fraction | None:
-    """Return the rate (Hz) that a comment of a file states: "Acquisition with 2/2 channels at 12 MHz"; None: none."""
+    """Return the rate (Hz) stated in a comment: "Acquisition with 2/2 channels at 12 MHz"; None: it states none."""
     match = _RATE.search(" ".join(text[-LONG:].split()))
     hz = Fraction(match[1]) * SIZES[match[2].lower()] if match else Fraction(0)
     return hz if 0 < hz <= PS_PER_S else None

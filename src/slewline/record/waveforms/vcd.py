@@ -97,7 +97,7 @@ class VcdStream(WholeOrNothing):
         self._said = self._reached // self.unit  # the last time written, in units
         self._next = (self._said + 1) * self.unit  # from this instant on, nothing is written yet
         self.lost = 0
-        """How many changes of wires are not in the file, because others followed in the same unit."""
+        """Number of wire changes that are not in the file, because others followed in the same unit."""
         self._file = WholeFile(path)
 
     @property

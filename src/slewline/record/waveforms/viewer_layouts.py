@@ -76,7 +76,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSe
 
 # --------------------------------------------------------------------------------------------------------- GTKWave
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
-    """Yield the lines of GTKWave's save file.  It finds the waveform if the file names both."""
+    """Yield the lines of GTKWave's save file.  GTKWave finds the waveform if the file names both."""
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
     instants = [str(at * view.scale) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))

@@ -61,9 +61,9 @@ class Waveforms:
     Names are those in the file, with their scopes: "x.slew".  The last part is enough if only one name ends with it.
     "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 being the lowest.
 
-    Levels are 0 and 1, those of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire that floats in a bus
-    whose other wires do not reads 1.  A file of changes may have no value of a wire before the first of them: until
-    then the wire had the other level.
+    Levels are 0 and 1, on a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A floating wire of a bus reads 1,
+    unless all its wires float.  If a file of changes has no value of a wire before its first change, the wire had the
+    other level until then.
 
     Attributes:
         path: the path of the file.
@@ -214,7 +214,7 @@ class Waveforms:
 
         found = self._readable(signal)
         if found.variable.kind != "bits":
-            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace has levels")
+            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace needs levels")
         if invert:
             self._wire(signal)
             found = found._replace(levels=inverted(found.levels), level=inverted(np.array([found.level]))[0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 
 from ...core.datasheet.table import Arg, Row, Sheet
+from ...language.dialect import dialect_of
 from ..meaning import (
     Action,
     EnterProgram,
@@ -26,7 +27,7 @@ from ..meaning import (
 from ..source_registers import after_reset, rows_by_role, takes_part
 from ..translation_report import LineKind, LineVerdict
 from .conditions import CannotTest, Conditions
-from .layout import ResultPiece
+from .layout import ResultPiece, has_tokens
 from .limits import no_command, out_of
 from .nearest_rates import Rates
 from .target_directives import Directives
@@ -48,6 +49,7 @@ class ActionWriter:
     def __init__(self, source: Sheet, sheet: Sheet, hz: int, rates: Rates, used: Mapping[str, Collection[int]]) -> None:
         self.source, self.sheet, self.hz, self.rates = source, sheet, hz, rates
         self.rows = rows_by_role(sheet)
+        self.verbatim = not any(has_tokens(dialect_of(each)) for each in (source, sheet))
         self.conditions = Conditions(sheet, used["inputs"])
         self.directives = Directives(source, sheet)
         self.verdicts: list[LineVerdict] = []
@@ -72,6 +74,10 @@ class ActionWriter:
             return self.placed(
                 action, self.impossible(action, f"axis {action.axis}", limit, "use a part for each axis")
             )
+        theirs = self.source.commands.by_form.get(action.command)
+        if self.source.encoder and not self.sheet.encoder and getattr(theirs, "encoder", False):
+            limit = f"the {self.sheet.part.upper()} reads no encoder ({self.sheet.manual})"
+            return self.placed(action, self.impossible(action, "", limit, "use a part with an encoder"))
         first = self.unset_before(action)
         copied = self.copied(action)
         if copied is not None:
@@ -168,7 +174,7 @@ class ActionWriter:
             return None
         if mine.role == "clear" or mine.form == "MULTI_UPDATE":
             self.cleared.add(action.line)
-        return ResultPiece(mine, action.values)
+        return ResultPiece(mine, action.values, action.text if self.verbatim else "")
 
     def held_after(self, action: Action) -> None:
         """Update distance and direction after a command that was copied."""

@@ -62,7 +62,7 @@ class Conditions:
             limit = (
                 no_command(self.sheet, role)
                 if row is None
-                else f"{row.form} tests input {WAIT_INPUT} alone ({row.where})"
+                else f"{row.form} tests only input {WAIT_INPUT} ({row.where})"
             )
             raise CannotTest(limit, "let the host wait for it, or wire it to another input") from None
         found[0].labels.append(here)
@@ -115,7 +115,7 @@ class Conditions:
                 continue
             names = bool(row.args) and row.args[0].name == "input"
             if not names and one.number != BRANCH_INPUT:
-                raise CannotTest(f"{row.form} tests input {BRANCH_INPUT} alone ({row.where})", "wire it to that input")
+                raise CannotTest(f"{row.form} tests only input {BRANCH_INPUT} ({row.where})", "wire it to that input")
             if one.level == level and (at_start or "t" in row.flow):
                 return [ResultPiece(row, self._arguments(row, one, to, names))]
             if one.level != level and "t" in row.flow and "jump" in self.rows:

@@ -23,6 +23,7 @@ class Goto:
 class ResultPiece:
     """A line of the result before layout: an instruction, or another text (`row` is None).
 
+    An instruction with a text is written so: a prefix, a string or "#" is not in its values.
     `labels` name the instruction; `source` is the line of the source, `block` the stored program it belongs to;
     `program` is the one that it enters, leaves or runs.
     """
@@ -57,13 +58,15 @@ class ResultLayout:
     def text(self, piece: ResultPiece) -> str:
         """Return a line of the result without its comment."""
         if piece.row is None:
-            return piece.text  # another text, or what does not fit
+            return piece.text  # another text, or a line that does not fit
         names = [self.letters[piece.block, name] for name in piece.labels if (piece.block, name) in self.letters]
         marks = "".join(map(self.dialect.label, dict.fromkeys(names)))
         return marks + self._spelled(piece)
 
     def _spelled(self, piece: ResultPiece) -> str:
         assert piece.row is not None  # noqa: S101
+        if piece.text:
+            return piece.text
         values = [self._value(piece, value) for value in piece.values]
         labels = "".join(dict.fromkeys(self.letters.values()))
         return str(self.dialect.spell(piece.row, values, labels))

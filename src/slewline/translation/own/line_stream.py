@@ -185,7 +185,7 @@ def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
             replace(each, action=None if each.action is None else replace(each.action, block=-1)) for each in head
         ]
         for each in outside:
-            each.moved = "before the program, where it needs no room"
+            each.moved = "before the program, where it takes no memory"
         found[-1:] = [*outside, step]
         at += len(head)
     return found

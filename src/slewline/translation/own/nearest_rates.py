@@ -25,7 +25,7 @@ CLOSE = 1e-3  # of the time of a move that is the same
 FAR_MOVE = 1.0  # of the time of a move: one that takes twice as long is not even nearly the same
 JUST_LONGER = (0, 1, 64, 128, 192, 254, 255, 256)  # steps beyond both ramps
 SHORTER = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of both ramps, whose end a motion then does not reach
-SAMPLES = (2, 10, 50, 250, 1000, 5000)  # steps of moves of unknown length
+SAMPLES = tuple(dict.fromkeys(int(2 * 1.15**n) for n in range(57)))  # steps of moves of unknown length, to 5013
 
 
 @dataclass(slots=True)
@@ -207,8 +207,10 @@ class Rates:
         if kind is not LineKind.IMPOSSIBLE:
             return LineVerdict(action.line, kind, says, off=off, off_ps=after - before)
         top = self.target.rows["top_rate"]
-        limit = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have another law"
-        remedy = "the steps are right: check what waits for the end of the move"
+        limit = (
+            f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have a different law"
+        )
+        remedy = "the steps are correct: check any wait for the end of the move"
         return LineVerdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:

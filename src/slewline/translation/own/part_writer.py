@@ -129,9 +129,9 @@ class OwnWriter:
         if theirs is None or mine is None or theirs == mine:
             return []
         ends = [f"{sheet.part} {low}..{high}" for sheet, (low, high) in ((self.source, theirs), (self.sheet, mine))]
-        return [("positions", f"never beyond an end of a counter ({'; '.join(ends)})")]
+        return [("positions", f"never beyond a limit of a counter ({'; '.join(ends)})")]
 
-    # ------------------------------------------------------------------------------------------------- what is learned
+    # ----------------------------------------------------------------------------------------- facts about the program
     def _used(self) -> dict[str, set[int]]:
         """Return the inputs and outputs that the program uses; a branch on all inputs uses the inputs it needs low."""
         inputs, outputs = set(), set()

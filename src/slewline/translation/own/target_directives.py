@@ -62,7 +62,9 @@ class Directives:
         if theirs.role == "abort" and mine is None:
             return self._braked(theirs, verb, level)
         if mine is None:
-            return f"the {self.sheet.part.upper()} has no pin that {theirs.role or name} is for ({self.sheet.manual})"
+            return f"the {self.sheet.part.upper()} has no pin for {theirs.role or name} ({self.sheet.manual})"
+        if mine.output_only and verb != "until":
+            return f"{mine.name} of the {self.sheet.part.upper()} is an output ({self.sheet.manual})"
         shown = "" if level is None else f"={self._level(theirs, mine, int(level))}"
         return [f"@{verb} {chip}{mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
 

@@ -85,7 +85,7 @@ class Compared:
         pauses = "" if off is None else f"; pauses within {readable(round(off, -8))}"
         ended = "; cut off" if self.cut else ""
         if self.proven and not what:
-            return "nothing moved and nothing was switched on either side: that proves nothing"
+            return "nothing moved or switched on either side: this proves nothing"
         if self.proven:
             return f"the same: {what}, in the same order; {times}; {rates}{pauses}{ended}"
         return f"different: {self.differences[0]}" + (
@@ -137,10 +137,10 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
             off = abs(b.lasts_ps - a.lasts_ps) / a.lasts_ps
             time_off = max(time_off, off)
             if off > bounds.time + SLACK and abs(b.lasts_ps - a.lasts_ps) > SLACK_PS:
-                differences.append(f"{in_words(a)} takes {readable(a.lasts_ps)}, at the result {readable(b.lasts_ps)}")
+                differences.append(f"{in_words(a)} takes {readable(a.lasts_ps)}, in the result {readable(b.lasts_ps)}")
         if one is not None and two is not None and bounds.hosted is not None and at > bounds.hosted:
             if abs(two - one) > (bounds.pause + SLACK) * one + bounds.command_ps:
-                late.append(f"{readable(one)} before {in_words(a)}, at the result {readable(two)}")
+                late.append(f"{readable(one)} before {in_words(a)}, in the result {readable(two)}")
             else:
                 pause_off = max(pause_off or 0, abs(two - one))
         if a.rate and b.rate:
@@ -148,7 +148,7 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
                 off = abs(b.rate - a.rate) / a.rate
                 rate_off = max(rate_off or 0.0, off)
                 if off > bounds.rate + RATE_SLACK:
-                    says = f"{a.rate:.0f} steps/s, at the result {b.rate:.0f}"
+                    says = f"{a.rate:.0f} steps/s, in the result {b.rate:.0f}"
                     differences.append(f"{in_words(a)}: {says}")
             if b.rate > bounds.top * (1 + RATE_SLACK):
                 differences.append(f"{in_words(b)}: {b.rate:.0f} steps/s, stated {bounds.top:.0f} at most")

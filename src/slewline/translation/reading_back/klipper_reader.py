@@ -67,16 +67,16 @@ class _Klipper:
             if found := SECTION.match(code):
                 kind, name = found[1], found[2] or ""
                 if kind not in KNOWN or (kind, name) in self.sections:
-                    raise RefusedLine(number, line, "unknown section, or one that is there already")
+                    raise RefusedLine(number, line, "unknown or repeated section")
                 values = self.sections[kind, name] = {}
             elif code[0].isspace():
                 if values is None or key != "gcode":
-                    raise RefusedLine(number, line, "a line of nothing")
+                    raise RefusedLine(number, line, "a line outside a template")
                 values[key].append((number, code.strip()))
             else:
                 key, mark, value = (part.strip() for part in code.partition(":"))
                 if values is None or not mark:
-                    raise RefusedLine(number, line, "no option")
+                    raise RefusedLine(number, line, "not an option")
                 values[key] = [] if key == "gcode" else value
 
     # ------------------------------------------------------------------------------------------------------- templates
@@ -114,7 +114,7 @@ class _Klipper:
                 self._template(chosen, names, out)
                 place = end + 1
             else:
-                raise RefusedLine(number, line, "no tag that writers use")
+                raise RefusedLine(number, line, "not a tag that writers use")
 
     def _filled(self, line: str, names: dict[str, Any], number: int) -> str:
         """Return a line with the values of its expressions in braces."""

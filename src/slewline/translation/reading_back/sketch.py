@@ -122,7 +122,7 @@ class _SketchMachine(SketchTokens):
 
     def _variable(self, names: dict[str, Any]) -> None:
         if self.here not in TYPES:
-            raise self.refused("no declaration")
+            raise self.refused("not a declaration")
         while self.here in TYPES:
             self.take()
         name = self.take()
@@ -342,7 +342,7 @@ class _SketchMachine(SketchTokens):
 
     def _input_number(self, pin: SketchPin) -> int:
         if self.modes.get(int(pin)) != 2:
-            raise self.refused(f"{pin.name} is no input")
+            raise self.refused(f"{pin.name} is not an input")
         found = INPUT.match(pin.name)
         return int(found[1]) if found else INPUTS + int(pin)
 

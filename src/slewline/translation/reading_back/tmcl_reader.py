@@ -82,7 +82,7 @@ def assemble(text: str) -> list[_Command]:
         label, mark, rest = code.partition(":")
         if mark:
             if not LABEL.match(label.strip()) or label.strip() in labels:
-                raise RefusedLine(number, line, "no label, or one that is there already")
+                raise RefusedLine(number, line, "invalid or repeated label")
             labels[label.strip()] = len(commands)
             code = rest.strip()
         if code:
@@ -224,12 +224,12 @@ class _Processor:
 
     def on_SGP(self, command: _Command, number: int, bank: int, value: int) -> None:
         if bank != 2 or not 0 <= number < len(self.variables):
-            raise self.refused(command, "no user variable")
+            raise self.refused(command, "not a user variable")
         self.variables[number] = value
 
     def on_GGP(self, command: _Command, number: int, bank: int) -> None:
         if bank != 2:
-            raise self.refused(command, "no user variable")
+            raise self.refused(command, "not a user variable")
         self.accumulator = self.variables[number]
 
     def on_CALC(self, command: _Command, what: str, value: int) -> None:
@@ -247,12 +247,12 @@ class _Processor:
     # ------------------------------------------------------------------------------------------------------------ lines
     def on_SIO(self, command: _Command, port: int, bank: int, level: int) -> None:
         if bank != 2 or not 0 <= port <= 2 or port in self.reads:
-            raise self.refused(command, "no output")
+            raise self.refused(command, "not an output")
         self.around.output(port + 1, level)
 
     def on_GIO(self, command: _Command, port: int, bank: int) -> None:
         if bank != 0 or not 0 <= port <= 2:
-            raise self.refused(command, "no input")
+            raise self.refused(command, "not an input")
         self.accumulator = self.around.level(self.inputs[port])
 
     # ------------------------------------------------------------------------------------------------------------ flow
@@ -285,7 +285,7 @@ class _Processor:
 
     def on_RSUB(self, command: _Command) -> None:
         if not self.stack:
-            raise self.refused(command, "no subroutine")
+            raise self.refused(command, "not a subroutine")
         self.at = self.stack.pop()
 
     def on_DJNZ(self, command: _Command, number: int, to: int) -> None:

@@ -62,8 +62,8 @@ class Fork:
 class Stage:
     """A piece of a program: its actions, and the piece that follows; -1: the program ends.
 
-    `inputs`: the piece `to` follows if all have their levels; `passes`: it follows until the piece has been left so
-    many times; else `below` follows.
+    `inputs`: the piece `to` follows if all have their levels; `passes`: it follows until the piece has been left
+    `passes` times; else `below` follows.
     """
 
     number: int

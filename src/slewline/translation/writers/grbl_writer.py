@@ -36,7 +36,7 @@ LETTERS = "XYZ"
 FASTEST = 30_000  # steps/s: README of grbl
 DWELL_PS = 50 * 10**9  # a dwell is whole steps of 50 ms: DWELL_TIME_STEP, source of grbl
 FROM_REST = "grbl starts from standstill, with $120"
-HOST = "take --to python: a host script that sends grbl what comes next"
+HOST = "use --to python: a host script that sends grbl each command"
 PROBED = f"ends after {grouped(FAR)} steps at the latest; the switch goes to the probe, pin A5"
 OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spindle, pin D11")}
 
@@ -58,11 +58,11 @@ class GrblWords:
         return LETTERS[self.first + axis - 1]
 
     def distance(self, axis: int, steps: int) -> str:
-        """Return a distance, or a position."""
+        """Return the word for a distance or a position."""
         return f"{self.letter(axis)}{number(steps / self.steps_per_mm, self.digits)}"
 
     def feed(self, rate: float) -> str:
-        """Return the word of a rate."""
+        """Return the F word for a rate."""
         return f"F{number(rate * 60 / self.steps_per_mm, 3)}"
 
 
@@ -117,13 +117,13 @@ def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
 
 
 class GrblWriter(LanguageWriter):
-    """Writer for one program."""
+    """A writer of grbl G-code for one program."""
 
     needs = "a word needs a number"
     entry = "no jumps (grbl runs line by line)"
     entry_remedy = HOST
-    called = "what runs is written here"
-    moves = "it is in the moves"
+    called = "the called program is written here"
+    moves = "included in the moves"
     more_axes = ("3 axes: X, Y, Z", "LinuxCNC")
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -175,13 +175,12 @@ class GrblWriter(LanguageWriter):
         return [OutLine("", says + ", ".join(f"{text} ({what})" for text, what in rows))]
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = grbl_pins(self.first)
         return [*names, *((f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items())]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def tree(self, tree: Sequence[Node]) -> None:
-        """Write a tree, with its loops unrolled."""
+        """Write the commands of a program tree, with its loops unrolled."""
         for node in tree:
             if self.ended:
                 return
@@ -189,15 +188,15 @@ class GrblWriter(LanguageWriter):
                 case Repeat():
                     self._repeat(node)
                 case Forever():
-                    self._again(node, "repeats for ever")
+                    self._again(node, "repeats forever")
                 case AsLongAs():
                     self._again(node, "repeats as long as an input has its level")
                 case Fork():
                     limit = "no conditions (grbl has no expressions and reads no inputs)"
-                    self.sheet.impossible(node.line, "decides by an input: neither branch is written", limit, HOST)
+                    self.sheet.impossible(node.line, "branches on an input: neither branch is written", limit, HOST)
                 case Stages():
                     limit = "no jumps (grbl runs line by line)"
-                    self.sheet.impossible(node.line, "jumps by inputs: the program is left out", limit, HOST)
+                    self.sheet.impossible(node.line, "jumps on inputs: the program is left out", limit, HOST)
                 case Label():
                     pass
                 case _:
@@ -271,7 +270,6 @@ class GrblWriter(LanguageWriter):
         return f" {self.words.feed(profile.top)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line, axis = action.line, action.axis
         feed = self._feed(action.profile or self.registers.profile)
         if isinstance(action, MoveTo):
@@ -285,7 +283,6 @@ class GrblWriter(LanguageWriter):
         compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run."""
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
@@ -298,7 +295,7 @@ class GrblWriter(LanguageWriter):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write coolant or spindle."""
+        """Write the command for coolant or spindle."""
         if has_output(self, action):
             self._add(OUTPUTS[action.number][1 - action.level], action.line)
             self.sheet.same(action.line)
@@ -310,6 +307,6 @@ class GrblWriter(LanguageWriter):
         if lasts == action.time_ps:
             self.sheet.same(action.line)
             return
-        says = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits for whole steps of 50 ms"
+        says = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
         off = (lasts - action.time_ps) / action.time_ps
         self.sheet.nearly(action.line, says, off, lasts - action.time_ps)

@@ -43,11 +43,11 @@ PINS = ("PA4", "PA5", "PA6", "PA7", "PB0", "PB1", "PB2", "PB3")
 
 
 class KlipperWriter(LanguageWriter):
-    """Writer for one program."""
+    """A writer of a Klipper configuration for one program."""
 
     needs = "MOVE needs a number"
     entry = "a macro begins at its first line"
-    moves = "it is in the moves"
+    moves = "included in the moves"
     more_axes = ("one manual_stepper is written", "add another one by hand")
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -72,7 +72,7 @@ class KlipperWriter(LanguageWriter):
             says = f"the program runs from {action.at} on"
             self.sheet.impossible(action.line, says, self.entry, self.entry_remedy)
             return ()
-        self.sheet.same(action.line, "what runs is written here")
+        self.sheet.same(action.line, "the called program is written here")
         return structured(self.inner(self.runs[action.line]))
 
     def written(self) -> Written:
@@ -95,7 +95,7 @@ class KlipperWriter(LanguageWriter):
         for block in (-1, *stored(self.program)):
             out = with_comments(lines_of(self.program, block), out, self.target.comment)
         spm = number(self.options.steps_per_mm)
-        assumed = (("steps per millimetre", spm), ("pins", "PA0 ...: put in those of your board"))
+        assumed = (("steps per millimetre", spm), ("pins", "PA0 ...: replace with those of your board"))
         return self.finished(out, assumed)
 
     def _written(self) -> list[OutLine]:
@@ -181,7 +181,6 @@ class KlipperWriter(LanguageWriter):
         return " and ".join(rows)
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = [("step", "step_pin"), ("direction", "dir_pin"), ("enable", "enable_pin")]
         names += [("abort", "endstop_pin"), ("home", "endstop_pin")]
         names += [(f"output{n}", f"[output_pin output{n}]") for n in self.outputs]
@@ -209,7 +208,6 @@ class KlipperWriter(LanguageWriter):
         self.sheet.add(f"{{% set ns.{name} = {value} %}}", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position."""
         self.register("at", action.position, action.line)
         self.sheet.add(f"MANUAL_STEPPER STEPPER=axis SET_POSITION={{ns.at{self._per_mm()}}}", action.line)
 
@@ -241,7 +239,7 @@ class KlipperWriter(LanguageWriter):
             mm = self._mm(action.profile.acceleration)
             self.sheet.nearly(action.line, f"a constant acceleration, {mm} mm/s^2: the mean of the ramp")
         else:
-            self.sheet.same(action.line, "it is in the moves")
+            self.sheet.same(action.line, "included in the moves")
 
     def _rates(self, profile: Profile | None) -> str:
         """Return the words for rate and acceleration; without a ramp the acceleration is 0, which means none."""
@@ -251,7 +249,6 @@ class KlipperWriter(LanguageWriter):
         return f" SPEED={self._mm(profile.top)} ACCEL={self._mm(acceleration)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line, profile = action.line, action.profile
         if isinstance(action, MoveTo):
             if self.variable_sign:
@@ -269,7 +266,6 @@ class KlipperWriter(LanguageWriter):
         compare_times(self.sheet, action, acceleration, FROM_REST)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run."""
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:

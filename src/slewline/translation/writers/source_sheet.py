@@ -139,7 +139,7 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return how many decimals of a millimetre are less than an eighth of a step."""
+    """Return the number of decimals of a millimetre that resolves an eighth of a step."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 
@@ -218,13 +218,13 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
         case HostDirective():
             sheet.same(action.line, "directed at the host, not at the part: left out")
         case Query():
-            sheet.nearly(action.line, "the query is left out; nothing moves by it")
+            sheet.nearly(action.line, "the query is left out, since it moves nothing")
         case SaveProgram():
             sheet.same(action.line, keeps)
         case EraseProgram():
             sheet.nearly(action.line, "nothing is erased: the result is a program of its own")
         case Stop():
-            sheet.nearly(action.line, "nothing is left to stop: each move has ended before what follows it")
+            sheet.nearly(action.line, "nothing is left to stop: each move ends before the next command")
         case Special() if action.needless:
             sheet.same(action.line, action.needless)
         case Special():
@@ -232,10 +232,10 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
                 action.line,
                 action.says,
                 f"no such command in {language}",
-                action.remedy or "see the manual of the source for what it does",
+                action.remedy or "see the manual of the source for its effect",
             )
         case SetTarget() | SetEndless():
-            sheet.same(action.line, "it is in the motion")
+            sheet.same(action.line, "included in the motion")
         case _:
             return False
     return True

@@ -69,7 +69,7 @@ class AdaptiveUart(HostUart):
         if reset is not None:
             chip.pins[reset.name].net.watch(lambda _net: self.switched_on())
 
-    # ------------------------------------------------------------------------------------------- what the chip knows
+    # --------------------------------------------------------------------------------------------- state of the chip
     def switched_on(self) -> None:
         """Record that the chip starts again, at this instant."""
         self.shadow.reset()
@@ -95,7 +95,7 @@ class AdaptiveUart(HostUart):
 
     @property
     def _word(self) -> CharacterFormat:
-        """Format of the chip."""
+        """Character format of the chip."""
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
@@ -134,7 +134,7 @@ class AdaptiveUart(HostUart):
                 self.returns = self.returns + 1 if byte == RETURNS[0] else 0
                 self.adapted = self.returns == len(RETURNS)
                 if self.adapted and self.strapped is None:
-                    self._found(self.baud, "as its two carriage returns had it")
+                    self._found(self.baud, "detected from its two carriage returns")
 
     def send(self, data: str | bytes) -> None:
         """Queue characters, after two carriage returns if the chip does not know the rate.
@@ -158,7 +158,7 @@ class AdaptiveUart(HostUart):
         asks = command.startswith(self.shadow.dialect.query)
         query = self.shadow.query(self.name, command) if asks else None
         since = self.recent.total
-        with self.kernel.outside.nested():  # in the script that asks
+        with self.kernel.outside.nested():  # in the calling script
             self.send(self.shadow.sent(command))
         while self.outgoing:
             await edge(self.news.net)

@@ -156,7 +156,7 @@ class FlowPort:
         self.control.heeding = False
         self.finding(
             "no-message",
-            f"the pin of FPL is low, and {self.chip} took an empty handshake instead of sending a message: the mode is "
+            f"the pin of FPL is low, but {self.chip} took an empty handshake instead of sending a message: the mode is "
             f"not the one that {self.name} has set; heed(True) or heed(None) makes it use FPL again",
         )
 

@@ -173,7 +173,7 @@ class CommandPort:
 
     async def start(self) -> None:
         """Send the command that runs the program, and wait until the program runs."""
-        await self.command_mode("wait until RUN is high, or give live commands")
+        await self.command_mode("wait until RUN is high, or use live commands")
         (run,) = self.sheet.acting("run")
         await self.send(self.text(run.form))
         await level(self.running, 0)

@@ -52,7 +52,7 @@ class StrappedUart(HostUart):
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
     def usual_word(self) -> CharacterFormat:
-        """Format of modules."""
+        """Character format of modules."""
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
@@ -107,7 +107,7 @@ class StrappedUart(HostUart):
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
         if "\r" in command:
-            raise UsageError(f"{self.name}: command {command!r}; one at a time, the carriage return is added")
+            raise UsageError(f"{self.name}: command {command!r}; expected one command without a carriage return")
         straps = self.straps
         return framed(f"{straps.address or ''}{command}", straps.checked, straps.kept)
 
@@ -123,7 +123,7 @@ class StrappedUart(HostUart):
         text, found = line[:-1], ord(line[-1])
         expected = checksum(text.encode("latin-1"), straps.kept)
         if found != expected:
-            raise ChecksumError(f"{self.name}: {line!r} ends in {found:#04x}; its checksum is {expected:#04x}")
+            raise ChecksumError(f"{self.name}: {line!r} ends in checksum {found:#04x}; expected {expected:#04x}")
         return text
 
     def answered(self, command: str) -> bool:
@@ -144,7 +144,7 @@ class StrappedUart(HostUart):
             command: text is framed; bytes are sent unchanged.
         """
         self.begin()
-        with self.kernel.outside.nested():  # in the script that asks
+        with self.kernel.outside.nested():  # in the calling script
             self.write(command if isinstance(command, bytes) else self.framed(command))
         while not self.answered(command if isinstance(command, str) else ""):
             limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
