@@ -1,11 +1,11 @@
-"""Goals of work that goes through pins, which count from the reference.
+"""Goals of work that uses pins, as ratios to the reference.
 
-They were set in virtual seconds a second of the processor, on one machine: an AMD EPYC (Zen 5).  On another machine
-such a figure says more about the machine than about the work.  So a goal is divided by what one commit, the reference,
-made of the same work on that machine; the quotient is the goal of a ratio, for which both trees run by turns.
+They were set in virtual seconds per processor second, on one machine: an AMD EPYC (Zen 5).  On another machine such a
+figure depends more on the machine than on the work.  So a goal is divided by the figure of one commit, the reference,
+for the same work on that machine; the quotient is the goal of a ratio, for which both trees run alternately.
 
-What the reference made there is its figure on an Intel Xeon divided by 0.62, which is what the Xeon makes of that
-machine; only a program into an EEPROM was measured there itself.
+The figure of the reference there is its figure on an Intel Xeon divided by 0.62, the speed of the Xeon relative to that
+machine; only a program into an EEPROM was measured on that machine itself.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ TURNS = 5
 
 @dataclass(frozen=True)
 class Asked:
-    """A goal in virtual seconds a second, what the reference made there, and the goal after that, beside it."""
+    """A goal in virtual seconds per second, the reference's figure on that machine, and the next goal."""
 
     goal: float
     made: float
     then: float | None = None
-    was: str = ""  # the name of the row in the reference, if it had another one
+    was: str = ""  # the name of the row in the reference, if it was different
 
     @property
     def ratio(self) -> float:
-        """The goal beside the reference."""
+        """The goal relative to the reference."""
         return round(self.goal / self.made, 2)
 
 
@@ -54,7 +54,7 @@ ASKED = {
 
 
 def judged(workload: Workload, other: Path | None) -> list[Row]:
-    """The rows of a workload, each that has a goal beside the reference followed by its ratio to it."""
+    """Return the rows of a workload; each with a goal relative to the reference is followed by that ratio."""
     if other is None:
         return [line for row in workload() for line in beside(row, [])]
     turns = turns_of(other, workload, TURNS, max(os.sched_getaffinity(0)))
@@ -71,7 +71,7 @@ def judged(workload: Workload, other: Path | None) -> list[Row]:
 
 
 def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
-    """A row, and if it is asked for its ratio to the reference, of both figures turn by turn."""
+    """Yield a row and, if it has such a goal, its ratio to the reference, turn by turn."""
     asked = ASKED.get(row.name)
     if asked is None:
         yield row
@@ -79,11 +79,11 @@ def beside(row: Row, pairs: list[tuple[Found, Found]]) -> Iterator[Row]:
     bound = row.bound
     row.bound = ""
     yield row
-    # seconds of the processor a virtual second, of both
+    # processor seconds per virtual second, of both
     sides = [(Measured(1 / theirs.figure), Measured(1 / ours.figure)) for theirs, ours in pairs]
     absent = "" if sides else ABSENT
-    name, unit = f"{row.name}: beside {SHORT}", f"x {SHORT}"
-    why = f"{bound}; the goal is {asked.goal:g} {REAL} where {SHORT} makes {asked.made:.3g}"
+    name, unit = f"{row.name}: compared with {SHORT}", f"x {SHORT}"
+    why = f"{bound}; the goal is {asked.goal:g} {REAL} on the machine where {SHORT} reaches {asked.made:.3g}"
     yield Row(name, None, unit, asked.ratio, True, why, sides, absent)
     if asked.then:
-        yield Row("the same, the goal after that", None, unit, asked.then, True, bound, sides, absent)
+        yield Row("the same, next goal", None, unit, asked.then, True, bound, sides, absent)

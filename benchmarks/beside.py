@@ -1,15 +1,14 @@
-"""The figures of another tree beside those of this one: each workload in both, by turns, within seconds.
+"""Compare the figures of another tree with those of this one: each workload in both, alternately, within seconds.
 
     python benchmarks/beside.py OTHER [--turns 9] [NAME ...]
     python benchmarks/beside.py reference [--turns 9] [NAME ...]
 
-OTHER is the folder of another checkout; names are those of `run.py`, without any all that need no `--long`.
-`reference` is the tree of one commit, `REFERENCE` in trees.py, which stays the same: eight steps of 1 % each, all
-unseen beside the tree before, are 8 % beside this one.  Without names it shows what matters most.  On a machine that
-others use as well, a figure swings by a third within minutes though nothing has changed, so two whole tables tell
-little.  Here both trees stay loaded, in processes of their own on one core, and every turn gives a ratio of neighbours:
-the table has the median of the ratios, and the quartiles between which half of them lie.  Exit status 1 if a median is
-more than a tenth worse.
+OTHER is the folder of another checkout; names are those of `run.py`, by default the most important ones that need no
+`--long`.  `reference` is the tree of one commit, `REFERENCE` in trees.py, which does not change: eight steps of 1 %
+each, unnoticed against the previous tree, are 8 % against the reference.  On a shared machine a figure varies by a
+third within minutes without any change, so comparing two whole tables shows little.  Here both trees stay loaded, in
+separate processes on one core, and every turn yields a ratio of neighbours: the table has the median of the ratios, and
+the quartiles that contain half of them.  Exit status 1 if a median is more than a tenth worse.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
             continue
         old, new = (shown(median(tree.figure for tree in column)) for column in zip(*both, strict=True))
         ratio = half = ""
-        if all(tree.figure > 0 for pair in both for tree in pair):  # what is 0, or beyond something, has none
+        if all(tree.figure > 0 for pair in both for tree in pair):  # a figure of 0, or beyond a limit, has none
             ratios = sorted(slower(*pair) for pair in both)
             quarter, middle = len(ratios) // 4, median(ratios)
             ratio, half = f"{middle:.2f}", f"{ratios[quarter]:.2f} to {ratios[-1 - quarter]:.2f}"
@@ -55,13 +54,13 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
 
 
 def slower(old: Found, new: Found) -> float:
-    """How many times as long the new one takes."""
+    """Return how many times as long the new one takes."""
     return old.figure / new.figure if new.more_is_better else new.figure / old.figure
 
 
 @contextmanager
 def checkout(other: str) -> Iterator[Path]:
-    """Yield the folder of the other tree: the one that was given, or that of the reference, unpacked."""
+    """Yield the folder of the other tree: the given one, or the unpacked reference."""
     if other != "reference":
         yield Path(other).resolve()
         return
@@ -72,23 +71,21 @@ def checkout(other: str) -> Iterator[Path]:
 
 
 def main() -> int:
-    """Compare; exit status 1 if something is worse."""
+    """Compare the trees; return the exit status, 1 if a figure is worse."""
     names = list(chain.from_iterable(run.WORKLOADS.values()))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("other", help="a folder, or the word reference", metavar="OTHER")
+    parser.add_argument("other", help="a folder, or the word 'reference'", metavar="OTHER")
     parser.add_argument("names", nargs="*", help=", ".join(names), metavar="NAME")
-    parser.add_argument("--turns", type=int, default=9, help="how often each workload runs in each tree (9)")
-    parser.add_argument("--core", type=int, default=max(os.sched_getaffinity(0)), help="the core that all run on")
+    parser.add_argument("--turns", type=int, default=9, help="number of runs of each workload in each tree (9)")
+    parser.add_argument("--core", type=int, default=max(os.sched_getaffinity(0)), help="the core for all runs")
     options = parser.parse_intermixed_args()
     if not set(options.names) <= set(names):
         parser.error(f"names are {', '.join(names)}")
     every = MATTER if options.other == "reference" else [name for name in names if name not in run.LONG]
     with checkout(options.other) as other:
         if not (other / "benchmarks" / "run.py").is_file():
-            parser.error(f"{other}: no benchmarks/run.py; give the folder of a checkout")
-        print(
-            "| what | the other | this one | time, this to the other | half of the ratios |\n|---|---:|---:|---:|---|"
-        )
+            parser.error(f"{other}: no benchmarks/run.py; name the folder of a checkout")
+        print("| workload | other | this tree | time, this to other | half of the ratios |\n|---|---:|---:|---:|---|")
         fine = [compared(other, name, options.turns, options.core) for name in options.names or every]
     return 0 if all(fine) else 1
 

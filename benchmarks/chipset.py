@@ -1,8 +1,8 @@
 """The MC1451A family on a bench: four axes for ten virtual seconds, encoders, packets, moves.
 
-A host at the pins of the port sets the axes in motion, time passes, and what they have done is asked for afterwards,
-every pulse of it or cycle by cycle.  Pulses and cycles come by different ways from the same law; they are compared
-before a figure is believed.
+A host at the pins of the port starts the axes, time passes, and their motion is queried afterwards, pulse by pulse or
+cycle by cycle.  Pulses and cycles are computed from the same law in different ways, and are compared before a figure is
+accepted.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CYCLES_A_SECOND = 3052
 AXES = range(1, 5)
 ALL = 0b1111
 
-Setting = tuple[Any, ...]  # a mnemonic, and what it takes
+Setting = tuple[Any, ...]  # a mnemonic, and its arguments
 
 
 # ----------------------------------------------------------------------------------------------------------- four axes
@@ -49,21 +49,21 @@ class Ran:
 
     @property
     def stretches(self) -> list[tuple[int, int]]:
-        """From the one instant to the other, in parts of at most a million steps."""
+        """The time between the two instants, in parts of at most a million steps."""
         starts = range(self.begin, self.end + 1, STRETCH_PS)
         return [(start, min(start + STRETCH_PS - 1, self.end)) for start in starts]
 
     def expand(self, buffer: np.ndarray) -> int:
-        """Every pulse of every axis into a buffer; how many there are."""
+        """Write every pulse of every axis into a buffer; return their number."""
         motors = [self.chip.axis(n).motor for n in AXES]
         return sum(len(motor.times(start, stop, buffer)) for motor in motors for start, stop in self.stretches)
 
     def cycles(self) -> list[Any]:
-        """Targets, velocities and phases of every cycle of every axis."""
+        """Return targets, velocities and phases of every cycle of every axis."""
         return [self.chip.axis(n).cycles(self.begin, self.end) for n in AXES]
 
     def check(self) -> int:
-        """Where every cycle begins, the pulses so far are the target; returns how many pulses there are."""
+        """Check that the pulses up to the start of each cycle equal the target; return the number of pulses."""
         total = 0
         for n, cycles in zip(AXES, self.cycles(), strict=True):
             count, steps = 0, cycles.targets // ONE
@@ -80,7 +80,7 @@ class Ran:
 
 
 def furnished(part: str, *settings: Setting) -> tuple[slewline.Bench, Any, Any]:
-    """A bench with a chip, ideal encoders if it takes any, and a host, which has told every axis its settings."""
+    """Return a bench with a chip, ideal encoders if supported, and a host that has sent every axis its settings."""
     bench = slewline.Bench()
     chip = bench.add(part)
     host = bench.host(chip)
@@ -92,14 +92,14 @@ def furnished(part: str, *settings: Setting) -> tuple[slewline.Bench, Any, Any]:
 
 
 def told(host: Any, *settings: Setting) -> None:
-    """Tell every axis of a chip its settings."""
+    """Send every axis of a chip its settings."""
     for n in range(1, host.chip.sheet.axes + 1):
         for name, *values in settings:
             host.axis(n).command(name, *values)
 
 
 def contour(velocity: int, acceleration: int) -> Callable[[], Callable[[], Ran]]:
-    """Velocity contouring on four axes, up to a velocity and on."""
+    """Return velocity contouring on four axes, up to a velocity and on at that velocity."""
 
     def prepared() -> Callable[[], Ran]:
         settings = ("SET_PRFL_VEL",), ("SET_OUTPUT_HIGH",), ("SET_VEL", velocity), ("SET_ACC", acceleration)
@@ -117,7 +117,7 @@ def contour(velocity: int, acceleration: int) -> Callable[[], Callable[[], Ran]]
 
 
 def curves() -> Callable[[], Ran]:
-    """Ten S-curves of a second on four axes, each up to 500 steps a cycle; between them the host sends packets."""
+    """Return ten S-curves of a second on four axes, each up to 500 steps per cycle, with packets in between."""
     jerked = 763  # cycles
     distance, jerk = 2 * jerked * (TOP // ONE), TOP * ONE // jerked**2
     settings = ("SET_PRFL_S_CRV",), ("SET_OUTPUT_HIGH",), ("SET_VEL", TOP), ("SET_MAX_ACC", 32767), ("SET_JERK", jerk)
@@ -136,7 +136,7 @@ def curves() -> Callable[[], Ran]:
 
 
 CASES = (
-    ("at 1.5625 Mpulses/s", contour(TOP, TOP), "a handful of events; pulses are promised, not made"),
+    ("at 1.5625 Mpulses/s", contour(TOP, TOP), "a few events; pulses are promised, not simulated"),
     ("at 61 % of that", contour(TOP * 61 // 100, TOP), "the same"),
     ("in ramps throughout", contour(TOP, TOP // 30_518), "the same"),
     ("in ten S-curves each", curves, "90 packets in between"),
@@ -144,22 +144,22 @@ CASES = (
 
 
 def axes() -> list[Row]:
-    """Four axes for ten virtual seconds."""
+    """Return the rows of four axes for ten virtual seconds."""
     return [row for case in CASES for row in asked(*case)]
 
 
 def asked(name: str, prepare: Callable[[], Callable[[], Ran]], passing: str) -> Iterator[Row]:
-    """Time passes; then every pulse is asked for, every cycle, and windows of 10 ms."""
+    """Yield rows for the passing of time, and for queries of every pulse, of every cycle, and of windows of 10 ms."""
     wall, ran = best_of(prepare)
     yield Row(f"four axes {name}, 10 s", ran.seconds / wall, REAL, None, True, passing)
     pulses = ran.check()
     buffer = np.empty(1 << 20, np.int64)
     assert ran.expand(buffer) == pulses
     wall = best(lambda: ran.expand(buffer))
-    bound = f"the trains, see above: {pulses / wall / 1e6:.0f} M pulses/s"
+    bound = f"the trains above: {pulses / wall / 1e6:.0f} M pulses/s"
     yield Row("the same: every pulse expanded", ran.seconds / wall, REAL, 20, True, bound)
     wall, count = best(ran.cycles), sum(map(len, ran.cycles()))
-    bound = f"arrays of targets, velocities, instants, phases: {wall / count * 1e9:.0f} ns a cycle"
+    bound = f"arrays of targets, velocities, instants, phases: {wall / count * 1e9:.0f} ns per cycle"
     yield Row("the same: all cycles", ran.seconds / wall, REAL, 1000, True, bound)
     times, steps = windows(ran)
     bound = f"{times:.2g} ms to find and expand the instants; directions and positions"
@@ -167,9 +167,9 @@ def asked(name: str, prepare: Callable[[], Callable[[], Ran]], passing: str) -> 
 
 
 def windows(ran: Ran) -> tuple[float, float]:
-    """The slowest of fifty windows of 10 ms, in milliseconds: instants alone, and steps.
+    """Return the slowest of fifty windows of 10 ms, in milliseconds: instants alone, and steps.
 
-    Each is asked for when the others have been: a train keeps the window that it was asked for last.
+    All other windows are queried before each one, because a train caches its last window.
     """
     axis, random = ran.chip.axis(1), Random(1)
     starts = [random.randrange(ran.begin, ran.end - TEN_MS) for _ in range(50)]
@@ -183,7 +183,7 @@ def windows(ran: Ran) -> tuple[float, float]:
 
 # ------------------------------------------------------------------------------------------------------------ encoders
 def encoders() -> list[Row]:
-    """Stall detection on four axes, each with an encoder that follows it count by count; gears that follow a master."""
+    """Return the rows of stall detection on four axes, with an encoder each, and of gears that follow a master."""
     rows = []
     for counts, velocity, goal, polls in (
         ("953,125", TOP * 61 // 100, None, 0),
@@ -197,7 +197,7 @@ def encoders() -> list[Row]:
             actual, error = (host.axis(n).query(name) for name in ("GET_ACTL_POS", "GET_ACTL_POS_ERR"))
             assert actual == chip.axis(n).position > velocity * 3000 // ONE and abs(error) <= 1
         name = f"stall detection, four encoders at {counts} counts/s"
-        bound = profiled.bound(name, partial(armed, velocity, polls), 4 * CYCLES_A_SECOND, "a cycle and axis")
+        bound = profiled.bound(name, partial(armed, velocity, polls), 4 * CYCLES_A_SECOND, "per cycle and axis")
         if polls:
             name, bound = f"{name}, each read every 10 ms", f"{bound}; {4 * polls} packets"
         rows.append(Row(name, 1 / wall, REAL, goal, True, bound))
@@ -207,13 +207,13 @@ def encoders() -> list[Row]:
             behind = host.axis(n).query("GET_ACTL_POS") - host.axis(n).query("GET_TRGT_POS")
             assert chip.axis(n).position > 39_900 and 0 <= behind < 400  # the host reads one after the other
         name = f"gear, {'one axis follows' if number == 1 else 'four axes follow'} 40,000 counts/s"
-        bound = profiled.bound(name, partial(geared, number), number * CYCLES_A_SECOND, "a cycle and axis")
+        bound = profiled.bound(name, partial(geared, number), number * CYCLES_A_SECOND, "per cycle and axis")
         rows.append(Row(name, 1 / wall, REAL, None, True, bound))
     return rows
 
 
 def armed(velocity: int, polls: int = 0) -> Callable[[], tuple[Any, Any]]:
-    """A second of four axes, whose motors would be off if eleven counts were lost; a host reads them so often."""
+    """Return a second of four axes, which would stop at an error of eleven counts; a host polls them `polls` times."""
     contouring = ("SET_PRFL_VEL",), ("SET_OUTPUT_HIGH",), ("SET_VEL", velocity), ("SET_ACC", velocity)
     detection = ("SET_STEP_RATIO", 256), ("SET_POS_ERR", 10), ("SET_AUTO_STOP_ON",)
     bench, chip, host = furnished("mc1451a-e", *contouring, *detection)
@@ -232,7 +232,7 @@ def armed(velocity: int, polls: int = 0) -> Callable[[], tuple[Any, Any]]:
 
 
 def geared(number: int) -> Callable[[], tuple[Any, Any]]:
-    """A second of some axes, each of which follows a master count by count."""
+    """Return a second of some axes, each of which follows a master count by count."""
     bench = slewline.Bench()
     chip = bench.add("mc1451a-e")
     host = bench.host(chip)
@@ -251,7 +251,7 @@ def geared(number: int) -> Callable[[], tuple[Any, Any]]:
 
 # --------------------------------------------------------------------------------------------------- packets and moves
 def packets() -> list[Row]:
-    """1,000 packets through the pins, from a host that never hesitates: a mix, and questions for the status."""
+    """Return the rows of 1,000 packets through the pins, from a host without delays: a mix, and status queries."""
 
     def mixed(host: Any) -> None:
         for number in range(250):
@@ -288,7 +288,7 @@ def packets() -> list[Row]:
         ("1,000 times GET_STATUS, queued", queued),
     ):
         wall, virtual = best_of(prepared(talk))
-        bound = profiled.bound(name, prepared(talk), 1000, "a packet")
+        bound = profiled.bound(name, prepared(talk), 1000, "per packet")
         rows.append(Row(name, virtual / SECOND / wall, REAL, None, True, bound))
     return rows
 
@@ -299,18 +299,18 @@ MOVES = 200
 
 
 def moves() -> list[Row]:
-    """What a whole move costs."""
+    """Return the rows of the time of a whole move."""
     rows = []
     for name, settings, runs in (("trapezoid", TRAPEZOID, "four runs"), ("S-curve", S_CURVE, "one run")):
         pairs = [(moved("CLR_STATUS", settings), moved("UPDATE", settings)) for _ in range(9)]  # by turns
         packets, move = (median(column) for column in zip(*((one, both - one) for one, both in pairs), strict=True))
-        bound = f"{runs}, and the instants at which they begin; beside {packets * 1e6:.0f} µs for two packets"
+        bound = f"{runs}, and their starting instants; compared with {packets * 1e6:.0f} µs for two packets"
         rows.append(Row(f"a move, {name}: plan and play", move * 1e6, "µs", None, False, bound))
     return rows
 
 
 def moved(begins: str, settings: tuple[Setting, ...]) -> float:
-    """Seconds of a move to and fro that a command begins, its packets included; without one, of the packets alone."""
+    """Return the seconds of a move back and forth, with its packets; without a command, of the packets alone."""
     positions = [(6000 + number) * (1 - number % 2) for number in range(MOVES)]
 
     def prepare() -> Callable[[], Any]:
@@ -332,7 +332,7 @@ def moved(begins: str, settings: tuple[Setting, ...]) -> float:
 
 
 def scripts() -> list[Row]:
-    """Random moves from a script that waits for the interrupt, and from one that asks for the status."""
+    """Return the rows of random moves from scripts: one waits for the interrupt, one polls the status."""
     rows = []
     for number, waits, how in (
         (1000, ("@until hostintrpt=0", "RST_INTRPT 0"), "waiting for the interrupt"),
@@ -340,13 +340,13 @@ def scripts() -> list[Row]:
     ):
         prepare, name = partial(scripted, number, waits), f"{number:,} random moves of a script, {how}"
         wall, virtual = best_of(prepare, 3)
-        bound = profiled.bound(name, prepare, number, "a move")
+        bound = profiled.bound(name, prepare, number, "per move")
         rows.append(Row(name, virtual / wall, REAL, None, True, bound))
     return rows
 
 
 def scripted(number: int, waits: tuple[str, ...]) -> Callable[[], float]:
-    """A script of random moves; each ends where it should, or a line of the script is not as it was expected."""
+    """Return a script of random moves; each must end at its target, and every line must have its expected result."""
     random, lines = Random(1), ["SET_INTRPT_MASK 1"]
     for _ in range(number):
         position = random.randrange(-5000, 5000)

@@ -1,10 +1,10 @@
-"""The compiled build beside plain Python: what hosts do with chips, each workload in both, by turns.
+"""The compiled build compared with plain Python: exchanges of hosts with chips, each workload in both, alternately.
 
     make compiled
     python benchmarks/compiled.py [--turns 5] [--plain FOLDER] [--compiled FOLDER] [NAME ...]
 
-Figures are seconds of the processor, the median of the turns.  Both builds stay loaded, in processes of their own on
-one core; each says at the start which build it is, and is believed only if that is the one that was asked for.
+Figures are processor seconds, the median of the turns.  Both builds stay loaded, in separate processes on one core;
+each reports at the start which build it is, and is used only if it is the requested one.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def status_one_by_one() -> Callable[[], object]:
 
 
 def status_queued() -> Callable[[], object]:
-    """1,000 times GET_STATUS, all asked for at once."""
+    """1,000 times GET_STATUS, all queued together."""
     import chipset
 
     bench, _, host = chipset.furnished("mc1451a")
@@ -47,14 +47,14 @@ def status_queued() -> Callable[[], object]:
 
 
 def script_of_moves() -> Callable[[], object]:
-    """10 random moves of a script that asks for the status until each is complete."""
+    """10 random moves of a script that polls the status until each is complete."""
     import chipset
 
     return chipset.scripted(10, ("wait motion_complete", "CLR_STATUS"))
 
 
 def cy545_polled() -> Callable[[], object]:
-    """300 questions to a CY545, in text mode, for a number of its own, with their answers."""
+    """300 queries of a register of a CY545 in text mode, with their answers."""
     import slewline
 
     bench = slewline.Bench()
@@ -76,7 +76,7 @@ def cy545_program() -> Callable[[], object]:
 
 
 def cy525_dialogue() -> Callable[[], object]:
-    """2,000 commands to a CY525 from a host that never hesitates."""
+    """2,000 commands to a CY525 from a host without delays."""
     import run as table
 
     import slewline
@@ -87,7 +87,7 @@ def cy525_dialogue() -> Callable[[], object]:
 
 
 def gsc_exchanges() -> Callable[[], object]:
-    """1,000 questions to a GS-C200S on its serial line, with their answers."""
+    """1,000 queries to a GS-C200S on its serial line, with their answers."""
     import slewline
 
     bench = slewline.Bench()
@@ -96,7 +96,7 @@ def gsc_exchanges() -> Callable[[], object]:
 
 
 def edge_or_timeout() -> Callable[[], object]:
-    """20,000 waits of a task for an edge or an instant, half of which the edge ends."""
+    """20,000 waits of a task for an edge or an instant, half of them ended by the edge."""
     from slewline.core.time.kernel import Kernel
     from slewline.core.wires.net import Driver, Net
     from slewline.core.wires.waits import first_of, until
@@ -133,7 +133,7 @@ WORKLOADS: dict[str, Callable[[], Callable[[], object]]] = {
 
 # ------------------------------------------------------------------------------------------------------------ by turns
 def answer() -> None:
-    """In a process of its own: say which build this is, then the seconds of each workload that is named on a line."""
+    """Serve in a separate process: print which build this is, then the seconds of each workload named on a line."""
     from rows import best_of
 
     from slewline.cli.version_line import build
@@ -162,7 +162,7 @@ class Build:
         return line
 
     def seconds(self, name: str) -> float:
-        """Run a workload: seconds of the processor."""
+        """Run a workload; return the processor seconds."""
         assert self.process.stdin is not None
         self.process.stdin.write(f"{name}\n")
         self.process.stdin.flush()
@@ -173,9 +173,9 @@ def main() -> None:
     """Compare the two builds."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help=", ".join(WORKLOADS), metavar="NAME")
-    parser.add_argument("--turns", type=int, default=5, help="how often each workload runs in each build (5)")
-    parser.add_argument("--plain", type=Path, default=PLAIN, help="where the plain build is (src)")
-    parser.add_argument("--compiled", type=Path, default=COMPILED, help="where the compiled one is (build/compiled)")
+    parser.add_argument("--turns", type=int, default=5, help="number of runs of each workload in each build (5)")
+    parser.add_argument("--plain", type=Path, default=PLAIN, help="folder of the plain build (src)")
+    parser.add_argument("--compiled", type=Path, default=COMPILED, help="folder of the compiled build (build/compiled)")
     parser.add_argument("--answer", type=int, metavar="CORE", help=argparse.SUPPRESS)
     options = parser.parse_intermixed_args()
     if options.answer is not None:
@@ -187,7 +187,7 @@ def main() -> None:
         parser.error(f"names are {', '.join(WORKLOADS)}")
     core = max(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
     builds = [Build(folder, name, core) for folder, name in zip((options.plain, options.compiled), BUILDS, strict=True)]
-    print("| what | plain, s | compiled, s | plain to compiled |\n|---|---:|---:|---:|")
+    print("| workload | plain, s | compiled, s | plain to compiled |\n|---|---:|---:|---:|")
     for name in options.names or WORKLOADS:
         turns = []
         for turn in range(options.turns):

@@ -12,7 +12,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 COMPILER = shutil.which("cc") or shutil.which("gcc")
-ABSENT = "no C compiler here"
+ABSENT = "no C compiler is installed"
 
 
 def compiled(source: str, target: Path, *flags: str) -> Path:

@@ -1,4 +1,4 @@
-"""The CY545: sixteen million steps at the top rate, planned and made while nobody looks; and its buses."""
+"""The CY545: sixteen million steps at the top rate, planned and run unwatched; and its buses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ POLLING = "ram", "Y 0\rE\rT 3,0\r0\rQ", "Y 0\rX\r"
 
 
 def prepared() -> Callable[[], Any]:
-    """A chip that is about to make the motion."""
+    """Return a chip that is ready to begin the motion."""
     bench = slewline.Bench()
     chip = bench.add("cy545", "x")
     host = bench.host(chip)
@@ -37,7 +37,7 @@ def prepared() -> Callable[[], Any]:
 def spoken(
     memory: str, entered: str, sent: str, time: str = "", pins: tuple[str, ...] = ()
 ) -> Callable[[], Callable[[], float]]:
-    """A chip with a memory, or none: what is entered, then what is sent and timed, until all is idle or for a time."""
+    """Return a workload of a chip, with a memory or none: initial input, then timed input, until idle or for a time."""
 
     def prepare() -> Callable[[], float]:
         bench = slewline.Bench()
@@ -67,13 +67,13 @@ def spoken(
 
 
 def talking() -> list[Row]:
-    """A program that polls, commands over the bus, and a program that is entered into an EEPROM."""
+    """Return the rows of a program that polls, of commands over the bus, and of a program entered into an EEPROM."""
     commands = "".join(f"N {n}\rR {n % 200 + 10}\r" for n in range(1000))
     program = "".join(f"N {n}\r" for n in range(60))
     cases = (
-        ("a program that polls", spoken(*POLLING, "400 ms"), 400, "a virtual millisecond"),
-        ("2,000 commands over the bus", spoken("", "", commands), 2000, "a command"),
-        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 60, "an instruction"),
+        ("a program that polls", spoken(*POLLING, "400 ms"), 400, "per virtual millisecond"),
+        ("2,000 commands over the bus", spoken("", "", commands), 2000, "per command"),
+        ("a program into an EEPROM", spoken("eeprom", "", f"Y 0\rE\r{program}Q"), 60, "per instruction"),
     )
     found = []
     for what, prepare, items, item in cases:
@@ -85,16 +85,16 @@ def talking() -> list[Row]:
 
 
 def recorded() -> list[Row]:
-    """The program that polls, its local bus recorded, beside the same unrecorded."""
+    """Return the row of the polling program with its local bus recorded, compared with the same unrecorded."""
     name = "CY545: a program that polls, its local bus recorded"
     watched = spoken(*POLLING, "100 ms", tuple(f"x.{pin}" for pin in ("xmem_sel", "ale", "rd", "wr", "db")))
-    bound = profiled.bound(name, watched, 100, "a virtual millisecond")
+    bound = profiled.bound(name, watched, 100, "per virtual millisecond")
     sides = prepared_by_turns(spoken(*POLLING, "100 ms"), watched)
     return [Row(name, None, "x the unrecorded", 0.8, True, bound, sides)]
 
 
 def planning() -> list[Row]:
-    """The plan, and the motion."""
+    """Return the rows of the plan, and of the motion."""
     law, clock = profile.law_of(sheet_of("cy545")), Clock(12_000_000)
 
     def planned() -> StepTrain:
@@ -105,5 +105,5 @@ def planning() -> list[Row]:
     assert chip.position == NUMBER and len(chip.motor.past) == 2
     return [
         Row("move of 16,000,000 steps: plan", best(planned, 20) * 1e3, "ms", 1, False, "500 runs of equal intervals"),
-        Row("the same, unobserved", chip.kernel.now / 1e12 / wall, REAL, 20_000, True, "a handful of events"),
+        Row("the same, unobserved", chip.kernel.now / 1e12 / wall, REAL, 20_000, True, "a few events"),
     ]

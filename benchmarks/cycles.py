@@ -1,8 +1,8 @@
 """Trains of cycles, without a chip: 10 virtual seconds of an axis at top speed, at 61 % of it, in a ramp and in an
 S-curve.
 
-Every instant is expanded, window by window into one buffer; targets are computed for every cycle.  The goals are what
-four such axes need for those of the chip (chipset.py).
+Every instant is expanded, window by window into one buffer; targets are computed for every cycle.  The goals are the
+times that four such axes may take within the goals of the chip (chipset.py).
 """
 
 from __future__ import annotations
@@ -15,34 +15,34 @@ from slewline.chips.mc1451a.profiles.profile import s_curve
 from slewline.chips.mc1451a.profiles.s_curves import SCurve
 from slewline.core.time.timebase import Clock
 
-HZ, ODD_HZ = 25_000_000, 24_999_999  # the period of the other is no whole number of picoseconds
+HZ, ODD_HZ = 25_000_000, 24_999_999  # the other period is not a whole number of picoseconds
 QUARTER = 7629  # cycles
 CYCLES = 4 * QUARTER  # 10 s
 PER_S = HZ / CYCLE
 TOP = 512 * ONE  # 1.5625 Mpulses/s
-AXES, EXPANDING, COUNTING = 4, 20, 1000  # so many times real time
+AXES, EXPANDING, COUNTING = 4, 20, 1000  # multiples of real time
 WINDOW = 1 << 20  # steps in the buffer
 STRETCH = 4096  # cycles
 
 EVEN = "multiply, add, round, convert"
-UNEVEN = f"{EVEN}; and before, scale and rest of each cycle are repeated"
+UNEVEN = f"{EVEN}; before that, scale and remainder of each cycle are repeated"
 CURVE = SCurve(s_curve(TOP * 2 * QUARTER, TOP, TOP, TOP * ONE // QUARTER**2 + 1).pieces())
 CASES: tuple[tuple[str, Law, str, str], ...] = (
-    ("top speed", Linear(TOP), EVEN, "a polynomial of the second degree"),
+    ("top speed", Linear(TOP), EVEN, "a second-degree polynomial"),
     ("61 % of it", Linear(TOP * 61 // 100), EVEN, "the same"),
     ("ramp", Linear(0, TOP // CYCLES), UNEVEN, "the same"),
-    ("S-curve", CURVE, UNEVEN, "the phases are looked up, then a cubic, as floats and as integers"),
+    ("S-curve", CURVE, UNEVEN, "look-up of the phases, then a cubic, in floats and in integers"),
 )
 
 
 def pass_over(steps: int) -> float:
-    """Seconds of a bare multiplication for each step, in the cache."""
+    """Return the seconds of a bare multiplication for each step, in the cache."""
     part = np.arange(3.0 * 4096)
     return best(lambda: [np.multiply(part, 0.5, out=part) for _ in range(100)], 20) / 100 * steps / len(part)
 
 
 def checked(law: Law, hz: int) -> CycleTrain:
-    """A train whose instants and positions have been seen to tell the same."""
+    """Return a train after checking that its instants and positions agree."""
     train = CycleTrain(Clock(hz), 123_456, law, CYCLES, lead=4321)
     begins = train.clock.ps_array(np.arange(CYCLES) * CYCLE, train.origin)
     steps = train.positions(0, CYCLES) // ONE
@@ -56,7 +56,7 @@ def checked(law: Law, hz: int) -> CycleTrain:
 
 
 def expanding(train: CycleTrain) -> float:
-    """Seconds of all instants of a train."""
+    """Return the seconds for all instants of a train."""
     buffer = np.empty(WINDOW, np.int64)
 
     def expand() -> None:
@@ -67,17 +67,17 @@ def expanding(train: CycleTrain) -> float:
 
 
 def positions(train: CycleTrain) -> float:
-    """Seconds of the targets of all cycles."""
+    """Return the seconds for the targets of all cycles."""
     return best(lambda: [train.positions(i, min(i + STRETCH, CYCLES)) for i in range(0, CYCLES, STRETCH)])
 
 
 def rows() -> list[Row]:
-    """Of every law: all instants, and all targets."""
+    """Return the rows of every law: all instants, and all targets."""
     found = []
     for name, law, expansion, targets in CASES:
         train, odd = checked(law, HZ), checked(law, ODD_HZ)
         wall = expanding(train)
-        passes = f"{wall / pass_over(train.steps):.0f} times a bare np.multiply over them"
+        passes = f"{wall / pass_over(train.steps):.0f} times a bare np.multiply over the steps"
         oddly = f"{odd.steps / expanding(odd) / 1e6:.0f} M at {ODD_HZ:,} Hz"
         goals = AXES * EXPANDING * PER_S * train.steps / CYCLES // 1e6, AXES * COUNTING * PER_S // 1e6
         found += [

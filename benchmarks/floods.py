@@ -1,10 +1,10 @@
-"""How fast a served module answers while somebody floods a port beside it.
+"""Answer times of a served module while a client floods another port of the server.
 
     python benchmarks/floods.py [--long] [--only WORD]
 
-A server with ports of every kind runs in a process of its own, paced; one host asks its module whether it is ready, ten
+A server with ports of every kind runs in a separate process, paced; one host queries its module for readiness, ten
 milliseconds apart, and a client in another process floods another port meanwhile.  The figures are milliseconds from
-question to answer; the wire alone takes 6.7.  Beside them, what the flood got through.
+query to answer; the wire alone takes 6.7.  The throughput of the flood is printed with them.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ print(int(read / (time.monotonic() - begin)))
 
 @contextmanager
 def flooding(url: str, data: bytes, reads: bool, seconds: float) -> Iterator[subprocess.Popen[str]]:
-    """A process that sends the same again and again to a port; it tells how many bytes a second came back."""
+    """Start a process that repeatedly sends the same data to a port, and prints the received bytes per second."""
     host, port = url.rpartition("//")[2].rsplit(":", 1)
     command = [sys.executable, "-c", FLOOD, host, port, data.hex(), str(reads), str(seconds)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -122,7 +122,7 @@ def flooding(url: str, data: bytes, reads: bool, seconds: float) -> Iterator[sub
 
 
 def answers(connection: socket.socket, seconds: float) -> list[float]:
-    """Milliseconds of answers to questions that are ten milliseconds apart."""
+    """Return the milliseconds of answers to queries ten milliseconds apart."""
     times = []
     end = perf_counter() + seconds
     while (start := perf_counter()) < end:
@@ -137,7 +137,7 @@ def answers(connection: socket.socket, seconds: float) -> list[float]:
 
 
 def measured(name: str, seconds: float) -> tuple[list[float], str]:
-    """Milliseconds of answers under a flood, and the bytes a second that it got back."""
+    """Return the milliseconds of answers under a flood, and the bytes per second that the flood received."""
     to, data, reads = FLOODS[name]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "bench.toml")

@@ -1,6 +1,6 @@
-"""How the time of a task grows with its size: the exponent between ten times as much and as much, by turns.
+"""How the time of a task grows with its size: the exponent from ten times the size and the size, alternately.
 
-An exponent of 1 is what it should be: ten times as much takes ten times as long.
+An exponent of 1 is ideal: ten times the size takes ten times as long.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PROGRAM = "Po\rS100\rT1000\rR10\r+50\r-50\rj0\rE\r"
 
 
 def programs(chips: int) -> Callable[[], object]:
-    """So many modules, each with a program in a loop, for two seconds."""
+    """Return a task: a number of modules, each with a program in a loop, for two seconds."""
     bench = slewline.Bench()
     modules = [
         bench.add("gs-c200s", f"m{number}", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}) for number in range(chips)
@@ -41,7 +41,7 @@ def programs(chips: int) -> Callable[[], object]:
 
 
 def moves(number: int) -> Callable[[], object]:
-    """So many moves of 50 steps."""
+    """Return a task: a number of moves of 50 steps."""
     bench = slewline.Bench()
     host = bench.host(bench.add("cy525", "x"))
     host.send("A 0\rF 10\rR 100\rS 240\rZ 1\rN 50\r")
@@ -55,7 +55,7 @@ def moves(number: int) -> Callable[[], object]:
 
 
 def script(lines: int) -> Callable[[], object]:
-    """So many lines of a run script."""
+    """Return a task: a number of lines of a run script."""
     bench = slewline.Bench()
     host = bench.host(bench.add("cy525", "x"))
     text = "\n".join(f"R {number % 100 + 1}" for number in range(lines))
@@ -68,7 +68,7 @@ def script(lines: int) -> Callable[[], object]:
 
 
 def far(waits: int) -> Callable[[], object]:
-    """So many waits that an edge ends, each with an instant that is far away."""
+    """Return a task: a number of waits ended by an edge, each with a distant instant as its limit."""
     kernel = Kernel()
     net = Net(kernel, "wire")
     driver = Driver(net, "source")
@@ -88,7 +88,7 @@ def far(waits: int) -> Callable[[], object]:
 
 
 def uncollected(action: Callable[[], object]) -> Callable[[], None]:
-    """The same without Python's collector of garbage, which visits all objects that are kept again and again."""
+    """Return a task without Python's garbage collector, which repeatedly visits all live objects."""
 
     def run() -> None:
         gc.disable()
@@ -110,19 +110,19 @@ CASES: tuple[tuple[str, Case, int], ...] = (
 
 
 def exponent(prepare: Case, number: int) -> float:
-    """The power of the size with which the time grows."""
+    """Return the power of the size with which the time grows."""
     sides = prepared_by_turns(lambda: prepare(10 * number), lambda: prepare(number), TURNS)
     return median(log10(large / small) for large, small in sides)
 
 
 def rows() -> list[Row]:
-    """The exponents; of one that is too large also without Python's collector of garbage."""
+    """Return the exponents; for one that is too large also without Python's garbage collector."""
     found = []
     for name, prepare, number in CASES:
         power = exponent(prepare, number)
-        bound = "each takes as long as the first"
+        bound = "each takes the same time as the first"
         if power > GOAL:
             without = exponent(lambda n, prepare=prepare: uncollected(prepare(n)), number)
-            bound = f"Python's collector of garbage, {without:.2f} without it, and the caches of the processor"
+            bound = f"Python's garbage collector, {without:.2f} without it, and the processor caches"
         found.append(Row(f"{name}: exponent", power, "", GOAL, False, bound))
     return found

@@ -1,8 +1,8 @@
-"""What moves of 50 steps take in memory, day and night, with `keep="10 s"` and without: each case in its own process.
+"""Memory of moves of 50 steps, day and night, with `keep="10 s"` and without: each case in its own process.
 
-With `keep`, rows say by how much a move makes the process larger once ten seconds are full: the short ones of some
-virtual minutes, those of `--long` of an hour.  Without, they say by how much an hour of so many moves does, from what a
-move adds in ten minutes.
+With `keep`, rows state how much a move enlarges the process once ten seconds are full: the short runs of some virtual
+minutes, those of `--long` of an hour.  Without it, they state how much an hour of moves adds, extrapolated from the
+growth per move in ten minutes.
 """
 
 from __future__ import annotations
@@ -77,36 +77,36 @@ AN_HOUR = {"CY525": (94_800, 50), "GS-C200S": (157_600, 90), "MC1151A": (163_000
 
 
 def ran(case: str, seconds: int, keep: str) -> list[float]:
-    """Run a case: MB at most, bytes that a move adds, moves, MB before the first."""
+    """Run a case; return the maximum MB, bytes added per move, moves, and MB before the first."""
     code = [sys.executable, "-c", CODE, case, str(seconds), keep]
     return [*map(float, subprocess.run(code, capture_output=True, text=True, check=True).stdout.split())]
 
 
 def kept(case: str, seconds: int, what: str) -> list[Row]:
-    """Megabytes of the process at most, and bytes that a move adds."""
+    """Return the rows of the maximum megabytes of the process, and of the bytes that a move adds."""
     most, slope, moves, bare = ran(case, seconds, KEEP)
-    bound = f"Python and slewline {bare:.0f} MB, ten seconds of moves; {moves:,.0f} moves"
+    bound = f"Python and slewline {bare:.0f} MB, plus ten seconds of moves; {moves:,.0f} moves"
     return [
         Row(f"{case}, {CASES[case]}, keep {KEEP}, {what}: memory", most, "MB", 40, False, bound),
-        Row("the same: what a move adds", slope, "B", 20, False, "no object: what Python holds of freed memory"),
+        Row("the same: what a move adds", slope, "B", 20, False, "not objects, but freed memory that Python keeps"),
     ]
 
 
 def unkept(case: str) -> list[Row]:
-    """Megabytes that the moves of an hour add without `keep`."""
+    """Return the row of the megabytes that an hour of moves adds without `keep`."""
     _, slope, _, _ = ran(case, 600, "")
     moves, goal = AN_HOUR[case]
     name = f"{case}, {CASES[case]}, without keep: an hour of {moves:,} moves adds"
-    return [Row(name, slope * moves / 1e6, "MB", goal, False, f"all is kept: {slope:,.0f} B a move")]
+    return [Row(name, slope * moves / 1e6, "MB", goal, False, f"all moves are kept: {slope:,.0f} B per move")]
 
 
 def rows() -> list[Row]:
-    """Two virtual minutes of each case."""
+    """Return the rows of two virtual minutes of each case."""
     return [row for case in CASES for row in kept(case, 120, "2 min")]
 
 
 def hours() -> list[Row]:
-    """A virtual hour of each case, and what an hour without `keep` adds: memory alone, so one process for each core."""
+    """Return the rows of a virtual hour of each case, and of an hour without `keep`, with one process per core."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         long = [pool.submit(kept, case, 3600, "1 h") for case in CASES]
         found = [*long, *(pool.submit(unkept, case) for case in CASES)]

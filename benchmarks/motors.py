@@ -1,9 +1,9 @@
-"""Motors that are integrated: how much faster than in life, in seconds of virtual time a second of the processor.
+"""Integrated motors: speed relative to real time, in virtual seconds per processor second.
 
     python benchmarks/run.py motors
 
 The motor is a QSH4218-47-28-040 (2.8 A, 24 V) with its own inertia as load and 5 mN m of friction; RK4, 20 µs, unless
-something else is said.  What Numba compiles is compiled before the clock starts.
+stated otherwise.  Numba compiles before the clock starts.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ STEPS = {"motor": MOTOR, "driver": DRIVER, "load": LOAD}
 
 
 def law(step_us: int = 20) -> MotorLaw:
-    """The motor of these figures, with a grid of its own."""
+    """Return the motor of these figures, with a given grid."""
     return MotorLaw(DATA, read_driver(DRIVER, "driver", DATA), LoadData(**LOAD), step_ps=step_us * 10**6)
 
 
 def ramp(count: int) -> tuple[Any, Any, int]:
-    """Steps of a ramp from 300 steps/s: instants, commands, and when it is over."""
+    """Return the steps of a ramp from 300 steps/s: instants, commands, and its end."""
     n = np.arange(1, count + 1)
     times = ((np.sqrt(9e4 + 4e4 * n) - 300) / 2e4 * 1e12).astype(np.int64)
     return times, n, int(times[-1])
 
 
 def alone(engine: str, step_us: int, count: int) -> Callable[[], float]:
-    """One motor, nothing around it."""
+    """Return a workload: a single motor without other parts."""
 
     def act() -> float:
         times, commands, stop = ramp(count)
@@ -53,7 +53,7 @@ def alone(engine: str, step_us: int, count: int) -> Callable[[], float]:
 
 
 def until_rest(bench: slewline.Bench, motor: Any) -> float:
-    """Let a move be over and the motor at rest; return the virtual time that this takes, in seconds."""
+    """Run until a move has ended and the motor is at rest; return the virtual time that this takes, in seconds."""
     start = bench.now_ps
     bench.run_until_idle(timeout="1000 s")
     bench.run_until(motor.rests, timeout="10 s")
@@ -62,7 +62,7 @@ def until_rest(bench: slewline.Bench, motor: Any) -> float:
 
 
 def cy525(*watched: str) -> Callable[[], float]:
-    """A move of 20,000 steps, with some pins watched."""
+    """Return a workload: a move of 20,000 steps, with some pins watched."""
 
     def act() -> float:
         bench = slewline.Bench()
@@ -79,7 +79,7 @@ def cy525(*watched: str) -> Callable[[], float]:
 
 
 def homing() -> float:
-    """A module homes on switches of the shaft."""
+    """Run a module that homes on switches of the shaft; return the virtual seconds."""
     bench = slewline.Bench()
     x: Any = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
     motor: Any = bench.part("stepper", to=x, **STEPS)
@@ -92,7 +92,7 @@ def homing() -> float:
 
 
 def encoder() -> float:
-    """A chipset that counts an encoder of 200 counts a turn."""
+    """Run a chipset that reads an encoder of 200 counts per revolution; return the virtual seconds."""
     bench = slewline.Bench()
     x: Any = bench.add("mc1151a-e", name="x")
     motor: Any = bench.part("stepper", to=x, **STEPS)
@@ -106,7 +106,7 @@ def encoder() -> float:
 
 
 def closed_loop() -> float:
-    """Figure 19: each step waits for the one before."""
+    """Run figure 19, where each step waits for the previous one; return the virtual seconds."""
     bench = slewline.Bench()
     x: Any = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
     motor: Any = bench.part("stepper", to=x, **STEPS)
@@ -124,16 +124,16 @@ def closed_loop() -> float:
 
 
 def rows() -> Iterator[Row]:
-    """One motor, and motors behind chips."""
+    """Yield the rows of a single motor, and of motors driven by chips."""
     law().integrate(*ramp(10), engine="numba")
     for name, act, goal, bound in (
         ("one motor, 20 µs, Numba", alone("numba", 20, 6000), 100.0, "latency of four dependent evaluations"),
-        ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations a step"),
+        ("one motor, 100 µs, plain Python", alone("python", 100, 600), 8.0, "some 240 operations per step"),
         ("CY525, asked once, at rest", cy525(), None, "the integrator"),
         ("two switches watched", cy525("one.out", "two.out"), 25.0, "the integrator"),
-        ("GS-C200S homes on its switches", homing, 30.0, "blocks that are cut: each switch stops or turns the module"),
-        ("MC1151A-E with encoder", encoder, 5.0, "an event a count, and the chip works each cycle"),
-        ("closed loop of figure 19", closed_loop, 2.0, "every step is a departure: a block is cut"),
+        ("GS-C200S homes on its switches", homing, 30.0, "cut blocks: each switch stops or reverses the module"),
+        ("MC1151A-E with encoder", encoder, 5.0, "an event per count, and the chip computes each cycle"),
+        ("closed loop of figure 19", closed_loop, 2.0, "every step interrupts a block"),
     ):
         act()
         speeds = []
@@ -145,7 +145,7 @@ def rows() -> Iterator[Row]:
 
 
 def at_rest() -> int:
-    """How many events a motor at rest makes in a day, with a switch that is watched."""
+    """Return the number of events of a motor at rest in a day, with a watched switch."""
     bench = slewline.Bench()
     x: Any = bench.add("cy525", name="x")
     motor: Any = bench.part("stepper", to=x, **STEPS)

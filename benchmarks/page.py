@@ -1,4 +1,4 @@
-"""The page about performance: which goals are missed, what was measured by hand, and the tables of a run."""
+"""The page about performance: the missed goals, the measurements by hand, and the tables of a run."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ PAGE = """# Performance
 
 One run of `make bench` on {day}: {processor}, CPython {python}, NumPy {numpy}.
 
-What is computed is timed in seconds of the processor, and nothing is remembered from one run to the next; what is
-served, by the clock. A ratio has both of its sides measured in this run, by turns: the figure is the median, and half
-of the turns are in the range beside it. What bounds work in Python is from a profile of this run. A goal that is met by
-less than 5 % is *at the limit*.
+Computing is timed in processor seconds, with caches emptied between runs; serving is timed by the wall clock. Both
+sides of a ratio are measured alternately in this run: the figure is the median, and half of the turns are in the range
+after it. Bottlenecks of work in Python are from a profile of this run. A goal that is met by less than 5 % is *at the
+limit*.
 
-Some goals were set in virtual seconds a second of the processor on one machine, an AMD EPYC (Zen 5). On another machine
-the ratio to commit {short} counts: each goal is divided by what that commit made there, its figure on an Intel Xeon
-over 0.62, the ratio of the two machines. {example}.
-`python benchmarks/beside.py reference` shows the other ratios to that commit.
+Some goals were set in virtual seconds per processor second on one machine, an AMD EPYC (Zen 5). On another machine the
+ratio to commit {short} is used: each goal is divided by the figure of that commit on that machine, which is its figure
+on an Intel Xeon divided by 0.62, the ratio of the two machines. {example}.
+`python benchmarks/beside.py reference` prints the other ratios to that commit.
 
 ## Goals missed
 
 {missed}
-## Beside Klipper, measured once, by hand
+## Comparison with Klipper, measured once by hand
 
 {hand}
 {tables}"""
 
 
 def processor() -> str:
-    """Return the processor as the system names it, with family and model where the name alone says little."""
+    """Return the name of the processor, with family and model if the name alone is not specific."""
     try:
         text = Path("/proc/cpuinfo").read_text("utf-8")
     except OSError:
@@ -55,7 +55,7 @@ def processor() -> str:
 
 
 def by_hand(path: Path = HAND) -> tuple[str, list[Row]]:
-    """Return what a file says of a measurement by hand: how it was made, and its rows."""
+    """Return the content of a file about a measurement by hand: its method, and its rows."""
     given = tomllib.loads(path.read_text("utf-8"))
     when = f"{given['date']}, {given['processor']}"
     rows = [
@@ -67,10 +67,10 @@ def by_hand(path: Path = HAND) -> tuple[str, list[Row]]:
 
 
 def missed(rows: Iterable[Row]) -> str:
-    """Return the goals missed, each with what bounds it; then what is at the limit, and what has no verdict."""
+    """Return the missed goals, each with its bottleneck; then the rows at the limit, and the rows without a verdict."""
     spelled = list(spelled_out(rows))
     lines = [
-        f"- {name}: {row.shown}{dated(row)}; goal {row.wanted}. Bound: {bound}.\n"
+        f"- {name}: {row.shown}{dated(row)}; goal {row.wanted}. Bottleneck: {bound}.\n"
         for name, bound, row in spelled
         if not row.met
     ]
@@ -82,7 +82,7 @@ def missed(rows: Iterable[Row]) -> str:
 
 
 def dated(row: Row) -> str:
-    """Say when and where a figure was measured, if it was not in this run."""
+    """Return the date and the place of a figure, if it was not measured in this run."""
     return f", as measured on {row.when}" if row.when else ""
 
 
@@ -90,7 +90,7 @@ def written(found: dict[str, list[Row]], day: date) -> str:
     """Return the page: rows by family.
 
     Raises:
-        ValueError: a row that has a goal beside the reference is not there; it may have another name now.
+        ValueError: a row with a goal relative to the reference is missing, perhaps because of a new name.
     """
     how, hand = by_hand()
     asked = ASKED[EXAMPLE]

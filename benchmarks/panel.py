@@ -1,10 +1,10 @@
-"""What a panel costs: the way back, views of eight chips, a window of an hour.
+"""The cost of a panel: going back in time, views of eight chips, a window of an hour.
 
     python benchmarks/run.py panel
 
-The session of the way back has a thousand commands in ten virtual minutes, pins and faults among them; the way back is
-to random instants of it, and beside that the journal is replayed in this process.  The views are those of a page with
-thirty frames a second, on eight modules that move and one of which is asked.
+The session for going back has a thousand commands in ten virtual minutes, including pins and faults; the targets are
+random instants of it, compared with a replay of the journal in this process.  The views are those of a page with thirty
+frames per second, on eight moving modules, one of which is queried.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Client:
         self.lines = self.socket.makefile("rw")
 
     def ask(self, do: str, **keys: Any) -> dict[str, Any]:
-        """Ask, and return the reply; events are dropped."""
+        """Send a request, and return the reply; events are dropped."""
         self.lines.write(json.dumps({"do": do, **keys}) + "\n")
         self.lines.flush()
         while "event" in (reply := json.loads(self.lines.readline())):
@@ -84,14 +84,14 @@ def session(host: socket.socket, client: Client, chance: random.Random) -> None:
 
 
 def back() -> Iterator[Row]:
-    """The way back."""
+    """Yield the rows of going back in time."""
     chance = random.Random(1)
     with tempfile.TemporaryDirectory() as folder:
         journal = Path(folder) / "journal"
         with served(*MODULE, *PORTS, "--rate", "30", "--journal", str(journal), ports=2) as (port, control):
             client, host = Client(control), connected(port)
             session(host, client, chance)
-            busy = client.ask("read", pins=[])["time_ps"]  # up to there the host speaks, then the program goes on alone
+            busy = client.ask("read", pins=[])["time_ps"]  # then the program runs without its host
             client.ask("until", time=f"{MINUTES * 60} s")
             client.ask("pause")
             took, plainly = [], []
@@ -104,7 +104,7 @@ def back() -> Iterator[Row]:
                 if not number % 10:
                     plainly.append(timed(lambda at=at: replay(journal, until=f"{at} ps"))[0] * 1e3)  # type: ignore[misc]
             host.close()
-    why = "a fork, the journal from the checkpoint on, and two connections"
+    why = "a fork, the journal since the checkpoint, and two connections"
     yield Row("back to an instant of ten minutes with 1,000 commands, median", median(took), "ms", None, False, why)
     yield Row(
         "back to an instant of ten minutes with 1,000 commands, the slowest of 100",
@@ -121,7 +121,7 @@ def back() -> Iterator[Row]:
 
 @contextmanager
 def eight() -> Iterator[tuple[list[socket.socket], str]]:
-    """A server of eight modules: hosts, and the control port."""
+    """Start a server of eight modules; yield its hosts, and the control port."""
     chips = "".join(
         f'[[chip]]\nname = "m{n}"\npart = "gs-c200s"\nstraps = {{ br0 = 0, br1 = 0, br2 = 0, chs = 0 }}\n'
         for n in range(CHIPS)
@@ -143,7 +143,7 @@ def eight() -> Iterator[tuple[list[socket.socket], str]]:
 
 
 def answers(host: socket.socket) -> list[float]:
-    """How long a module takes to answer beyond what it takes on a wire, ms, in order."""
+    """Return the answer times of a module beyond the time on a wire, ms, sorted."""
     found, end = [], perf_counter() + LONG_S
     while perf_counter() < end:
         start = perf_counter()
@@ -154,7 +154,7 @@ def answers(host: socket.socket) -> list[float]:
 
 
 def views() -> Iterator[Row]:
-    """A page on eight modules."""
+    """Yield the rows of a page on eight modules."""
     with eight() as (hosts, control):
         before = answers(hosts[0])
         page = Popen([sys.executable, "-c", PAGE, *control.rsplit(":", 1)])
@@ -162,11 +162,11 @@ def views() -> Iterator[Row]:
         page.terminate()
         page.wait()
     late = after[len(after) * 99 // 100] - before[len(before) * 99 // 100]
-    yield Row("answers with a page on 8 chips, later at p99", late, "ms", 1, False, "what a turn compares for the page")
+    yield Row("answers with a page on 8 chips, later at p99", late, "ms", 1, False, "the comparison in each turn")
 
 
 def windows() -> Iterator[Row]:
-    """A window of an hour."""
+    """Yield the rows of a window of an hour."""
     bench = slewline.Bench()
     chip = bench.add("cy525", "x", straps={"dowhile": 0})
     names = [f"x.{pin}" for pin in ("pulse", "slew", "direction", "run", "ready", "wait")]
@@ -184,12 +184,12 @@ def windows() -> Iterator[Row]:
     again = min(timed(ask)[0] for _ in range(5)) * 1e3
     moves = len(chip.motions())
     yield Row(
-        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "the cells of each signal, from a table"
+        "scope: an hour of 8 signals, 1,200 columns", again, "ms", 50, False, "cells of each signal, from a table"
     )
-    bound = f"{moves:,} moves, once; a slice at a time, beside everything else"
+    bound = f"{moves:,} moves, once; in slices, between other work"
     yield Row("the same for the first time", first, "ms", None, False, bound)
 
 
 def rows() -> list[Row]:
-    """All of it."""
+    """Return all rows."""
     return [*back(), *views(), *windows()]

@@ -1,4 +1,4 @@
-"""Parts around a chip: what a move of 60,000 steps costs with each of them."""
+"""Parts around a chip: the time of a move of 60,000 steps with each of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROUNDS = 7
 
 
 def cy525() -> tuple[slewline.Bench, Any, Callable[[], None]]:
-    """A CY525 and a host that has it make the move."""
+    """Return a CY525 and a host that starts the move."""
     bench = slewline.Bench()
     x: Any = bench.add("cy525", name="x")
     bench.host(x).send(f"A 0\rF 10\rR 100\rS 200\rZ 1\rN {STEPS}\rG\r")
@@ -23,7 +23,7 @@ def cy525() -> tuple[slewline.Bench, Any, Callable[[], None]]:
 
 
 def module() -> tuple[slewline.Bench, Any, Callable[[], None]]:
-    """A GS-C200S with a program that makes the move."""
+    """Return a GS-C200S with a program for the move."""
     bench = slewline.Bench()
     x: Any = bench.add("gs-c200s", name="x", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0})
     host = bench.host(x)
@@ -38,7 +38,7 @@ def bare() -> Callable[[], None]:
 
 
 def encoder() -> Callable[[], None]:
-    """An encoder behind an inverter, and its counts."""
+    """Return a workload: an encoder after an inverter, and its counts."""
     bench, _, run = cy525()
     bench.part("inverter", name="gate")
     part = bench.part("encoder", name="shaft", counts=4000, steps=400)
@@ -65,7 +65,7 @@ def translator() -> Callable[[], None]:
 
 
 def motors(pull_in: float = 20_000) -> Callable[[], None]:
-    """A translator, and a motor that looks at every pulse."""
+    """Return a workload: a translator, and a motor that samples at every pulse."""
     bench, _, run = cy525()
     part = bench.part("translator", to="x")
     motor = bench.part("motor", lag="10 us", pull_in=pull_in, acceleration=pull_in)
@@ -92,19 +92,19 @@ def gs_d200() -> Callable[[], None]:
 
 
 def spent(prepare: Callable[[], Callable[[], None]]) -> float:
-    """Milliseconds of the processor."""
+    """Return the milliseconds of processor time."""
     prepare()()  # which loads what it needs
     return best_of(prepare, ROUNDS)[0] * 1e3
 
 
 def rows() -> list[Row]:
-    """Return what each of them costs."""
+    """Return the time of each part."""
     what = (
         ("CY525, bare", bare, "the host's bytes, and the plan"),
         ("encoder behind an inverter", encoder, "the same; a view and a clock for each leg of the move"),
         ("translator", translator, "the same; a clock for each leg"),
         ("translator and motor with limits", motors, "the instants of all steps, once, in arrays"),
-        ("the same, most steps lost", lambda: motors(500), "each pulse that is lost, one by one"),
+        ("the same, most steps lost", lambda: motors(500), "each lost pulse, one by one"),
         ("GS-C200S, gs_d200", gs_d200, "characters of the line; four views for each leg"),
     )
     return [

@@ -1,4 +1,4 @@
-"""Pictures: what is drawn, and how long that takes, as ratios to matplotlib drawing one line of 900 points."""
+"""Pictures: their points, and the drawing time relative to matplotlib drawing one line of 900 points."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def moved(commands: str, until: str | None) -> tuple[slewline.Bench, Velocity, P
 
 
 def drawn(bench: slewline.Bench, velocity: Velocity, position: Position) -> Callable[[], None]:
-    """All points of a picture: velocity, position and the recorded pins."""
+    """Return a function that computes all points of a picture: velocity, position and the recorded pins."""
     now = bench.now_ps
 
     def points() -> None:
@@ -53,7 +53,7 @@ def drawn(bench: slewline.Bench, velocity: Velocity, position: Position) -> Call
 
 
 def looping(bench: slewline.Bench, axis: Axis) -> None:
-    """An hour of 12,000 moves of 250 runs, to and fro."""
+    """Play an hour of 12,000 moves of 250 runs, back and forth."""
     runs = [(2000 + 10 * abs(125 - k), 2) for k in range(250)]
     clock = bench["x"].clock
     for n in range(12_000):
@@ -62,7 +62,7 @@ def looping(bench: slewline.Bench, axis: Axis) -> None:
 
 
 def repeated() -> slewline.Bench:
-    """An hour of a program that moves to and fro over and over, with recorded pins."""
+    """Return an hour of a program that moves back and forth repeatedly, with recorded pins."""
     bench = slewline.Bench()
     x = bench.add("cy525", name="x")
     bench.record("x.pulse", "x.slew", "x.run", "x.direction")
@@ -72,7 +72,7 @@ def repeated() -> slewline.Bench:
 
 
 def pictures() -> list[Row]:
-    """A long move and an hour: their points, and whole pictures."""
+    """Return the rows of a long move and of an hour: their points, and whole pictures."""
     long, hour = moved("N 60000\r+\rG\r", None), moved("N 60000\rH\rG\r", "1 h")
     assert len(long[0]["x"].steps()) == 60_000 and hour[0]["x"].travel > 34_000_000
     to_and_fro = moved("", "1 ms")
@@ -90,10 +90,10 @@ def pictures() -> list[Row]:
         return lambda: bench.figure().savefig(io.BytesIO(), format="png")
 
     return [
-        row("60,000 steps: points of a picture", drawn(*long), 0.2, "a bisection a column, 250 runs"),
+        row("60,000 steps: points of a picture", drawn(*long), 0.2, "a bisection per column, 250 runs"),
         row("figure of 60,000 steps", picture(long[0]), 5, BOUND),
-        row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 questions a pin"),
+        row("an hour at 9,675 steps/s: points", drawn(*hour), 0.5, "900 columns, 531 wraps, 600 queries per pin"),
         row("the same: figure", picture(hour[0]), 8, BOUND),
-        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "each move on its own, 40 flags"),
-        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "each move on its own, in Python"),
+        row("an hour of 6,000 moves of a program: figure", picture(program), 8, "each move separately, 40 flags"),
+        row("an hour of 12,000 moves: points", drawn(*to_and_fro), 10, "each move separately, in Python"),
     ]

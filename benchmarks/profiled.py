@@ -1,4 +1,4 @@
-"""What bounds a figure, by a profile of the run itself: how many calls an item takes, and in which modules."""
+"""The bottleneck of a figure, from a profile of the run itself: calls per item, and their modules."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ FOUND: dict[str, str] = {}
 
 
 def bound(name: str, prepare: Callable[[], Callable[[], object]], items: int, item: str) -> str:
-    """Say how many calls an item takes and which modules have most of the time, profiled once in a process.
+    """Return the calls per item and the modules with most of the time, profiled once in a process.
 
-    What a built-in function takes is counted to the module that calls it; what the first run loads does not count.
+    The time of a built-in function belongs to the module that calls it; one-time loading is not included.
     """
     if name not in FOUND:
         prepare()()
@@ -29,7 +29,7 @@ def bound(name: str, prepare: Callable[[], Callable[[], object]], items: int, it
 
 
 def sentence(stats: dict[tuple[str, int, str], tuple], items: int, item: str) -> str:
-    """The sentence about what a profile has found."""
+    """Return the result of a profile as a sentence."""
     calls, times = 0, defaultdict[str, float](float)
     for (file, _, _), (_, number, own, _, callers) in stats.items():
         calls += number
@@ -45,5 +45,5 @@ def sentence(stats: dict[tuple[str, int, str], tuple], items: int, item: str) ->
 
 
 def module(file: str) -> str:
-    """The name of a module, from its file or from "<frozen posixpath>"."""
+    """Return the name of a module, from its file or from "<frozen posixpath>"."""
     return Path(file.strip("<>").removeprefix("frozen ")).stem

@@ -1,4 +1,4 @@
-"""VCD files read back, against pyvcd in the same run."""
+"""Reading of VCD files, compared with pyvcd in the same run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PINS = ("pulse", "phase1", "phase2", "phase3", "phase4", "slew")
 
 
 def rows() -> list[Row]:
-    """500,000 edges of six pins, written by us, read by us and by pyvcd; the edges are those of the bench."""
+    """Return the rows of 500,000 edges of six pins, written by us, and read by us and by pyvcd with equal results."""
     bench = slewline.Bench()
     chip = bench.add("cy525", "x")
     bench.record(*(f"x.{pin}" for pin in PINS))
@@ -39,5 +39,5 @@ def rows() -> list[Row]:
 
         assert with_pyvcd() == count + len(PINS)
         sides = by_turns(with_pyvcd, lambda: slewline.read_vcd(path), 3)
-    bound = "about 30 passes of NumPy over the words of a block; pyvcd's tokens alone, without arrays"
+    bound = "about 30 NumPy passes over the words of a block; only pyvcd's tokens, without arrays"
     return [Row(f"a VCD file of {count:,} edges read", None, "x pyvcd", 10, True, bound, sides)]

@@ -1,4 +1,4 @@
-"""What every table of the benchmarks is made of: its rows, how a time is taken, and how two are compared."""
+"""Building blocks of every benchmark table: rows, timing, and comparisons of two times."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ LIMIT = 0.05  # a goal that is met by less is one that the next run may miss
 
 
 class Measured(float):
-    """What a clock has counted in this run.
+    """A time measured in this run.
 
-    Arithmetic turns it into a plain float, which no ratio accepts: a yardstick is what was measured, neither a constant
-    nor something else times a constant.
+    Arithmetic turns it into a plain float, which no ratio accepts: a yardstick must be measured, and cannot be a
+    constant or a multiple of another time.
     """
 
 
@@ -30,7 +30,7 @@ Sides = Sequence[tuple[Measured, Measured]]
 
 @dataclass
 class Row:
-    """One line of a table; a figure that could not be measured is None, and `absent` says why.
+    """One line of a table; a figure that could not be measured is None, and `absent` has the reason.
 
     A ratio has its two sides, the yardstick and ours, turn by turn, and its figure is computed from them.  `when` is
     the date and the processor of a figure that was measured once, by hand.
@@ -48,29 +48,29 @@ class Row:
 
     def __post_init__(self) -> None:
         if any(type(side) is not Measured for turn in self.sides for side in turn):
-            raise TypeError(f"{self.name}: a ratio takes what was measured in this run, unchanged")
+            raise TypeError(f"{self.name}: a ratio needs times measured in this run, unchanged")
         if self.sides:
             self.figure = median(self.ratios)
         elif self.unit.startswith("x ") and self.unit != REAL and not (self.absent or self.when):
             raise TypeError(f"{self.name}: {self.unit} was not measured in this run")
         if (self.figure is None) is not bool(self.absent):
-            raise TypeError(f"{self.name}: needs a figure, or the reason why there is none")
+            raise TypeError(f"{self.name}: needs a figure, or the reason for its absence")
 
     @property
     def ratios(self) -> list[float]:
-        """Ours beside the yardstick, turn by turn, in order of size."""
+        """Our times relative to the yardstick, turn by turn, sorted."""
         return sorted(theirs / ours if self.more_is_better else ours / theirs for theirs, ours in self.sides)
 
     @property
     def met(self) -> bool:
-        """Whether the goal, if there is one and it could be measured, is met."""
+        """Whether the goal is met, if there is one and it could be measured."""
         if self.goal is None or self.figure is None:
             return True
         return self.figure >= self.goal if self.more_is_better else self.figure <= self.goal
 
     @property
     def verdict(self) -> str:
-        """Yes, NO, at the limit, no verdict; nothing without a goal."""
+        """The verdict: "yes", "NO", "at the limit" or "no verdict"; empty without a goal."""
         if self.goal is None:
             return ""
         if self.figure is None:
@@ -81,7 +81,7 @@ class Row:
 
     @property
     def shown(self) -> str:
-        """The figure with its unit, and of a ratio the range of half of the turns."""
+        """The figure with its unit, and for a ratio the range of half of the turns."""
         if self.figure is None:
             return self.absent
         half = ""
@@ -92,14 +92,14 @@ class Row:
 
     @property
     def wanted(self) -> str:
-        """The goal, as the table shows it."""
+        """The goal, in the format of the table."""
         return "" if self.goal is None else f"{'>=' if self.more_is_better else '<='} {self.goal:,g}"
 
 
 def timed(action: Callable[[], T]) -> tuple[Measured, T]:
-    """Seconds of the processor that an action takes, and what it returns.
+    """Return the processor seconds of an action, and its result.
 
-    What other programs take meanwhile does not count; what they push out of the caches does.
+    The time of other programs is not included; their effect on the caches is.
     """
     start = process_time()
     result = action()
@@ -107,7 +107,7 @@ def timed(action: Callable[[], T]) -> tuple[Measured, T]:
 
 
 def best(action: Callable[[], object], rounds: int = 7) -> Measured:
-    """The least seconds of an action, of some runs after one that loads what it needs; nothing is remembered of it."""
+    """Return the least seconds of an action, from some runs after one that loads modules; caches are emptied."""
     action()
     times = []
     for _ in range(rounds):
@@ -117,7 +117,7 @@ def best(action: Callable[[], object], rounds: int = 7) -> Measured:
 
 
 def best_of(prepare: Callable[[], Callable[[], T]], rounds: int = 5) -> tuple[Measured, T]:
-    """The least seconds of an action that is prepared anew each time, and what it returned the last time."""
+    """Return the least seconds of an action that is prepared each time, and its last result."""
     times = []
     for _ in range(rounds):
         action = prepare()
@@ -129,14 +129,14 @@ def best_of(prepare: Callable[[], Callable[[], T]], rounds: int = 5) -> tuple[Me
 
 
 def by_turns(theirs: Callable[[], object], ours: Callable[[], object], turns: int = 7) -> Sides:
-    """The seconds of two actions, turn by turn; each runs once before, to load what it needs."""
+    """Return the seconds of two actions, turn by turn; each runs once before, to load modules."""
     return prepared_by_turns(lambda: theirs, lambda: ours, turns)
 
 
 def prepared_by_turns(
     theirs: Callable[[], Callable[[], object]], ours: Callable[[], Callable[[], object]], turns: int = 7
 ) -> Sides:
-    """The seconds of two actions that are prepared anew each turn; the one that begins changes with each turn."""
+    """Return the seconds of two actions, prepared for each turn; the order alternates."""
     theirs()(), ours()()
     sides = []
     for turn in range(turns):
@@ -151,21 +151,21 @@ def prepared_by_turns(
 
 
 def shown(number: float) -> str:
-    """A number with as many digits as it is worth."""
+    """Return a number with its significant digits."""
     return f"{number:,.0f}" if number >= 1000 else f"{number:.3g}"
 
 
 def table(rows: Iterable[Row]) -> str:
-    """The rows as a Markdown table."""
+    """Return the rows as a Markdown table."""
     out = io.StringIO()
-    out.write("| what | figure | goal | | what bounds it |\n|---|---:|---:|---|---|\n")
+    out.write("| workload | figure | goal | | bottleneck |\n|---|---:|---:|---|---|\n")
     for row in rows:
         out.write(f"| {row.name} | {row.shown} | {row.wanted} | {row.verdict} | {row.bound} |\n")
     return out.getvalue()
 
 
 def spelled_out(rows: Iterable[Row]) -> Iterator[tuple[str, str, Row]]:
-    """Each row with its name and bound as they are read without the rows above: "the same" is replaced."""
+    """Yield each row with a name and bottleneck that are complete without the rows above: "the same" is replaced."""
     name = bound = ""
     for row in rows:
         if row.name.startswith("the same"):

@@ -2,9 +2,9 @@
 
     python benchmarks/run.py [--long] [--page docs/reference/performance.md] [NAME ...]
 
-Figures are ratios to something that is measured in the same run, or virtual seconds per second (real time).  Each
-workload checks its own result before it is believed.  What is computed is timed in seconds of the processor; what is
-served, by the clock.  `--long` adds the runs of a virtual hour.
+Figures are ratios to a time measured in the same run, or virtual seconds per second (real time).  Each workload checks
+its own result before its figure is accepted.  Computing is timed in processor seconds, serving by the wall clock.
+`--long` adds the runs of a virtual hour.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ ONE_THREAD.pop("PYTHONDONTWRITEBYTECODE", None)  # the first run writes the byte
 
 
 def whole() -> None:
-    """A bench, a chip and its host, the move, and all of its steps."""
+    """Run a bench, a chip and its host, the move, and read all of its steps."""
     bench = slewline.Bench()
     chip = bench.add("cy525", "x")
     bench.host(chip).send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65535\rG\r")
@@ -65,7 +65,7 @@ def whole() -> None:
 
 
 def plans() -> list[Row]:
-    """A 65,535-step ramped move: planned, and expanded; beside C that generates the same steps from the same runs."""
+    """Return the rows of a 65,535-step ramped move: planned, and expanded; compared with C for the same runs."""
 
     def planned() -> StepTrain:
         return StepTrain(CLOCK, 0, profile.move(65535, 3, 127, 200, 1).runs)
@@ -82,7 +82,7 @@ def plans() -> list[Row]:
         return 65535 * many / best(lambda: [what() for _ in range(many)]) / 1e6
 
     runs, first = len(train.counts), best(planned, 20)
-    python = f"Python: {first / runs * 1e6:.2f} µs a run of equal intervals, {runs} runs"
+    python = f"Python: {first / runs * 1e6:.2f} µs per run of equal intervals, {runs} runs"
     return [
         Row("move of 65,535 steps: plan", first * 1e3, "ms", 0.5, False, python),
         Row(
@@ -99,7 +99,7 @@ def plans() -> list[Row]:
             "M steps/s",
             100,
             True,
-            "np.repeat and np.cumsum over 8 bytes a step",
+            "np.repeat and np.cumsum over 8 bytes per step",
         ),
         Row(
             "the same: expand to picoseconds",
@@ -107,7 +107,7 @@ def plans() -> list[Row]:
             "M steps/s",
             50,
             True,
-            "one int64 multiplication and division a step",
+            "one int64 multiplication and division per step",
         ),
         *beside_c(train, planned),
         Row(
@@ -122,12 +122,12 @@ def plans() -> list[Row]:
 
 
 def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row]:
-    """What a plan, its ticks and a whole bench cost, beside the same ticks from a step generator in C."""
+    """Yield the rows of a plan, its ticks and a whole bench, compared with ticks from a step generator in C."""
     cases: tuple[tuple[str, Callable[[], object], str], ...] = (
         ("expand to ticks", train.begin_ticks, "a long run is filled in place, short ones by np.repeat and np.cumsum"),
-        ("a first plan", planned, "the runs, in Python; the C is handed its runs"),
+        ("a first plan", planned, "the runs, in Python; the C code gets its runs ready"),
         ("plan and ticks", lambda: planned().begin_ticks(), "the same"),
-        ("a whole bench, to its steps", whole, profiled.bound("a whole bench", lambda: whole, 1, "a bench")),
+        ("a whole bench, to its steps", whole, profiled.bound("a whole bench", lambda: whole, 1, "per bench")),
     )
     name, unit = "move of 65,535 steps: {}, beside a step generator in C", "x C"
     if compiling.COMPILER is None:
@@ -145,7 +145,7 @@ def beside_c(train: StepTrain, planned: Callable[[], StepTrain]) -> Iterator[Row
 
 
 def slewing(bench: slewline.Bench) -> tuple[Any, Any]:
-    """A chip in continuous motion at R = 127."""
+    """Return a chip in continuous motion at R = 127."""
     chip = bench.add("cy525", "x")
     host = bench.host(chip)
     host.send("A 0\rF 3\rR 127\rS 200\rZ 1\rN 65000\rH\rG\r")
@@ -154,7 +154,7 @@ def slewing(bench: slewline.Bench) -> tuple[Any, Any]:
 
 
 def endless() -> list[Row]:
-    """10,000,000 continuous steps, undisturbed and disturbed."""
+    """Return the rows of 10,000,000 continuous steps, undisturbed and disturbed."""
     alone, chip = best_of(lambda: undisturbed)
     assert chip.travel > 9_990_000
     wall, (chip, instants, answers) = best_of(lambda: disturbed, 3)
@@ -167,7 +167,7 @@ def endless() -> list[Row]:
             REAL,
             20_000,
             True,
-            "a handful of events, whatever the number of steps",
+            "a few events, for any number of steps",
         ),
         Row(
             "the same with 1,000 read-outs, 1,000 rate changes, 100,000 position_at",
@@ -175,13 +175,13 @@ def endless() -> list[Row]:
             REAL,
             500,
             True,
-            "the events of a read-out, a ramp plan a rate change, a search a question",
+            "the events of a readout, a ramp plan per rate change, a search per query",
         ),
     ]
 
 
 def undisturbed() -> Any:
-    """The run alone."""
+    """Run without disturbance; return the chip."""
     bench = slewline.Bench()
     chip, _ = slewing(bench)
     bench.run_to(chip.clock.ps(10_000_000 * 1137))
@@ -189,7 +189,7 @@ def undisturbed() -> Any:
 
 
 def disturbed() -> tuple[Any, list[int], list[int]]:
-    """A host that reads the position and changes the rate, and questions where the motor was."""
+    """Run with a host that reads the position and changes the rate, and with queries of past positions."""
     bench = slewline.Bench()
     chip, host = slewing(bench)
     slice_ps = 10_000_000 * 125_000_000 // 1000
@@ -205,7 +205,7 @@ def disturbed() -> tuple[Any, list[int], list[int]]:
 
 
 def dialogue() -> list[Row]:
-    """10,000 commands through the pins from a host that never hesitates."""
+    """Return the rows of 10,000 commands through the pins from a host without delays."""
 
     def prepare() -> Callable[[], Any]:
         bench = slewline.Bench()
@@ -221,12 +221,12 @@ def dialogue() -> list[Row]:
     wall, chip = best_of(prepare)
     assert chip.registers["number"] == 300 and not chip.findings
     name = "dialogue of 10,000 commands through the pins"
-    bound = profiled.bound(name, prepare, 10_000, "a command")
+    bound = profiled.bound(name, prepare, 10_000, "per command")
     return [Row(name, chip.kernel.now / 1e12 / wall, REAL, None, True, bound)]
 
 
 def seconds_of(code: str) -> Measured:
-    """User and system seconds of a fresh interpreter; threads of NumPy would count as well."""
+    """Return the user and system seconds of a fresh interpreter, including threads of NumPy."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, env=ONE_THREAD)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -234,7 +234,7 @@ def seconds_of(code: str) -> Measured:
 
 
 def starting() -> list[Row]:
-    """What it costs to import slewline and to make a bench, and what --help loads."""
+    """Return the rows of importing slewline, of creating a bench, and of the modules loaded by --help."""
     both = "import numpy", "import slewline; slewline.Bench()"
     sides = [(seconds_of(both[0]), seconds_of(both[1])) for _ in range(10)][1:]  # the first run writes the byte code
     code = (
@@ -249,7 +249,7 @@ def starting() -> list[Row]:
             "x import numpy",
             1.3,
             False,
-            "no NumPy is loaded before an array is asked for",
+            "NumPy is loaded only for the first array",
             sides,
         ),
         Row(
@@ -258,7 +258,7 @@ def starting() -> list[Row]:
             "(0 = no)",
             0,
             False,
-            "everything heavy is imported where it is used",
+            "heavy modules are imported only where they are used",
         ),
     ]
 
@@ -290,14 +290,14 @@ instants = np.random.default_rng(1).integers(bench.now_ps - 10**12, bench.now_ps
 expected = (last.positions[0] - 1 + np.searchsorted(last.times_ps, instants, side="right")) % 65536
 assert (chip.position_at(instants) == expected).all()
 assert abs(len(last) - 9674) < 3 and len(bench.edges("x.pulse")[0]) > 19_000
-# the high-water mark of this process alone; ru_maxrss would begin with what the parent had when it forked
+# the high-water mark of this process alone; ru_maxrss would start at the parent's value at the fork
 status = dict(line.split(":", 1) for line in open("/proc/self/status") if ":" in line)
 print(bench.now_ps / 1e12 / wall, int(status["VmHWM"].split()[0]) / 1024)
 """
 
 
 def hour() -> list[Row]:
-    """An endless run of one virtual hour, in a process of its own so that its memory can be read."""
+    """Return the rows of an endless run of one virtual hour, in a separate process whose memory can be read."""
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run(
             [sys.executable, "-c", HOUR, f"{folder}/window.vcd"], capture_output=True, text=True, check=True
@@ -311,14 +311,14 @@ def hour() -> list[Row]:
             "MB",
             200,
             False,
-            f"the last second is kept; a window of 5 s was streamed ({size / 1e6:.1f} MB of VCD)",
+            f"the last second is kept; a window of 5 s is streamed ({size / 1e6:.1f} MB of VCD)",
         ),
-        Row("the same: speed", ratio, REAL, 20, True, "360,000 read-outs"),
+        Row("the same: speed", ratio, REAL, 20, True, "360,000 readouts"),
     ]
 
 
 def exchanging() -> list[Row]:
-    """A host in virtual time."""
+    """Return the rows of a host in virtual time."""
     bench = slewline.Bench()
     host = bench.host(bench.add("gs-c200s", straps={"br0": 0, "br1": 0, "br2": 0, "chs": 0}))
     host.ask("F")
@@ -331,12 +331,12 @@ def exchanging() -> list[Row]:
     wall = best(exchanges, 5)
     virtual = (bench.now_ps - begin) / 6 / 1e12
     name = "1,000 exchanges with a GS-C200S"
-    bound = profiled.bound(name, lambda: exchanges, 1000, "an exchange of 4 characters")
+    bound = profiled.bound(name, lambda: exchanges, 1000, "per exchange of 4 characters")
     return [Row(name, virtual / wall, REAL, None, True, bound)]
 
 
 LONG = ("hour", "hours")
-JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # beside the reference, by turns
+JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # against the reference, by turns
 WORKLOADS: dict[str, dict[str, Workload]] = {
     "CY525": {
         "plans": plans,
@@ -361,7 +361,7 @@ WORKLOADS: dict[str, dict[str, Workload]] = {
     "Motors": {"motors": motors.rows},
     "Panel": {"panel": panel.rows},
     "Tasks that wait": {"waits": waits.rows},
-    "To start, and to go on": {
+    "Starting and running": {
         "starting": starting,
         "growth": growth.rows,
         "keeping": keeping.rows,
@@ -378,17 +378,17 @@ def workload(name: str) -> Workload:
 
 
 def main() -> int:
-    """Run the workloads and print the tables; exit status 1 when a goal is missed."""
+    """Run the workloads and print the tables; return the exit status, 1 if a goal is missed."""
     names = list(chain.from_iterable(WORKLOADS.values()))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help=", ".join(names), metavar="NAME")
-    parser.add_argument("--long", action="store_true", help="with the runs of a virtual hour")
-    parser.add_argument("--page", type=Path, help="write the tables into a page of the docs")
+    parser.add_argument("--long", action="store_true", help="add the runs of a virtual hour")
+    parser.add_argument("--page", type=Path, help="write the tables to a page of the docs")
     options = parser.parse_args()
     if not set(options.names) <= set(names):
         parser.error(f"names are {', '.join(names)}")
     if options.page and (options.names or not options.long):
-        parser.error("a page has all workloads: --long, and no NAME")
+        parser.error("a page needs all workloads: use --long, and no NAME")
     chosen = options.names or [name for name in names if name not in LONG or options.long]
     found: dict[str, list[Row]] = {}
     with reference() as tree:

@@ -1,12 +1,12 @@
-"""How fast served modules answer: exchanges over TCP and a pseudo-terminal, registers, and a hundred modules at once.
+"""Answer times of served modules: exchanges over TCP and a pseudo-terminal, registers, and a hundred modules together.
 
     python benchmarks/serve.py [--long]
 
-Every server runs in a process of its own.  The paced figures are what an exchange takes beyond what it takes on a wire:
-its characters and one more (1.146 ms each at 9600 baud), and the turn-round of the module (1 ms).  The registers of a
-chipset are set beside a plain echo of two bytes, in a process of its own as well, by turns.  A host in C (registers.c,
-with the header of the examples) has an echo of its own, for its echoes are quicker.  `--long` makes ten times as many
-exchanges.
+Every server runs in a separate process.  The paced figures are the time of an exchange beyond its time on a wire: its
+characters and one more (1.146 ms each at 9600 baud), and the turn-round of the module (1 ms).  The registers of a
+chipset are compared alternately with a plain echo of two bytes, in a separate process as well.  A host in C
+(registers.c, with the header of the examples) has its own echo, because its echoes are faster.  `--long` makes ten
+times as many exchanges.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 
 SERVER = "an exchange, processor of the server"
-WARM = 20  # exchanges before those that are timed
+WARM = 20  # exchanges before the timed ones
 BATCHES = 5
 HERE = Path(__file__).parent
 SERIES = bytes.fromhex("c00b 2464 1210 2464 1000 1000 2464 1030 1039 2464 0000 0000")  # SET_POS 12345 as one message
@@ -60,7 +60,7 @@ Number = TypeVar("Number", bound=float)
 
 
 class Ports(list[str]):
-    """The ports of a server, as it prints them, and its process."""
+    """The ports of a server, from its output, and its process."""
 
     def __init__(self, said: Iterable[str], pid: int) -> None:
         super().__init__(said)
@@ -68,18 +68,18 @@ class Ports(list[str]):
 
     @property
     def processor_s(self) -> float:
-        """Seconds of the processor that all threads of the server have taken; Linux numbers such clocks by process."""
+        """Processor seconds of all threads of the server; Linux numbers such clocks by process."""
         return clock_gettime(~self.pid << 3 | 2)
 
 
 def served(*arguments: str, ports: int = 1) -> AbstractContextManager[Ports]:
-    """`slewline serve` with these arguments; gives what it says of its ports."""
+    """Start `slewline serve` with these arguments; yield its ports."""
     return started([*SERVE, *arguments], ports)
 
 
 @contextmanager
 def started(command: list[str], ports: int = 1) -> Iterator[Ports]:
-    """A server; gives what it says of its ports."""
+    """Start a server; yield its ports."""
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert server.stdout is not None
     try:
@@ -90,7 +90,7 @@ def started(command: list[str], ports: int = 1) -> Iterator[Ports]:
 
 
 def connected(url: str) -> socket.socket:
-    """A socket to a port."""
+    """Return a socket connected to a port."""
     host, port = url.rpartition("//")[2].rsplit(":", 1)
     connection = socket.create_connection((host, int(port)))
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -98,7 +98,7 @@ def connected(url: str) -> socket.socket:
 
 
 def asking(fd: int) -> Ask:
-    """Send a line and wait for the carriage return of its answer."""
+    """Return a function that sends a line and waits for the carriage return of its answer."""
 
     def ask(line: bytes) -> bytes:
         os.write(fd, line)
@@ -111,14 +111,14 @@ def asking(fd: int) -> Ask:
 
 
 def opened(link: str) -> int:
-    """A pseudo-terminal, raw."""
+    """Open a pseudo-terminal, raw; return its file descriptor."""
     fd = os.open(link, os.O_RDWR | os.O_NOCTTY)
     tty.setraw(fd, termios.TCSANOW)
     return fd
 
 
 def exchanges(ask: Ask, count: int, server: Ports) -> tuple[list[Measured], float]:
-    """Milliseconds of so many questions whether the module is ready; and of the server's processor, for each."""
+    """Return the milliseconds of `count` queries for readiness, and the server's processor milliseconds for each."""
 
     def exchange() -> None:
         assert ask(b"F\r") == b"R\r"
@@ -127,15 +127,15 @@ def exchanges(ask: Ask, count: int, server: Ports) -> tuple[list[Measured], floa
 
 
 def served_by(server: Ports, exchange: Callable[[], object], count: int) -> tuple[list[Measured], float]:
-    """Milliseconds of so many exchanges, and the milliseconds of its processor that a server takes for each."""
-    exchange()  # what the first one loads does not count
+    """Return the milliseconds of `count` exchanges, and the server's processor milliseconds for each."""
+    exchange()  # the loading by the first one is not counted
     begun = server.processor_s
     times = timed(exchange, count)
     return times, (server.processor_s - begun) / (count + WARM) * 1000
 
 
 def single(count: int) -> Iterator[tuple[str, list[float]]]:
-    """One module, one host; in lockstep also what the server takes of the processor, as one time."""
+    """Yield the times of one module with one host; in lockstep also the server's processor time, as one time."""
     module = ("gs-c200s", "--strap", "chs=0")
     wire = 5 * CHARACTER_MS + TURNROUND_MS  # F, CR, R, CR and one more
     with tempfile.TemporaryDirectory() as folder:
@@ -155,7 +155,7 @@ def single(count: int) -> Iterator[tuple[str, list[float]]]:
 
 
 def registers(count: int) -> Iterator[tuple[str, Sides]]:
-    """Accesses to the registers of a chipset, and packets, in one go and byte by byte: medians beside an echo's."""
+    """Yield accesses to the registers of a chipset, and packets, whole and byte by byte: medians, with an echo's."""
     for pace, arguments in (("lockstep", ["--lockstep"]), ("paced", [])):
         with (
             started([sys.executable, "-c", ECHO]) as (echo,),
@@ -174,30 +174,30 @@ def registers(count: int) -> Iterator[tuple[str, Sides]]:
 
 
 def port_of(server: Ports) -> ChipsetPort:
-    """The registers of a served chipset."""
+    """Return the registers of a served chipset."""
     host, number = server[0].rpartition("//")[2].rsplit(":", 1)
     return ChipsetPort(host, int(number))
 
 
 def echoed(connection: socket.socket) -> None:
-    """Two bytes there and back."""
+    """Send two bytes and read them back."""
     connection.sendall(b"\x04\0")
     connection.recv(2)
 
 
 def packed(port: ChipsetPort) -> None:
-    """SET_POS 12345 as one message."""
+    """Send SET_POS 12345 as one message."""
     check(port.packet(0x10, (0, 12345)))
 
 
 def packet_of_server(count: int) -> float:
-    """Milliseconds of the processor that a server takes for a packet as one message."""
+    """Return the server's processor milliseconds for a packet as one message."""
     with served("mc1451a", "--tcp", "127.0.0.1:0", "--lockstep") as server, port_of(server) as port:
         return served_by(server, partial(packed, port), count)[1]
 
 
 def in_c(count: int) -> Sides:
-    """The medians of a host in C, in milliseconds, by turns: of an echo, and of a packet byte by byte."""
+    """Return the medians of a host in C, in milliseconds, alternately: of an echo, and of a packet byte by byte."""
     with (
         tempfile.TemporaryDirectory() as folder,
         started([sys.executable, "-c", ECHO]) as (echo,),
@@ -215,7 +215,7 @@ def in_c(count: int) -> Sides:
 
 
 def processor(count: int) -> tuple[float, float]:
-    """Milliseconds of the processor that a packet takes as one message: in a server, and in the simulation alone."""
+    """Return the processor milliseconds of a packet as one message: in a server, and in the simulation alone."""
     from slewline import Bench
     from slewline.links.lines.pace import Lockstep
     from slewline.links.server import Server
@@ -263,7 +263,7 @@ def processor(count: int) -> tuple[float, float]:
 
 
 def by_bytes(port: ChipsetPort) -> None:
-    """SET_POS 12345 as an old host program sends it: the status is polled before every byte."""
+    """Send SET_POS 12345 as an old host program does, polling the status before every byte."""
 
     def ready() -> None:
         while not port.inp(STATUS) & HOSTRDY:
@@ -279,12 +279,12 @@ def by_bytes(port: ChipsetPort) -> None:
 
 
 def check(found: tuple[int, ...]) -> None:
-    """The checksum of SET_POS 12345 is as it should be."""
+    """Check the checksum of SET_POS 12345."""
     assert found == (0x3049,)
 
 
 def timed(exchange: Callable[[], object], count: int) -> list[Measured]:
-    """Milliseconds of so many exchanges, one after the other."""
+    """Return the milliseconds of `count` exchanges, one after the other."""
     for _ in range(WARM):
         exchange()
     times = []
@@ -296,12 +296,12 @@ def timed(exchange: Callable[[], object], count: int) -> list[Measured]:
 
 
 def middle(times: Iterable[Measured]) -> Measured:
-    """The median, one of the times themselves."""
+    """Return the median, which is one of the times themselves."""
     return at(sorted(times), 0.5)
 
 
 def bench_file(folder: str) -> str:
-    """A hundred modules, each on a port of its own."""
+    """Write a bench file of a hundred modules, each on its own port; return its path."""
     path = Path(folder, "many.toml")
     straps = "{ br0 = 0, br1 = 0, br2 = 0, chs = 0 }"
     path.write_text(
@@ -315,7 +315,7 @@ def bench_file(folder: str) -> str:
 
 
 def many(seconds: float) -> Iterator[tuple[str, list[float]]]:
-    """A hundred modules, each polled ten times a second; first at rest, then with twenty of them in endless motion."""
+    """Yield the times of a hundred modules, each polled ten times a second; at rest, then twenty in endless motion."""
     with tempfile.TemporaryDirectory() as folder, served("--bench", bench_file(folder), ports=MODULES) as urls:
         connections = [connected(url) for url in urls]
         yield "1 module of 100 polled", polled(connections[:1], seconds)
@@ -330,7 +330,7 @@ def many(seconds: float) -> Iterator[tuple[str, list[float]]]:
 
 
 def polled(connections: list[socket.socket], seconds: float) -> list[float]:
-    """Milliseconds of answers when every module is asked ten times a second, spread over time."""
+    """Return the milliseconds of answers when every module is polled ten times a second, spread over time."""
     poll = select.epoll()
     by_fd = {connection.fileno(): connection for connection in connections}
     for fd in by_fd:
@@ -347,7 +347,7 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
     following = next(plan, None)
     while following is not None or asked:
         if following is not None and perf_counter() >= following[0]:
-            if following[1].fileno() not in asked:  # a host asks again when it has its answer
+            if following[1].fileno() not in asked:  # a host queries again when it has its answer
                 asked[following[1].fileno()] = perf_counter()
                 following[1].send(b"F\r")
             following = next(plan, None)
@@ -363,11 +363,11 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
 
 
 def module_rows() -> list[Row]:
-    """The rows of the benchmark table: modules on serial lines."""
+    """Return the rows of the benchmark table for modules on serial lines."""
     times = {name: sorted(found) for name, found in (*single(1000), *many(10.0))}
-    switch = "two switches of process, beside the exchange itself"
-    timer = "the timer of the system; the wire has one character more"
-    loop = "the exchange in virtual time; a turn of the loop with the system's calls"
+    switch = "two process switches, besides the exchange itself"
+    timer = "the system timer; the wire has one character more"
+    loop = "the exchange in virtual time; a turn of the loop with its system calls"
     found = [
         Row(f"{name}{what}", at(times[name], part), "ms", goal, False, bound)
         for name, what, part, goal, bound in (
@@ -376,13 +376,13 @@ def module_rows() -> list[Row]:
             ("lockstep, pty: an exchange", ", median", 0.5, 0.3, switch),
             (f"lockstep, pty: {SERVER}", "", 0, 0.15, loop),
             ("paced, TCP: beyond the wire", ", median", 0.5, 1, timer),
-            ("paced, TCP: beyond the wire", ", p99", 0.99, 5, "whatever else the machine does"),
+            ("paced, TCP: beyond the wire", ", p99", 0.99, 5, "other work of the machine"),
             ("paced, pty: beyond the wire", ", median", 0.5, 1, timer),
-            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "whatever else the machine does"),
+            ("paced, pty: beyond the wire", ", p99", 0.99, 5, "other work of the machine"),
         )
     ]
     alone, busy = (at(times[name], 0.99) for name in ("1 module of 100 polled", "100 modules polled, 20 moving"))
-    bound = f"{MODULES * POLLS_PER_S:,} exchanges a second in one thread"
+    bound = f"{MODULES * POLLS_PER_S:,} exchanges per second in one thread"
     found.append(
         Row("100 served modules, 20 moving: answers later than of one, p99", busy - alone, "ms", 10, False, bound)
     )
@@ -390,14 +390,14 @@ def module_rows() -> list[Row]:
 
 
 def register_rows() -> list[Row]:
-    """The rows of the benchmark table: the registers of a chipset."""
+    """Return the rows of the benchmark table for the registers of a chipset."""
     found = dict(registers(1000))
     rows = [
         Row(f"{name}, median", None, "x a plain echo", None, False, bound, found[name])
         for name, bound in (
             ("lockstep, registers: an access", "a bus cycle in virtual time"),
             ("lockstep, registers: a packet", "the packet itself, through the pins, as one message"),
-            ("lockstep, the same byte by byte", "the packet, polls, and two messages that are waited for"),
+            ("lockstep, the same byte by byte", "the packet, polls, and two awaited messages"),
         )
     ]
     name, unit = "lockstep, byte by byte through the C header, median", "x an echo in C"
@@ -408,21 +408,21 @@ def register_rows() -> list[Row]:
         bound = f"the same; an echo in C takes {min(echo for echo, _ in sides):.3f} ms"
         rows.append(Row(name, None, unit, None, False, bound, sides))
     total, simulation = processor(100)
-    bound = f"the simulation, {simulation:.3f} ms where both ends are one process; the loop and the system's calls"
+    bound = f"the simulation, {simulation:.3f} ms with both ends in one process; the loop and its system calls"
     rows.append(Row("lockstep, a packet: processor of the server", packet_of_server(1000), "ms", 0.2, False, bound))
     rows.append(Row("lockstep, a packet: processor of both ends", total, "ms", None, False, "the same"))
-    bound = "a turn of the loop, with the system's calls of both ends"
+    bound = "a turn of the loop, with the system calls of both ends"
     rows.append(Row("the same without the simulation", total - simulation, "ms", None, False, bound))
     return rows
 
 
 def at(ordered: list[Number], part: float) -> Number:
-    """The time below which a part of them lies."""
+    """Return the time below which a fraction of the times is."""
     return ordered[min(int(len(ordered) * part), len(ordered) - 1)]
 
 
 def line(name: str, times: list[float]) -> str:
-    """One line of what this script prints."""
+    """Return one line of the output of this script."""
     ordered = sorted(times)
     return f"{name:<50}" + "".join(f"{at(ordered, part):>10.3f}" for part in (0.5, 0.99, 1)) + f"{len(ordered):>10}"
 

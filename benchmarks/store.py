@@ -1,7 +1,7 @@
 """A memory of 64 KB in a file, stored character by character: appended, and as whole files, one for each character.
 
-Both wait for the disk after every character, which is most of the time.  Some characters are stored, and all of them
-reckoned: 200 as whole files, short and long ones, and the last 4,096 as records.
+Both wait for the disk after every character, which takes most of the time.  Some characters are stored, and the total
+is extrapolated: from 200 as whole files, short and long ones, and from the last 4,096 as records.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CONTENT = bytes(n * 7 % 256 for n in range(SIZE))
 
 
 def appending(path: Path) -> float:
-    """Seconds to append every character, from the mean of the last ones."""
+    """Return the seconds to append every character, from the mean of the last ones."""
     store = FileStore(path)
     store.write(CONTENT[:-ADDED])
     begin = perf_counter()
@@ -31,7 +31,7 @@ def appending(path: Path) -> float:
 
 
 def writing(path: Path) -> float:
-    """Seconds to write the whole for every character, from the mean of some short and some long ones."""
+    """Return the seconds to write the whole file for every character, from the mean of short and long ones."""
     store = FileStore(path)
     begin = perf_counter()
     for n in (*range(TRIED), *range(SIZE - TRIED, SIZE)):
@@ -45,12 +45,12 @@ def rows() -> list[Row]:
         whole, appended = writing(Path(folder) / "whole"), appending(Path(folder) / "appended")
     return [
         Row(
-            "64 KB, a character at a time",
+            "64 KB, one character at a time",
             appended,
             "s",
             None,
             False,
-            "reckoned from the last 4,096: the disk, once a character",
+            "extrapolated from the last 4,096: the disk, once per character",
         ),
         Row(
             "... as whole files",
@@ -58,7 +58,7 @@ def rows() -> list[Row]:
             "s",
             None,
             False,
-            "reckoned from 200: the disk, and all of the file to be written and read",
+            "extrapolated from 200: the disk, and writing and reading the whole file",
         ),
     ]
 

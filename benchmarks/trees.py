@@ -1,4 +1,4 @@
-"""Workloads of other trees of this project and of this one, by turns, each loaded in a process of its own."""
+"""Workloads of other trees of this project and of this one, alternately, each loaded in a separate process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rows import Row
 HERE = Path(__file__).resolve().parent.parent
 REFERENCE = "df29ad1ce7894d387f1fb76bd113b1aeb730468f"
 SHORT = REFERENCE[:8]
-ABSENT = f"no commit {SHORT} here"
+ABSENT = f"commit {SHORT} is not in this repository"
 CHILD = """
 import json, os, sys
 from dataclasses import asdict
@@ -40,7 +40,7 @@ Seen = dict[tuple[str, int], "Found"]
 
 @dataclass(frozen=True)
 class Found:
-    """A row as a tree has printed it; the rows of another tree may have more columns, or fewer."""
+    """A row as printed by a tree; the rows of another tree may have more columns, or fewer."""
 
     name: str
     figure: float | None
@@ -70,7 +70,7 @@ class Tree:
         self.process.communicate()
 
     def turn(self) -> Seen:
-        """Run the workload once; its rows by name, and where rows share one ("the same: ...") by their number."""
+        """Run the workload once; return its rows by name, numbered if rows share a name ("the same: ...")."""
         assert self.process.stdin is not None and self.process.stdout is not None
         with suppress(BrokenPipeError):
             self.process.stdin.write("\n")
@@ -86,7 +86,7 @@ class Tree:
 
 
 def turns_of(other: Path, workload: Workload, turns: int, core: int) -> list[tuple[Seen, Seen]]:
-    """Run a workload of another tree and of this one by turns; their rows, turn by turn."""
+    """Run a workload of another tree and of this one alternately; return their rows, turn by turn."""
     found = []
     with Tree(other, workload, core) as theirs, Tree(HERE, workload, core) as ours:
         for turn in range(turns):

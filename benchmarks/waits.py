@@ -1,4 +1,4 @@
-"""Tasks that wait for an edge or an instant, whichever is first, beside SimPy: the same waits, by turns."""
+"""Tasks that wait for an edge or an instant, whichever is first, compared with SimPy: the same waits, alternately."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CASES = {  # picoseconds from edge to edge, and how many waits an edge ends
 
 
 def ours(period: int, edges: int) -> Callable[[], None]:
-    """A task that waits on a kernel, and one that makes the edges."""
+    """Return a task that waits on a kernel, with one that creates the edges."""
     kernel = Kernel()
     net = Net(kernel, "wire")
     driver = Driver(net, "source")
@@ -48,8 +48,8 @@ def ours(period: int, edges: int) -> Callable[[], None]:
 
 
 def theirs(period: int, edges: int) -> Callable[[], None]:
-    """The same with SimPy, whose edge is an event, and a new one after it."""
-    import simpy  # what other simulators use
+    """Return the same with SimPy, where an edge is an event, followed by a new one."""
+    import simpy  # as in other simulators
 
     env = simpy.Environment()
     wire, ended = [env.event()], [0]
@@ -76,7 +76,7 @@ def theirs(period: int, edges: int) -> Callable[[], None]:
 
 
 def timers(kernel_is_ours: bool) -> Callable[[], Callable[[], None]]:
-    """A task that waits for one instant after the other."""
+    """Return a task that waits for one instant after the other."""
 
     def prepare() -> Callable[[], None]:
         if kernel_is_ours:
@@ -103,7 +103,7 @@ def timers(kernel_is_ours: bool) -> Callable[[], Callable[[], None]]:
 
 
 def rows() -> list[Row]:
-    """Waits for an edge or an instant, and for instants alone."""
+    """Return the rows of waits for an edge or an instant, and for instants alone."""
     cases = {
         f"20,000 waits for an edge or an instant, {name}": (
             lambda case=case: theirs(*case),
@@ -114,8 +114,8 @@ def rows() -> list[Row]:
     cases["20,000 waits for an instant"] = timers(False), timers(True)
     found = []
     for name, (simpy, slewline) in cases.items():
-        bound = profiled.bound(name, slewline, WAITS, "a wait")
+        bound = profiled.bound(name, slewline, WAITS, "per wait")
         there = find_spec("simpy") is not None
         sides = prepared_by_turns(simpy, slewline) if there else ()
-        found.append(Row(name, None, "x SimPy", 2.5, True, bound, sides, "" if there else "no SimPy here"))
+        found.append(Row(name, None, "x SimPy", 2.5, True, bound, sides, "" if there else "SimPy is not installed"))
     return found

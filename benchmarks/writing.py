@@ -1,4 +1,4 @@
-"""VCD files beside pyvcd, which gets the same edges, ready sorted: of trains, and of a dialogue with a chip."""
+"""Writing of VCD files, compared with pyvcd, which gets the same edges, sorted: of trains, and of a dialogue."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MIX = (
 
 
 def running() -> slewline.Bench:
-    """A chip in continuous motion, 2,000,000 edges on 8 pins."""
+    """Return a chip in continuous motion, 2,000,000 edges on 8 pins."""
     bench = slewline.Bench()
     chip = bench.add("cy525", "x")
     bench.record(*(f"x.{pin}" for pin in PINS))
@@ -32,7 +32,7 @@ def running() -> slewline.Bench:
 
 
 def spoken() -> slewline.Bench:
-    """A host that sends 5,000 commands: bytes on the bus, and two lines of handshake for each."""
+    """Return a host that sends 5,000 commands: bytes on the bus, and two lines of handshake for each."""
     bench = slewline.Bench()
     chip = bench.add("cy525", "x")
     bench.record()
@@ -42,7 +42,7 @@ def spoken() -> slewline.Bench:
 
 
 def beside_pyvcd(bench: slewline.Bench, pins: Sequence[str], least: int) -> Sides:
-    """The seconds in which pyvcd and the bench write the recorded pins, by turns."""
+    """Return the seconds in which pyvcd and the bench write the recorded pins, alternately."""
     from vcd import VCDWriter  # the oracle of the tests
 
     edges = [bench.edges(pin) for pin in pins]
@@ -74,19 +74,19 @@ def beside_pyvcd(bench: slewline.Bench, pins: Sequence[str], least: int) -> Side
 
 
 def saving(name: str, bench: slewline.Bench, items: int, item: str) -> str:
-    """What bounds the writing of a file."""
+    """Return the bottleneck of writing a file."""
     with tempfile.TemporaryDirectory() as folder:
         return profiled.bound(name, lambda: lambda: bench.save_vcd(Path(folder, "a.vcd")), items, item)
 
 
 def rows() -> list[Row]:
-    """Of trains, and of a dialogue."""
+    """Return the rows of trains, and of a dialogue."""
     moving, dialogue = running(), spoken()
     trains = beside_pyvcd(moving, [f"x.{pin}" for pin in PINS], 2_000_000)
     wires = [*(pin for pin in dialogue.recorded if pin != "x.db"), *(f"x.db{bit}" for bit in range(8))]
     talk = beside_pyvcd(dialogue, wires, 100_000)
     names = "2,000,000 edges of 8 pins to VCD", "dialogue of 5,000 commands, all pins, to VCD"
-    bounds = saving(names[0], moving, 2_000_000, "an edge"), saving(names[1], dialogue, 5_000, "a command")
+    bounds = saving(names[0], moving, 2_000_000, "per edge"), saving(names[1], dialogue, 5_000, "per command")
     return [
         Row(names[0], None, "x pyvcd", 8, True,
             f"expanding trains, sorting 8 nets into one, NumPy digit tables: {bounds[0]}", trains),

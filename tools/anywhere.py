@@ -1,12 +1,12 @@
-"""Run the tests where a stranger might: in the worst surroundings that can be made here, all at the same time.
+"""Run the tests in difficult surroundings: all adverse conditions that can be created here, at the same time.
 
     python tools/anywhere.py                   make test, then make test-system
     python tools/anywhere.py test -k serve     a task of tools/setup.py, and arguments for pytest
 
-A copy of this checkout is set up in a folder whose name has blanks and umlauts, by an ordinary user with umask 077.
-There the tests run as that user in the background, with SIGINT, SIGHUP and SIGQUIT ignored, without a network but
-loopback, with the variables of VARIABLES, beside two busy loops.  Nothing may fail, and no process and no temporary
-file may be left.  The ordinary user and the network that is cut need root on Linux; without it, they are left out.
+An ordinary user with umask 077 sets up a copy of this checkout in a folder whose name has blanks and umlauts.  There
+the tests run as that user in the background, with SIGINT, SIGHUP and SIGQUIT ignored, without a network except
+loopback, with the variables of VARIABLES, next to two busy loops.  No test may fail, and no process and no temporary
+file may remain.  The ordinary user and the network isolation need root on Linux; otherwise they are left out.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ CLONE_NEWNET, SIOCSIFFLAGS, IFF_UP = 0x40000000, 0x8914, 0x1  # of Linux
 
 
 def copy(target: Path) -> None:
-    """Copy what git knows of the checkout, and the emulator of the boards, which only a network brings."""
+    """Copy the files of the checkout that git lists, and the emulators of the boards, which need a network."""
     listed = ["git", "-C", str(ROOT), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     for name in filter(None, subprocess.run(listed, capture_output=True, check=True).stdout.decode().split("\0")):
         if (ROOT / name).is_file():
@@ -58,14 +58,14 @@ def copy(target: Path) -> None:
 
 
 def give(place: Path, person: struct_passwd) -> None:
-    """Give a folder to somebody."""
+    """Make a user the owner of a folder."""
     for folder, _, names in os.walk(place):
         for path in (folder, *(os.path.join(folder, name) for name in names)):
             os.chown(path, person.pw_uid, person.pw_gid, follow_symlinks=False)
 
 
 def cut_network() -> None:
-    """Leave this process nothing but loopback."""
+    """Restrict the network of this process to loopback."""
     import fcntl
 
     libc = ctypes.CDLL(None, use_errno=True)
@@ -76,7 +76,7 @@ def cut_network() -> None:
 
 
 def becoming(person: struct_passwd | None, strange: bool) -> Callable[[], None]:
-    """Return what a process does before its program begins."""
+    """Return a function that prepares a process before its program begins."""
 
     def become() -> None:
         if strange:
@@ -106,15 +106,15 @@ def busy_loops() -> Iterator[None]:
 
 
 def python_for(person: struct_passwd | None) -> str:
-    """The path of a Python that the user may start: this one, or that of the system."""
+    """Return the path of a Python that the user may start: this one, or that of the system."""
     own = os.path.realpath(sys.executable)
     if person and any(not folder.stat().st_mode & 0o001 for folder in Path(own).parents):
-        return shutil.which("python3", path="/usr/local/bin:/usr/bin") or sys.exit(f"{USER} may start no Python here")
+        return shutil.which("python3", path="/usr/local/bin:/usr/bin") or sys.exit(f"{USER} cannot start a Python")
     return own
 
 
 def owned(person: struct_passwd | None, place: Path) -> list[str]:
-    """What is left: the command lines of the user's processes, and what is in the folder for temporary files."""
+    """Return the remains of a run: command lines of the user's processes, and files in the temporary folder."""
     found = [path.name for path in place.iterdir()]
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -127,14 +127,14 @@ def owned(person: struct_passwd | None, place: Path) -> list[str]:
 
 
 def main(arguments: list[str]) -> int:
-    """Run tasks in such a place; return the exit status: 0 if nothing failed and nothing is left."""
+    """Run tasks in these surroundings; return the exit status: 0 if no test failed and nothing remains."""
     person = None
     if sys.platform == "linux" and os.geteuid() == 0:
         from pwd import getpwnam
 
         person = getpwnam(USER)
     else:
-        print("anywhere: without root on Linux the user is you, and the network stays", flush=True)
+        print("anywhere: without root on Linux, with your user and network", flush=True)
     calls = [arguments] if arguments else [[task] for task in TASKS]
     with tempfile.TemporaryDirectory(prefix="slewline ä ö ü ", dir="/var/tmp") as name:
         place = Path(name)
@@ -161,7 +161,7 @@ def main(arguments: list[str]) -> int:
             statuses = [run(*call, strange=True, **VARIABLES) for call in calls]
         after = owned(person, temporary)
     for line in sorted(set(after) - set(before)):
-        print(f"anywhere: left behind: {line}", flush=True)
+        print(f"anywhere: remains: {line}", flush=True)
     return 1 if any(statuses) or after != before else 0
 
 

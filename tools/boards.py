@@ -1,8 +1,8 @@
-"""Install what the firmware of boards is built and tested with: tools/boards.py FOLDER, which may be left out.
+"""Install the tools that build and test the firmware of boards: tools/boards.py [FOLDER].
 
-The compilers come with the packages of the system (.ci/install), the emulators with npm into FOLDER (build/boards), and
-then the firmware is built there.  What is there already stays.  Where the compiler for ARM cannot be had, the Uno's is
-built alone.
+The compilers come from packages of the system (.ci/install), the emulators with npm into FOLDER (build/boards); then
+the firmware is built there.  Existing files are kept.  If the compiler for ARM is not available, only the Uno's
+firmware is built.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ OF_THE_PICO = ("arm-none-eabi-gcc=gcc-arm-none-eabi", f"{pico.LIBRARY}=picolibc-
 
 
 def is_here(place: Path) -> bool:
-    """Return whether these very versions of the emulators are in a folder."""
+    """Return whether a folder has exactly these versions of the emulators."""
     abouts = {place / "node_modules" / name / "package.json": version for name, version in EMULATORS.items()}
     return all(
         about.exists() and json.loads(about.read_text())["version"] == version for about, version in abouts.items()
@@ -44,7 +44,7 @@ def is_here(place: Path) -> bool:
 
 
 def fetch(place: Path) -> int:
-    """Let npm install the emulators; nothing of them goes elsewhere."""
+    """Install the emulators with npm, only into the folder."""
     place.mkdir(parents=True, exist_ok=True)
     words = ["install", "--prefix", str(place), "--no-save", "--no-package-lock", "--ignore-scripts"]
     words += ["--no-audit", "--no-fund", "--silent", *(f"{name}@{version}" for name, version in EMULATORS.items())]
@@ -53,7 +53,7 @@ def fetch(place: Path) -> int:
 
 
 def main(words: list[str]) -> int:
-    """Install, build, and say what was built."""
+    """Install, build, and print the result."""
     place = Path(words[0]).resolve() if words else ROOT / "build" / "boards"
     if subprocess.call([str(ROOT / ".ci" / "install"), *PACKAGES], cwd=ROOT) != 0:
         return 1

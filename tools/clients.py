@@ -1,7 +1,7 @@
-"""Install the clients of EPICS that a motor record is tested with: tools/clients.py FOLDER, which may be left out.
+"""Install the EPICS clients that test a motor record: tools/clients.py [FOLDER].
 
-They get an environment of their own (build/clients), because they need other versions of packages than the tests do.
-What is there already stays.
+They get a separate environment (build/clients), because they need other versions of packages than the tests do.
+Existing files are kept.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def python_of(place: Path) -> Path:
 
 
 def main(words: list[str]) -> int:
-    """Install them."""
+    """Install the clients; return the exit status."""
     place = Path(words[0]).resolve() if words else ROOT / "build" / "clients"
     python, stamp = python_of(place), place / "installed.lock"
     if python.exists() and stamp.exists() and stamp.read_bytes() == LOCK.read_bytes():
@@ -37,7 +37,7 @@ def main(words: list[str]) -> int:
         if subprocess.call(command, cwd=ROOT) != 0:
             print("clients: could not install them; the reason is above", file=sys.stderr)
             return 1
-    stamp.write_bytes(LOCK.read_bytes())  # at the end: what is interrupted is not installed
+    stamp.write_bytes(LOCK.read_bytes())  # at the end, so an interrupted installation has no stamp
     return 0
 
 

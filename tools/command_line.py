@@ -16,12 +16,12 @@ OPTION = re.compile(r"(?<![\w`-])--[a-z][a-z0-9-]*")  # within a text
 
 @dataclass(frozen=True)
 class CommandHelp:
-    """What `--help` of a command says."""
+    """Help of a command, as printed by `--help`."""
 
     name: str
     usage: str
     text: str  # paragraphs, with an empty line between two
-    options: tuple[tuple[str, str], ...]  # how each is written, and what it does
+    options: tuple[tuple[str, str], ...]  # the form of each, and its effect
 
 
 def paragraphs(text: str | None) -> str:
@@ -44,12 +44,12 @@ def commands() -> Iterator[CommandHelp]:
 
 
 def about() -> tuple[str, str]:
-    """Return what the whole is, and its exit statuses."""
+    """Return the description of the whole program, and its exit statuses."""
     return paragraphs(cli.help), paragraphs(cli.epilog)
 
 
 def script_guide() -> list[str]:
-    """Return the guide to run scripts, as `slewline run --help` ends with it."""
+    """Return the guide to run scripts, the end of `slewline run --help`."""
     from slewline.bench.scripts import script
 
     return (script.__doc__ or "").splitlines()

@@ -2,9 +2,9 @@
 
     HATCH_BUILD_HOOK_ENABLE_CUSTOM=true pip install .
 
-It is off by default (pyproject.toml).  Everything is done on a copy of the sources, in a folder that is removed: an
-extension module beside its source file in a clone would be what Python takes from then on.  mypy knows here what mypyc
-needs; types are checked by `make check`.
+It is off by default (pyproject.toml).  All work is done on a copy of the sources, in a folder that is removed: Python
+would import an extension module next to its source file in a clone from then on.  mypy only supplies what mypyc
+needs; `make check` checks the types.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ setup(
     name={name!r}, packages=[], ext_modules=mypycify({arguments!r}, opt_level={level!r}, debug_level="0")
 )
 """
-# What mypyc compiles does not depend on the types of NumPy, and to read them takes longer than all of ours.
+# The compiled code does not depend on the types of NumPy, which take longer to read than all of slewline's.
 SETTINGS = "[mypy]\ncache_dir = {cache}\n[mypy-numpy.*]\nfollow_imports = skip\nfollow_imports_for_stubs = True\n"
 
 
 class NoCompiler(Exception):
-    """There is no C compiler: what to install."""
+    """A missing C compiler, with the packages to install."""
 
 
 def find_compiler() -> str:
-    """Return the C compiler that extension modules are built with; on Windows setuptools finds it itself.
+    """Return the C compiler for extension modules; on Windows setuptools finds it itself.
 
     Raises:
-        NoCompiler: there is none.
+        NoCompiler: no compiler is installed.
     """
     command = os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc"
     if os.name != "nt" and shutil.which(command.split()[0]) is None:
@@ -57,8 +57,8 @@ def compile_modules(source: Path, modules: list[str], level: str, folder: Path) 
 
     Args:
         source: the folder of the package.
-        modules: paths of its files, from there.
-        level: of the optimization, "0" to "3".
+        modules: paths of its files, relative to that folder.
+        level: optimization level, "0" to "3".
     """
     missing = [name for name in modules if not (source / name).is_file()]
     if missing:
@@ -84,10 +84,10 @@ def compile_modules(source: Path, modules: list[str], level: str, folder: Path) 
 
 
 class CompiledCore(BuildHookInterface):  # type: ignore[type-arg, misc, unused-ignore]
-    """Puts extension modules into a wheel, beside the source files that they are made of."""
+    """Hook that puts extension modules into a wheel, next to their source files."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile; an editable installation is plain Python, whatever is enabled."""
+        """Compile; an editable installation is always plain Python."""
         if version == "editable":
             return
         self.folder = TemporaryDirectory()

@@ -1,14 +1,14 @@
-"""Print how much of each data sheet is proven by a test, and what is open.
+"""Print how much of each data sheet is proven by tests, and the open facts.
 
     python tools/conformance.py            the tables: per sheet and kind, and the open facts with their reasons
-    python tools/conformance.py --check    fail where tables and tests disagree
+    python tools/conformance.py --check    fail if tables and tests disagree
 
-The table of a sheet lies in conformance/<chip folder>/*.toml: `[[fact]]` with id, kind, says, and parts where it holds
-for some of them only, and `[[choice]]` for what the model had to decide.  A fact that no test proves has `open` with
-the reason, or `later` where it needs a part that is not in the house; such a fact does not count.  Tests carry the ids
-in `@pytest.mark.fact("CMD-A-1")`.
+The table of a sheet is in conformance/<chip folder>/*.toml: `[[fact]]` with id, kind, says, and parts if it applies to
+some of them only, and `[[choice]]` for a decision of the model.  A fact without a test has `open` with the reason, or
+`later` if it needs a part that is not available; such a fact does not count.  Tests carry the ids in
+`@pytest.mark.fact("CMD-A-1")`.
 
-conformance/readme is the table of the first page: what README.md denies or restricts, word for word.
+conformance/readme is the table of the first page: the negations and restrictions of README.md, word for word.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class Table:
     """Facts and choices of a data sheet, by id."""
 
     title: str  # the parts that it describes; or README
-    about: str = "What the manual states, and which test proves it."
+    about: str = "The statements of the manual, and the tests that prove them."
     facts: dict[str, dict[str, str]] = field(default_factory=dict)
     choices: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def shares(self, tests: Mapping[str, list[str]]) -> dict[str, tuple[int, int]]:
-        """Per kind: facts proven and facts in all; what comes later does not count."""
+        """Return the numbers of proven facts and of all facts, by kind; later facts do not count."""
         proven: Counter[str] = Counter()
         total: Counter[str] = Counter()
         for fact, row in self.facts.items():
@@ -50,9 +50,9 @@ class Table:
 
 
 def read(folder: Path) -> Table:
-    """The table of a data sheet."""
+    """Return the table of a data sheet."""
     if folder.name == "readme":
-        table = Table("README", "What the first page denies or restricts, and which test shows it.")
+        table = Table("README", "The negations and restrictions of the first page, and the tests that prove them.")
     else:
         parts = [part.upper() for part, row in PARTS.items() if row.folder == folder.name]
         table = Table(" and ".join([", ".join(parts[:-1]), parts[-1]]) if parts[1:] else parts[0])
@@ -61,25 +61,25 @@ def read(folder: Path) -> Table:
         for key, into in (("fact", table.facts), ("choice", table.choices)):
             for row in data.get(key, []):
                 if row["id"] in into:
-                    sys.exit(f"{path.name}: {row['id']} stands twice")
+                    sys.exit(f"{path.name}: {row['id']} occurs twice")
                 into[row["id"]] = row
     return table
 
 
 def tables() -> dict[str, Table]:
-    """All tables, by their folders."""
+    """Return all tables, by folder."""
     return {folder.name: read(folder) for folder in sorted((ROOT / "conformance").iterdir())}
 
 
 def ids_of(decorator: ast.expr) -> list[str]:
-    """The ids in one `@pytest.mark.fact(...)`."""
+    """Return the ids in one `@pytest.mark.fact(...)`."""
     if not (isinstance(decorator, ast.Call) and ast.unparse(decorator.func).endswith("mark.fact")):
         return []
     return [arg.value for arg in decorator.args if isinstance(arg, ast.Constant) and isinstance(arg.value, str)]
 
 
 def markers() -> dict[str, list[str]]:
-    """Which tests claim which id, from the test files themselves."""
+    """Return the tests that claim each id, from the test files."""
     found: dict[str, list[str]] = defaultdict(list)
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         tree = ast.parse(path.read_text("utf-8"))
@@ -98,30 +98,30 @@ def markers() -> dict[str, list[str]]:
 
 
 def disagreements(table: Table, tests: Mapping[str, list[str]]) -> list[str]:
-    """Where a table and the tests do not fit."""
+    """Return the disagreements between a table and the tests."""
     wrong = []
     for fact, row in table.facts.items():
         reason = next((key for key in ("open", "later") if key in row), None)
         if fact not in tests and reason is None:
-            wrong.append(f"{fact}: no test carries it, and no reason says why it is open")
+            wrong.append(f"{fact}: no test carries it, and no reason is given")
         if fact in tests and reason is not None:
             wrong.append(f"{fact}: {reason} in the table, but {tests[fact][0]} carries it")
     for kind, (proven, total) in table.shares(tests).items():
         if kind in PROVEN and proven < total:
-            wrong.append(f"{table.title}, kind {kind}: {proven} of {total} proven; all are wanted")
+            wrong.append(f"{table.title}, kind {kind}: {proven} of {total} proven; all are required")
         if kind == "system" and proven < SYSTEM_SHARE * total:
-            wrong.append(f"{table.title}, kind system: {proven} of {total} proven; {SYSTEM_SHARE:.0%} are wanted")
+            wrong.append(f"{table.title}, kind system: {proven} of {total} proven; {SYSTEM_SHARE:.0%} are required")
     return wrong
 
 
 def strangers(every: Iterable[Table], tests: Mapping[str, list[str]]) -> list[str]:
-    """Ids that tests carry and no table knows."""
+    """Return the ids in tests that no table has."""
     known = {fact for table in every for fact in (*table.facts, *table.choices)}
     return [f"{fact}: carried by {tests[fact][0]}, but in no table" for fact in tests if fact not in known]
 
 
 def report(table: Table, tests: Mapping[str, list[str]]) -> str:
-    """The table for people."""
+    """Return the table as text."""
     lines = [
         f"{table.title}: {len(table.facts)} facts, {len(table.choices)} choices",
         "",
@@ -138,13 +138,13 @@ def report(table: Table, tests: Mapping[str, list[str]]) -> str:
 
 
 def page(table: Table, tests: Mapping[str, list[str]]) -> str:
-    """Every fact with its tests, as Markdown."""
+    """Return every fact with its tests, as Markdown."""
     lines = [
         f"# {table.title}: conformance",
         "",
         table.about,
         "",
-        "| fact | kind | says | proven by |",
+        "| fact | kind | statement | proven by |",
         "|---|---|---|---|",
     ]
     for fact, row in table.facts.items():
@@ -152,31 +152,31 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
         says = cell(row["says"]) + (f" *{row['parts']}*" if "parts" in row else "")
         lines.append(f"| {anchor(fact)} | {row['kind']} | {says} | {linked(tests.get(fact, [])) or reason} |")
     if table.choices:
-        heads = ["| choice | what the model does | pinned by |", "|---|---|---|"]
-        lines += ["", "## What the manual leaves open", "", *heads]
+        heads = ["| choice | behaviour of the model | pinned by |", "|---|---|---|"]
+        lines += ["", "## Gaps of the manual", "", *heads]
     for choice, row in table.choices.items():
         lines.append(f"| {anchor(choice)} | {cell(row['says'])} | {linked(tests.get(choice, []))} |")
     return "\n".join(lines) + "\n"
 
 
 def cell(text: str) -> str:
-    """A text that may stand in a table."""
+    """Return a text escaped for a table cell."""
     return text.replace("|", "/")
 
 
 def anchor(fact: str) -> str:
-    """The id of a fact, which is an anchor and leads to itself, so that it can be copied."""
+    """Return the id of a fact as an anchor that links to itself, so it can be copied."""
     return f'<a id="{fact}" href="#{fact}">{fact}</a>'
 
 
 def linked(tests: Iterable[str]) -> str:
-    """Tests by their names, or where only a list has the id by its file, with links to the files."""
+    """Return links to tests, with the test's name, or the file's name if only a list has the id."""
     places = (test.partition("::") for test in dict.fromkeys(tests))
     return "<br>".join(f"[`{name or Path(path).name}`](../../{path})" for path, _, name in places)
 
 
 def main() -> int:
-    """Print, or check."""
+    """Print the tables, or check them; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
     every, tests = tables().values(), markers()

@@ -1,7 +1,7 @@
-"""Build the firmware of the boards: tools/firmware.py [FOLDER], into build/firmware if none is named.
+"""Build the firmware of the boards: tools/firmware.py [FOLDER], into build/firmware by default.
 
 The .hex is the application alone, without a boot loader.  It is the same byte for byte wherever it is built: sources in
-the order of their names, nothing of paths or dates in it.
+the order of their names, without paths or dates.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ WORDS = (
 NEEDED = ("avr-gcc", "avr-objcopy", "avr-size", "avr-nm")
 
 
-# What is common to boards, for this machine: every sanitizer, no warning.
+# Flags for the common code on this machine: every sanitizer, no warning.
 ON_PC = (
     "-std=gnu99",
     "-O1",
@@ -52,13 +52,13 @@ ON_PC = (
 
 
 class FirmwareError(Exception):
-    """What is missing, or what the compiler says."""
+    """A missing program, or the error message of the compiler."""
 
 
 class Firmware(NamedTuple):
-    """What was built: the file, bytes of flash and RAM that it takes, and where the RAM that it names ends.
+    """The result of a build: the file, bytes of flash and RAM that it takes, and the end of its static RAM.
 
-    For tests, addresses: `levels` of its inputs as of its last look, the time `looked_at` by the last round of its main
+    For tests, addresses: `levels` of its inputs at the last sample, the time `looked_at` of the last round of its main
     loop, and the `overflows` of its timer, the high half of its time.
     """
 
@@ -72,12 +72,12 @@ class Firmware(NamedTuple):
 
 
 def missing() -> list[str]:
-    """Return the programs that are not here."""
+    """Return the missing programs."""
     return [name for name in NEEDED if shutil.which(name) is None]
 
 
 def called(*words: str | Path) -> str:
-    """Return what a program prints."""
+    """Return the output of a program."""
     ran = subprocess.run([str(word) for word in words], cwd=SOURCES, capture_output=True, text=True, check=False)
     if ran.returncode:
         raise FirmwareError(f"{words[0]} ended with {ran.returncode}:\n{ran.stderr}")
@@ -88,7 +88,7 @@ def build(folder: Path) -> Firmware:
     """Build the firmware of the Uno into a folder.
 
     Raises:
-        FirmwareError: no compiler is here, or it complains.
+        FirmwareError: the compiler is missing, or reports an error.
     """
     if gone := missing():
         raise FirmwareError(f"{', '.join(gone)}: not installed; on Debian:  apt install gcc-avr avr-libc binutils-avr")
@@ -98,7 +98,7 @@ def build(folder: Path) -> Firmware:
     objects = []
     for source in sorted(path for each in (SOURCES, COMMON) for path in each.iterdir() if path.suffix in (".c", ".S")):
         objects.append(parts / f"{source.name}.o")
-        # By a name relative to the board's folder: so no path can get into what is made of it.
+        # By a name relative to the board's folder, so no path can get into the output.
         called("avr-gcc", *WORDS, "-c", os.path.relpath(source, SOURCES), "-o", objects[-1])
     elf, out = parts / "uno.elf", folder / NAME
     called("avr-gcc", *WORDS, "-Wl,--gc-sections", "-o", elf, *objects)
@@ -115,10 +115,10 @@ def build(folder: Path) -> Firmware:
 
 
 def build_on_pc(folder: Path, program: str) -> Path:
-    """Build a program of firmware/pc into a folder, with what is common to boards, for this machine.
+    """Build a program of firmware/pc into a folder, with the code common to boards, for this machine.
 
     Raises:
-        FirmwareError: no compiler is here, or it complains.
+        FirmwareError: the compiler is missing, or reports an error.
     """
     if shutil.which("gcc") is None:
         raise FirmwareError("gcc: not installed; on Debian:  apt install gcc libc6-dev")
@@ -129,12 +129,12 @@ def build_on_pc(folder: Path, program: str) -> Path:
 
 
 def report(made: Firmware) -> str:
-    """Return a line that says what was built, and how large it is."""
+    """Return a line with the name and the size of a build."""
     return f"{made.path}: {made.flash} of {FLASH} bytes of flash, {made.ram} of {RAM} bytes of RAM"
 
 
 def main(words: list[str]) -> int:
-    """Build, and say how large it is."""
+    """Build the firmware, and print its size; return the exit status."""
     try:
         made = build(Path(words[0]) if words else ROOT / "build" / "firmware")
     except FirmwareError as error:

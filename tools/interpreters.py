@@ -1,7 +1,7 @@
-"""Unpack the interpreters of other controllers that translations are run in: tools/interpreters.py FOLDER.
+"""Unpack the interpreters of other controllers that run translated programs: tools/interpreters.py FOLDER.
 
-LinuxCNC's `rs274` is in a package that brings a whole desktop along.  Nothing is installed here: the packages are
-unpacked into FOLDER (build/interpreters), and FOLDER/rs274 calls the program.  What is there already stays.
+LinuxCNC's `rs274` is in a package that depends on a whole desktop.  No package is installed: they are only unpacked
+into FOLDER (build/interpreters), and FOLDER/rs274 calls the program.  Existing files are kept.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ NEEDED = ("apt-get", "dpkg-deb", "ldd")
 
 
 class InterpretersError(Exception):
-    """What is missing, or what a program says."""
+    """A missing program, or the error message of one."""
 
 
 def called(*words: str | Path, folder: Path, **more: str) -> str:
-    """Return what a program prints.
+    """Return the output of a program.
 
     Raises:
-        InterpretersError: it complains.
+        InterpretersError: the program reports an error.
     """
     ran = subprocess.run(
         [str(word) for word in words],
@@ -50,7 +50,7 @@ def unpack(package: str, folder: Path) -> Path:
 
 
 def libraries(folder: Path) -> str:
-    """Return the folders of the libraries that were unpacked, as the loader takes them."""
+    """Return the folders of the unpacked libraries, in the format of the loader."""
     found = {path.parent for path in (folder / "files").rglob("*.so*") if "python3" not in path.parts}
     return ":".join(sorted(str(each) for each in found))
 
@@ -63,10 +63,10 @@ def lacking(folder: Path) -> list[str]:
 
 
 def build(folder: Path) -> Path:
-    """Unpack what is needed into a folder; return the program.
+    """Unpack the needed packages into a folder; return the program.
 
     Raises:
-        InterpretersError: no package is to be had, or it lacks a library.
+        InterpretersError: the package is not available, or lacks a library.
     """
     program = folder / "rs274"
     if program.exists():
@@ -92,7 +92,7 @@ def build(folder: Path) -> Path:
 
 
 def main(words: list[str]) -> int:
-    """Unpack, and say what there is."""
+    """Unpack the interpreters, and list them; return the exit status."""
     place = Path(words[0]).resolve() if words else ROOT / "build" / "interpreters"
     try:
         print(build(place))

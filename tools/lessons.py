@@ -1,7 +1,7 @@
-"""Clean the lessons of what Jupyter leaves in them: `python tools/lessons.py`.
+"""Remove from the lessons what Jupyter stores in them: `python tools/lessons.py`.
 
-Outputs are made again wherever a lesson is opened or built, and counts and versions say nothing.  What remains is
-written as Jupyter writes it: saving a lesson changes no line that has not been edited.
+Outputs are recreated wherever a lesson is opened or built, and counts and versions are irrelevant.  The rest is written
+in Jupyter's format, so saving a lesson does not change lines that have not been edited.
 """
 
 import json
@@ -13,7 +13,7 @@ KEPT = ("jupyter", "mystnb", "tags")  # whether a cell is folded: in Jupyter, on
 
 
 def clean(text):
-    """A notebook without outputs, counts and versions."""
+    """Return a notebook without outputs, counts and versions."""
     book = json.loads(text)
     cells = []
     for cell in book["cells"]:

@@ -1,6 +1,6 @@
 """The metadata hook of the package: its page on an index is the README, with links that lead into the repository.
 
-As long as [project.urls] in pyproject.toml names no Source, the README is taken as it is.
+If [project.urls] in pyproject.toml has no Source, the README is used unchanged.
 """
 
 from __future__ import annotations

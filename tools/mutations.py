@@ -1,15 +1,15 @@
-"""Break the source on purpose, one small lie at a time, and see that a test notices each.
+"""Deliberately break the source, one small change at a time, and check that a test fails for each.
 
     python tools/mutations.py              all of tools/mutations.toml
-    python tools/mutations.py WORD ...     only those with one of the words in their name, old or new text, or tests
+    python tools/mutations.py WORD ...     only mutations with one of the words in name, old or new text, or tests
     python tools/mutations.py --list       the list
 
-A mutation says what is wrong with it (`name`), which text becomes which (`old`, `new`), and which tests should notice
-(`tests`: files below tests/, and options such as -k).  `old` must stand exactly once in src/slewline, or in the folder
-or file of it that `within` names, since sister parts read alike; a file of the firmware is ../../firmware/common/NAME.
-Every file of tests is first run on the unbroken source.  The tests of `make test` run first, then those of
-`make test-system`; what is printed says which noticed.
-The work is done in copies; the checkout is never touched.
+A mutation has a name that states the defect (`name`), the texts before and after (`old`, `new`), and the tests that
+should fail (`tests`: files below tests/, and options such as -k).  `old` must occur exactly once in src/slewline, or in
+the folder or file of it that `within` names, since sister parts read alike; a file of the firmware is
+../../firmware/common/NAME.  Every test file is first run on the unbroken source.  The tests of `make test` run first,
+then those of `make test-system`; the output names the ones that failed.
+The work is done in copies; the checkout is never changed.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ VERDICT = re.compile(r"^FAILED (.*?)(?: - (.*))?$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Mutation:
-    """One lie, and who should notice it."""
+    """One defect, and the tests that should detect it."""
 
     name: str
     old: str
     new: str
     tests: str
-    within: str = ""  # the folder or the file of src/slewline in which the old text stands once; "": in all of it
+    within: str = ""  # the folder or the file of src/slewline in which the old text occurs once; "": in all of it
 
     @property
     def selection(self) -> tuple[str, ...]:
@@ -61,34 +61,34 @@ class Mutation:
 
     @property
     def files(self) -> list[str]:
-        """The files among them."""
+        """The test files among them."""
         return [word for word in self.selection if word.endswith(".py")]
 
 
 @dataclass
 class Result:
-    """What became of a mutation."""
+    """The outcome of a mutation."""
 
     verdict: str  # "caught", "SURVIVED" or "LIST ERROR"
     text: str
-    suite: str = ""  # of those that notice it the first in SUITES
+    suite: str = ""  # the first of SUITES that detects it
 
     @property
     def good(self) -> bool:
-        """Has a test noticed it?"""
+        """Whether a test has failed."""
         return self.verdict == "caught"
 
 
 @dataclass
 class Copy:
-    """A copy of the project in which one mutation at a time is at work."""
+    """A copy of the project in which one mutation at a time is applied."""
 
     root: Path
     stamps: Iterator[int] = field(default_factory=lambda: count(int(time.time())))
 
     @classmethod
     def made(cls, root: Path) -> Copy:
-        """Copy the project into a folder, and check that this copy is what is imported."""
+        """Copy the project into a folder, and check that Python imports this copy."""
         for name in COPIED:
             source = ROOT / name
             if source.is_dir():
@@ -107,7 +107,7 @@ class Copy:
             "PYTHONPATH": str(self.root / "src"),
             "TMPDIR": str(self.root.parent),  # a run that fails keeps its files, and here each should
             "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # loading them takes longer than most tests
-            "COLUMNS": "300",  # room for the reason behind the name of a test
+            "COLUMNS": "300",  # room for the reason after the name of a test
         }
         return subprocess.run(
             [sys.executable, *args],
@@ -120,7 +120,7 @@ class Copy:
         )
 
     def tested(self, selection: tuple[str, ...]) -> tuple[int | None, str]:
-        """Run tests: exit status of pytest (None: it did not come to an end), and who failed or what it said."""
+        """Run tests; return the exit status of pytest (None if it timed out), and the failed tests or its message."""
         names = ("no:cacheprovider", "pytest_timeout", "slewline.testing.plugin")
         plugins = (*(word for name in names for word in ("-p", name)), "-o", f"timeout={TEST_TIMEOUT}")
         try:
@@ -135,18 +135,18 @@ class Copy:
         return done.returncode, f"pytest ended with {done.returncode}: {' | '.join(last)}"
 
     def place(self, old: str, within: str) -> Path | str:
-        """The file in which a text stands, or what is wrong with the text."""
+        """Return the file that contains a text, or the error of the text."""
         below = self.root / "src" / "slewline" / within
         paths = [below] if below.is_file() else sorted(below.rglob("*.py"))
         found = [(path, times) for path in paths if (times := path.read_text("utf-8").count(old))]
         if len(found) == 1 and found[0][1] == 1:
             return found[0][0]
         where = ", ".join(f"{times} times in {path.relative_to(self.root)}" for path, times in found)
-        return f"the old text stands {where or 'nowhere'}"
+        return f"the old text occurs {where or 'nowhere'}"
 
     @contextmanager
     def broken(self, path: Path, mutation: Mutation) -> Iterator[None]:
-        """The copy with a mutation at work."""
+        """Apply a mutation to the copy, and undo it afterwards."""
         source = path.read_text("utf-8")
         self.write(path, source.replace(mutation.old, mutation.new))
         try:
@@ -155,13 +155,13 @@ class Copy:
             self.write(path, source)
 
     def write(self, path: Path, text: str) -> None:
-        """Every version gets another time, or Python would take the compiled form of the last one."""
+        """Write a file with a new modification time, or Python would use the compiled form of the previous version."""
         path.write_text(text, "utf-8")
         stamp = next(self.stamps)
         os.utime(path, (stamp, stamp))
 
     def judged(self, mutation: Mutation) -> Result:
-        """Apply a mutation, run its tests, take it back."""
+        """Apply a mutation, run its tests, and undo it; return the result."""
         path = self.place(mutation.old, mutation.within)
         if isinstance(path, str):
             return Result("LIST ERROR", path)
@@ -180,7 +180,7 @@ class Copy:
 
 
 def chosen(words: list[str]) -> list[Mutation]:
-    """The mutations of the list that somebody asked for."""
+    """Return the mutations that match the words."""
     found = [Mutation(**row) for row in tomllib.loads(LIST.read_text("utf-8"))["mutation"]]
     names = [mutation.name for mutation in found]
     twice = sorted({name for name in names if names.count(name) > 1})
@@ -190,7 +190,7 @@ def chosen(words: list[str]) -> list[Mutation]:
 
 
 def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutation, Result]]:
-    """The mutations with what became of them, in the order of the list."""
+    """Yield the mutations with their results, in the order of the list."""
     idle: SimpleQueue[Copy] = SimpleQueue()
     for number in range(WORKERS):
         (folder / str(number)).mkdir()
@@ -221,7 +221,7 @@ def judge_all(mutations: list[Mutation], folder: Path) -> Iterator[tuple[Mutatio
 
 
 def main() -> int:
-    """Try the mutations that are asked for; return the exit status."""
+    """Try the selected mutations; return the exit status."""
     parser = argparse.ArgumentParser(description="Break the source on purpose, and see that a test notices.")
     parser.add_argument("words", nargs="*", help="only mutations with one of these words")
     parser.add_argument("--list", action="store_true", help="print the list")

@@ -1,8 +1,8 @@
 """The board of a GS-C200S with a Pico: read its netlist (hardware/gs_c200s), check it by rules, list its parts.
 
-    python tools/netlist.py            print the bill of materials, and what breaks a rule
+    python tools/netlist.py            print the bill of materials, and the violations of the rules
 
-A rule compares what two ends of a wire are for: voltages, levels, currents.  None knows whether the circuit works.
+A rule compares the two ends of a wire: voltages, levels, currents.  Rules cannot prove that the circuit works.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LOGIC_V = 5.5  # an input of the module takes
 
 @dataclass(frozen=True)
 class Terminal:
-    """A pin of a part: its number, what it is, and the figures that parts.toml explains."""
+    """A pin of a part: its number, its kind, and the figures that parts.toml explains."""
 
     number: str
     what: str
@@ -36,7 +36,7 @@ class Terminal:
 
     @property
     def most_v(self) -> float:
-        """The greatest voltage that it takes; infinite if it is an output or a ground."""
+        """The maximum voltage at this pin; infinite for an output or a ground."""
         if self.what in ("in", "io", "open", "passive"):
             return self.figures[0]
         return self.figures[1] if self.what == "supply" else float("inf")
@@ -54,12 +54,12 @@ class Board:
     texts: dict[str, dict[str, str]]
 
     def net_of(self, pin: str) -> str:
-        """Return the net that a pin is in; "" for none."""
+        """Return the net of a pin; "" for none."""
         return next((name for name, pins in self.nets.items() if pin in pins), "")
 
 
 def terminals(name: str, text: str) -> Iterator[tuple[str, Terminal]]:
-    """Yield the pins of an entry: one, or as many as its range of numbers has."""
+    """Yield the pins of an entry: one, or one for each number of its range."""
     number, _, rest = text.partition(", ")
     what, *figures = rest.split()
     if ".." not in number:
@@ -72,7 +72,7 @@ def terminals(name: str, text: str) -> Iterator[tuple[str, Terminal]]:
 
 
 def read(folder: Path = FOLDER) -> Board:
-    """Return the board that two files describe."""
+    """Return the board described by two files."""
     parts = tomllib.loads((folder / "parts.toml").read_text("utf-8"))
     nets = tomllib.loads((folder / "nets.toml").read_text("utf-8"))["net"]
     kinds = dict(parts["part"]) | dict.fromkeys(parts["resistor"], "resistor")
@@ -98,7 +98,7 @@ def read(folder: Path = FOLDER) -> Board:
 
 # ----------------------------------------------------------------------------------------------------------- the rules
 def module_pins(board: Board) -> Iterator[str]:
-    """Each pin of the sheet has a net of its own name or of a supply, each that is not connected has none."""
+    """Yield violations: each pin of the sheet needs a net of its own name or of a supply, unless unconnected."""
     wired = Counter(pin for pins in board.nets.values() for pin in pins)
     for pin in GS_C200S.pins:
         count = wired[f"{MODULE}.{pin.name}"]
@@ -111,7 +111,7 @@ def module_pins(board: Board) -> Iterator[str]:
 
 
 def every_pin(board: Board) -> Iterator[str]:
-    """Each pin of each part is in one net; the outputs of buffers that are not used are in none."""
+    """Yield violations: each pin of each part is in one net; unused outputs of buffers are in none."""
     wired = Counter(pin for pins in board.nets.values() for pin in pins)
     yield from (f"{pin} is in {count} nets" for pin, count in wired.items() if count > 1)
     yield from (f"{pin}: no part has it" for pin in wired if not pin.startswith(f"{MODULE}.") and pin not in board.pins)
@@ -122,7 +122,7 @@ def every_pin(board: Board) -> Iterator[str]:
 
 
 def is_resistor(board: Board, pin: str) -> bool:
-    """Return whether a pin is that of a resistor."""
+    """Return whether a pin belongs to a resistor."""
     return board.kinds.get(pin.partition(".")[0]) == "resistor"
 
 
@@ -138,7 +138,7 @@ def pulls(board: Board, net: str) -> list[tuple[float, float]]:
 
 
 def reached_v(board: Board, net: str) -> float:
-    """Return the greatest voltage that a net without a supply of its own can have, from what drives it."""
+    """Return the highest voltage of a net without its own supply, from its drivers."""
     if net in board.supplies:
         return board.supplies[net]
     found = [LINE_V] if net in ("rxd", "txd") else []
@@ -155,7 +155,7 @@ def reached_v(board: Board, net: str) -> float:
 
 
 def voltages(board: Board) -> Iterator[str]:
-    """No pin has more volts than it takes: above all, no 5 V at a Pico."""
+    """Yield pins whose voltage may exceed their rating: above all, 5 V at a Pico."""
     for net, pins in board.nets.items():
         volts = reached_v(board, net)
         for pin in pins:
@@ -173,12 +173,12 @@ def voltages(board: Board) -> Iterator[str]:
 
 
 def driven(board: Board, net: str) -> list[str]:
-    """Return the pins that drive a net both ways; of two GPIOs one is an input, as pins.h has it."""
+    """Return the pins that drive a net in both directions; of two GPIOs one is an input, as in pins.h."""
     return [pin for pin in board.nets[net] if board.pins.get(pin, Terminal("", "")).what == "out"]
 
 
 def levels(board: Board) -> Iterator[str]:
-    """A net has one output, or one source, and each input understands it."""
+    """Yield violations: a net has one output, or one source, with levels that each input accepts."""
     for net, pins in board.nets.items():
         outputs, sources = (
             driven(board, net),
@@ -198,7 +198,7 @@ def levels(board: Board) -> Iterator[str]:
 
 
 def currents(board: Board) -> Iterator[str]:
-    """A source gives what all on its net take; a transistor and a Pico sink what resistors bring."""
+    """Yield overloads: of a source by all loads on its net, of a transistor or a Pico by resistors."""
     for net, pins in board.nets.items():
         for pin in pins:
             terminal = board.pins.get(pin)
@@ -232,13 +232,13 @@ RULES = (module_pins, every_pin, voltages, levels, currents)
 
 
 def broken(board: Board) -> list[str]:
-    """Return what breaks a rule."""
+    """Return the violations of the rules."""
     return [found for rule in RULES for found in rule(board)]
 
 
 # ----------------------------------------------------------------------------------------------------- list of parts
 def value(board: Board, name: str) -> str:
-    """Return what a part is, with its value."""
+    """Return the type of a part, with its value."""
     kind = board.kinds[name]
     if kind == "resistor":
         ohms = board.values[name]
@@ -247,7 +247,7 @@ def value(board: Board, name: str) -> str:
 
 
 def bill(board: Board) -> list[tuple[str, str, str]]:
-    """Return the parts to buy, equal ones in a row: how many, what, and which they are."""
+    """Return the bill of materials, equal parts in one row: number, type, and designators."""
     found: dict[str, list[str]] = {}
     for name in board.kinds:
         found.setdefault(value(board, name), []).append(name)
@@ -255,7 +255,7 @@ def bill(board: Board) -> list[tuple[str, str, str]]:
 
 
 def main() -> int:
-    """Print the list of parts, and what breaks a rule."""
+    """Print the bill of materials, and the violations of the rules; return the exit status."""
     board = read()
     for count, what, names in bill(board):
         print(f"{count:>3}  {what:<80} {names}")

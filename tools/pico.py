@@ -1,6 +1,6 @@
 """Build the firmware of a GS-C200S and of a GS-C200 for a Raspberry Pi Pico: tools/pico.py [FOLDER].
 
-It goes into build/firmware, if no folder is named.
+The default folder is build/firmware.
 
 The .uf2 is the same byte for byte wherever it is built: sources in the order of their names, no paths or dates in it.
 Compiler and library come with the packages of the system: gcc-arm-none-eabi, picolibc-arm-none-eabi.
@@ -50,11 +50,11 @@ FAMILY = 0xE48BFF56  # of the RP2040
 
 
 class PicoError(Exception):
-    """What is missing, or what the compiler says."""
+    """A missing program, or the error message of the compiler."""
 
 
 class PicoFirmware(NamedTuple):
-    """What was built: the files, the bytes of flash, of RAM for code and for data, and addresses of symbols by name."""
+    """The result of a build: files, bytes of flash, of RAM for code and for data, and symbol addresses by name."""
 
     path: Path
     image: Path
@@ -65,13 +65,13 @@ class PicoFirmware(NamedTuple):
 
 
 def missing() -> list[str]:
-    """Return what is not here."""
+    """Return the missing programs and files."""
     gone = [name for name in NEEDED if shutil.which(name) is None]
     return gone + ([] if LIBRARY.exists() else ["picolibc"])
 
 
 def called(*words: str | Path) -> str:
-    """Return what a program prints."""
+    """Return the output of a program."""
     ran = subprocess.run([str(word) for word in words], cwd=SOURCES, capture_output=True, text=True, check=False)
     if ran.returncode:
         raise PicoError(f"{words[0]} ended with {ran.returncode}:\n{ran.stderr}")
@@ -89,7 +89,7 @@ def boot_checksum(data: bytes) -> int:
 
 
 def finished(image: bytes, stored: int) -> bytes:
-    """Return an image with its checksums: that of the second stage, that of what runs in RAM, from `stored` on."""
+    """Return an image with its checksums: of the second stage, and of the code that runs in RAM, from `stored` on."""
     whole = bytearray(image)
     if any(whole[BOOT2 - 4 : BOOT2]):
         raise PicoError(f"boot2.S takes more than {BOOT2 - 4} bytes")
@@ -100,7 +100,7 @@ def finished(image: bytes, stored: int) -> bytes:
 
 
 def uf2(image: bytes) -> bytes:
-    """Return the file that a Pico takes when it is copied to its drive: blocks of 512 bytes for each 256 of flash."""
+    """Return the file to copy to the drive of a Pico: blocks of 512 bytes for each 256 of flash."""
     pages = [image[at : at + PAGE].ljust(PAGE, b"\0") for at in range(0, len(image), PAGE)]
     blocks = []
     for number, page in enumerate(pages):
@@ -110,7 +110,7 @@ def uf2(image: bytes) -> bytes:
 
 
 def version(part: str = "gs-c200s") -> str:
-    """Return the words with which the board of a part answers ENQ."""
+    """Return the answer of the board of a part to ENQ."""
     found = re.search(r'^__version__ = "(.+)"', (ROOT / "src" / "slewline" / "version.py").read_text("utf-8"), re.M)
     if found is None:
         raise PicoError("src/slewline/version.py: no version in it")
@@ -118,10 +118,10 @@ def version(part: str = "gs-c200s") -> str:
 
 
 def build(folder: Path, *more: str, part: str = "gs-c200s") -> PicoFirmware:
-    """Build the firmware of a part into a folder; `more` are words for the compiler.
+    """Build the firmware of a part into a folder; `more` are arguments for the compiler.
 
     Raises:
-        PicoError: no compiler is here, or it complains.
+        PicoError: the compiler is missing, or reports an error.
     """
     if gone := missing():
         raise PicoError(
@@ -153,15 +153,15 @@ def build(folder: Path, *more: str, part: str = "gs-c200s") -> PicoFirmware:
 
 
 def report(made: PicoFirmware) -> str:
-    """Return a line that says what was built, and how large it is."""
+    """Return a line with the name and the size of a build."""
     return (
         f"{made.path}: {made.flash} of {FLASH} bytes of flash, "
-        f"{made.ram} of {RAM} bytes of RAM beside the {made.code} that are copied there to run"
+        f"{made.ram} of {RAM} bytes of RAM besides the {made.code} that are copied there to run"
     )
 
 
 def main(words: list[str]) -> int:
-    """Build, and say how large it is."""
+    """Build the firmware, and print its size; return the exit status."""
     try:
         for part in PARTS:
             print(report(build(Path(words[0]) if words else ROOT / "build" / "firmware", part=part)))

@@ -1,13 +1,13 @@
-"""Build wheel, sdist and the firmware of boards into dist/, and see that they are what anyone else would build.
+"""Build wheel, sdist and the firmware of boards into dist/, and check that the build is reproducible.
 
-    python tools/release.py                             build them twice and compare; check what an index will show
-    python tools/release.py --tag v0.1.0 --source URL   see first that this version may be released
+    python tools/release.py                             build them twice and compare; check the page for an index
+    python tools/release.py --tag v0.1.0 --source URL   check first that this version may be released
 
-They are built in two folders that differ in name, age of files, rights, time zone and order of sets; both must give the
-same bytes.  The sdist has what git knows, and the wheel is built from the sdist.
+They are built in two folders that differ in name, file times, permissions, time zone and order of sets; both must
+produce the same bytes.  The sdist has the files that git lists, and the wheel is built from the sdist.
 
-Firmware goes into dist/firmware, with the licences of its libraries; where no compiler for a board is
-installed, it is left out, unless there is a tag.
+Firmware goes into dist/firmware, with the licences of its libraries; if a compiler for a board is not installed, that
+firmware is left out, unless there is a tag.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ LICENCES = {  # of the libraries, as installed by the packages of the system
 
 
 def git(root: Path, *arguments: str) -> str:
-    """Return what git prints; nothing where a folder is no clone."""
+    """Return the output of git; "" if a folder is not a clone."""
     ran = subprocess.run(["git", *arguments], cwd=root, capture_output=True, text=True, check=False)
     return ran.stdout if ran.returncode == 0 else ""
 
 
 def files(root: Path) -> list[str]:
-    """Return the files of a clone, new ones too, but for those that git is to ignore; of an sdist, all files."""
+    """Return the files of a clone, including new ones, except ignored files; of an sdist, all files."""
     if known := git(root, "ls-files", "-z", "--cached", "--others", "--exclude-standard"):
         return [name for name in known.split("\0") if name and (root / name).is_file()]
     kept = [path.relative_to(root) for path in sorted(root.rglob("*")) if path.is_file()]
@@ -59,7 +59,7 @@ def files(root: Path) -> list[str]:
 
 
 def hindrances(root: Path, tag: str, source: str) -> list[str]:
-    """Return why a version may not be released."""
+    """Return the reasons why a version may not be released."""
     project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
     ours = project.get("urls", {}).get("Source")
     dates = dict(RELEASED.findall((root / "CHANGELOG.md").read_text("utf-8")))
@@ -76,7 +76,7 @@ def hindrances(root: Path, tag: str, source: str) -> list[str]:
 
 
 def build(root: Path, place: Path, umask: int, environment: dict[str, str]) -> dict[str, bytes]:
-    """Return the packages by name, built of a copy of the clone; the copy has no more than git would have."""
+    """Return the packages by name, built from a copy of the clone with only the files that git lists."""
     for name in files(root):
         copy = place / "clone" / name
         copy.parent.mkdir(parents=True, exist_ok=True)
@@ -93,7 +93,7 @@ def build(root: Path, place: Path, umask: int, environment: dict[str, str]) -> d
 
 
 def built_twice(root: Path) -> dict[str, bytes]:
-    """Return the packages by name, if both places give the same bytes."""
+    """Return the packages by name, if both folders produce the same bytes."""
     with TemporaryDirectory(prefix="slewline-") as folder:
         first, second = (build(root, Path(folder, name), umask, more) for name, umask, more in PLACES)
     if differ := sorted(name for name in first.keys() | second.keys() if first.get(name) != second.get(name)):
@@ -107,7 +107,7 @@ def without_compilers() -> list[str]:
 
 
 def built_firmware() -> dict[str, bytes]:
-    """Return the firmware of all boards by name, if two folders give the same bytes."""
+    """Return the firmware of all boards by name, if two folders produce the same bytes."""
     found = []
     with TemporaryDirectory(prefix="slewline-") as folder:
         for name in ("a", "another folder/b"):
@@ -120,7 +120,7 @@ def built_firmware() -> dict[str, bytes]:
 
 
 def notices() -> str:
-    """Return the licences of the firmware, and which compilers have built it."""
+    """Return the licences of the firmware, and the versions of the compilers."""
     compilers = [uno.called(name, "--version").splitlines()[0] for name in ("avr-gcc", "arm-none-eabi-gcc")]
     parts = ["slewline: all else that is in it", (ROOT / "LICENSE").read_text("utf-8")]
     for title, path in LICENCES.items():
@@ -141,7 +141,7 @@ def write_firmware(target: Path) -> None:
 
 
 def main() -> int:
-    """Build, check, write."""
+    """Build, check and write; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tag", help="the tag of this commit")
     parser.add_argument("--source", help="the address of the repository")

@@ -21,7 +21,7 @@ LEFT_WAYS = ("in", "supply", "passive", "ground")
 
 
 def sides(board: Board, part: str) -> tuple[list[str], list[str]]:
-    """Return the pins that are drawn on the left of a part, and on the right."""
+    """Return the pins drawn on the left of a part, and those on the right."""
     pins = [pin for pin in board.pins if pin.startswith(f"{part}.")]
     if part == "U1":
         gpio = [pin for pin in pins if pin.startswith("U1.GP")]
@@ -33,7 +33,7 @@ def sides(board: Board, part: str) -> tuple[list[str], list[str]]:
 
 
 def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "") -> str:
-    """Return a text."""
+    """Return an SVG text."""
     of = f' class="{kind}"' if kind else ""
     return f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}"{of}>{escape(words)}</text>'
 
@@ -49,7 +49,7 @@ def pin_row(board: Board, x: float, y: float, pin: str, label: str, on_left: boo
 
 
 def box(board: Board, part: str, x: float, y: float, width: float = BODY) -> tuple[list[str], float]:
-    """Return a part and the height that it takes."""
+    """Return the drawing of a part, and its height."""
     left, right = sides(board, part)
     height = max(len(left), len(right)) * ROW + 8
     out = [text(x, y - 16, part, kind="part"), text(x, y - 4, value(board, part).split(",")[0][:34])]
@@ -66,7 +66,7 @@ def box(board: Board, part: str, x: float, y: float, width: float = BODY) -> tup
 
 
 def connector(board: Board, x: float, y: float) -> list[str]:
-    """Return the module's own pins, 1 to 19 on the left, 38 to 20 on the right, as they lie."""
+    """Return the module's own pins in their physical order: 1 to 19 on the left, 38 to 20 on the right."""
     pins = list(GS_C200S.pins)
     out = [text(x, y - 16, f"{MODULE}  the 38 pins of the module", kind="part")]
     out.append(f'<rect x="{x:g}" y="{y:g}" width="190" height="{19 * ROW + 8}"/>')
@@ -129,7 +129,7 @@ def drawn(board: Board) -> str:
 
 
 def main(words: list[str]) -> int:
-    """Write the picture, or compare it with the one in the docs."""
+    """Write the picture, or compare it with the one in the docs; return the exit status."""
     picture = drawn(read(FOLDER))
     if words == ["--check"]:
         if OUT.exists() and OUT.read_text("utf-8") == picture:

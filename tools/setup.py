@@ -1,7 +1,7 @@
-"""Set up slewline, and do its tasks: `python tools/setup.py demo`, or `test`, `check` ...; without one they are listed.
+"""Set up slewline, and run its tasks: `python tools/setup.py demo`, `test`, `check` ...; without one they are listed.
 
-Only the standard library, and only syntax that Python 2.7 can parse: an old Python must get as far as the message that
-says which one to install.
+Only the standard library, and only syntax that Python 2.7 can parse: an old Python must reach the message that names
+the version to install.
 """
 
 import hashlib
@@ -19,7 +19,7 @@ AGAIN = "py -3.12 tools/setup.py demo" if WINDOWS else "PYTHON=python3.12 make d
 
 
 class SetupError(Exception):
-    """What went wrong, and what to do about it."""
+    """An error, with its remedy."""
 
 
 def say(text):
@@ -33,7 +33,7 @@ def digest(*parts):
 
 # ------------------------------------------------------------------------------------------------------------- places
 def is_writable(folder):
-    """Ask by doing: rights, a file system that is mounted to be read, and Windows say it in different ways."""
+    """Return whether a folder can be written to, by trying: permissions and mounts are reported in different forms."""
     try:
         os.rmdir(tempfile.mkdtemp(prefix=".setup-", dir=folder))
     except OSError:
@@ -42,7 +42,7 @@ def is_writable(folder):
 
 
 def workplace():
-    """Where .venv and build products go: the checkout; if it can only be read, a folder of the user for it."""
+    """Return the folder for .venv and build products: the checkout or, if it is read-only, a folder of the user."""
     if is_writable(ROOT):
         return ROOT
     caches = os.environ.get("LOCALAPPDATA" if WINDOWS else "XDG_CACHE_HOME")
@@ -56,7 +56,7 @@ def workplace():
                 "%s cannot be written, and neither can %s (%s);\n"
                 "  name a folder for the environment:  XDG_CACHE_HOME=/some/folder" % (ROOT, place, error.strerror)
             )
-    say("this checkout can only be read; the environment and what is made go to %s" % place)
+    say("this checkout is read-only; the environment and build products go to %s" % place)
     return place
 
 
@@ -85,7 +85,7 @@ def check_version(version):
 
 
 def find_maker():
-    """What makes an environment here, and what puts packages into it: "venv", or else "uv" or "virtualenv"."""
+    """Return the tool that creates environments and installs packages here: "venv", or else "uv" or "virtualenv"."""
     try:
         import ensurepip  # noqa: F401
     except ImportError:
@@ -159,7 +159,7 @@ def install_project(work, maker):
 
 
 def sources():
-    """Every file that the compiled build is made of."""
+    """Return every source file of the compiled build."""
     found = [os.path.join("tools", "compile_core.py")]
     for folder, inside, files in os.walk(os.path.join(ROOT, "src")):
         inside[:] = sorted(name for name in inside if name != "__pycache__")
@@ -181,7 +181,7 @@ def compile_core(work, maker):
 
 
 def packaging_metadata():
-    """The part of pyproject.toml that an installation depends on: tool settings do not call for a new one."""
+    """Return the part of pyproject.toml that affects an installation, without the settings of tools."""
     import tomllib  # only a new Python has it
 
     settings = tomllib.loads(read("pyproject.toml"))
@@ -203,7 +203,7 @@ def is_done(work, name, key):
 
 
 def step(work, name, key, action):
-    """Do `action` unless its stamp says it was done for this `key`. A failure leaves no stamp."""
+    """Run `action` unless its stamp has this `key`. A failure leaves no stamp."""
     # Without its interpreter (the system's Python was replaced) an environment is not done, whatever it says.
     if is_done(work, name, key) and os.path.exists(python_of(work)):
         return
@@ -242,7 +242,7 @@ def lock(file):
     except ImportError:
         import msvcrt
 
-        file.seek(1 << 30)  # far behind the end: nobody is kept from reading
+        file.seek(1 << 30)  # far after the end, so no reader is blocked
         while True:
             try:
                 msvcrt.locking(file.fileno(), msvcrt.LK_LOCK, 1)  # tries for ten seconds
@@ -252,12 +252,12 @@ def lock(file):
     try:
         fcntl.flock(file, fcntl.LOCK_EX)
     except OSError as error:
-        say("no lock here (%s); do not start two of these at once" % error.strerror)
+        say("no lock is available (%s); do not start two of these at the same time" % error.strerror)
 
 
 # -------------------------------------------------------------------------------------------------------------- tasks
 def bytecode(work):
-    """Tests start Python some hundred times: keep what was compiled, whatever the environment says of it."""
+    """Return an environment that keeps compiled bytecode, because tests start Python some hundred times."""
     kept = dict(os.environ, PYTHONPYCACHEPREFIX=os.path.join(work, "build", "bytecode"))
     kept["SLEWLINE_CACHE"] = os.path.join(work, "build", "machine_code")
     kept.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -298,12 +298,12 @@ def check(work):
 
 # name, environment, what it does, the calls of Python
 TASKS = (
-    ("run", "run", "Set up what the demo needs", lambda work: []),
-    ("dev", "dev", "Set up what the tests need", lambda work: []),
+    ("run", "run", "Set up the environment of the demo", lambda work: []),
+    ("dev", "dev", "Set up the environment of the tests", lambda work: []),
     (
         "demo",
         "run",
-        "Set up what the demo needs, and run it",
+        "Set up and run the demo",
         lambda work: [
             ["-m", "slewline", "demo"] + ([] if work == ROOT else ["-o", os.path.join(work, "build", "demo")])
         ],
@@ -318,7 +318,7 @@ TASKS = (
     (
         "test-anywhere",
         "dev",
-        "Run both in bad surroundings: another user, odd variables, no network, busy processors",
+        "Run both in difficult surroundings: another user, odd variables, no network, busy processors",
         lambda work: [["tools/anywhere.py"]],
     ),
     (
@@ -336,19 +336,19 @@ TASKS = (
     (
         "boards",
         "run",
-        "Install what the firmware of boards is built and tested with, and build it",
+        "Install the tools for building and testing the firmware of boards, and build it",
         lambda work: [["tools/boards.py", os.path.join(work, "build", "boards")]],
     ),
     (
         "clients",
         "run",
-        "Install the clients of EPICS that a motor record is tested with",
+        "Install the EPICS clients for the tests of the motor record",
         lambda work: [["tools/clients.py", os.path.join(work, "build", "clients")]],
     ),
     (
         "interpreters",
         "run",
-        "Unpack the interpreters of other controllers that translations are run in",
+        "Unpack the interpreters of other controllers that run translated programs",
         lambda work: [["tools/interpreters.py", os.path.join(work, "build", "interpreters")]],
     ),
     (
@@ -370,7 +370,7 @@ TASKS = (
     (
         "mutations",
         "dev",
-        "Break the source on purpose, and see that a test notices",
+        "Deliberately break the source, and check that a test fails",
         lambda work: [["tools/mutations.py"]],
     ),
     (

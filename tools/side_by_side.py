@@ -1,4 +1,4 @@
-"""The page of the documentation that compares the chips: made of their sheets, and of moves that are tried out."""
+"""The page of the documentation that compares the chips, generated from their sheets and from moves that are run."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ from slewline.language.markdown import mhz, table
 
 HEAD = """# The chips side by side
 
-All of these are *indexers*: controllers that take commands from a host, and make the steps of a motor with their ramps
-on their own. If you have a machine, take the part whose name is on the package, to the last letter. If you are free to
-choose, this page says what differs, and how much of each part is known.
+All of these chips are *indexers*: controllers that take commands from a host, and generate the steps of a motor, with
+ramps, on their own. For an existing machine, take the part whose name is on the package, to the last letter. If you are
+free to choose, this page shows the differences, and how much of each part is known.
 
 ## Which one to choose
 """
-CHOICES = (  # what a reader wants, what to take, and why
+CHOICES = (  # requirement, part, reason
     (
         "to see how an indexer works, or to teach it", "[CY525](cy525.md)",
-        "its whole manual is at hand, a command is a letter and a number, and its programs fit on half a page",
+        "its whole manual is available, a command is a letter and a number, and its programs fit on half a page",
     ),
     ("phase outputs, half steps", "[CY512](cy512.md)", "it drives the windings itself; a part of it is inferred"),
     (
         "a serial line, lines of text", "[GS-C200S](gs-c200.md)",
-        "any terminal is a host, modules share a line, and a program is kept without power",
+        "any terminal can be the host, modules share a line, and a program survives power-off",
     ),
     (
         "long programs, texts on a display, thumbwheels", "[CY545B](cy545.md)",
-        "64K of memory outside, and two hosts at once; its rates are inferred until you type in the manual's table",
+        "64K of external memory, and two hosts; its rates are inferred until you enter the manual's table",
     ),
     (
-        "several axes, S-curves, encoders, most steps a second", "[MC1451A-E](mc1451a.md)",
-        "every motion is computed, and changes on the fly",
+        "several axes, S-curves, encoders, the highest step rate", "[MC1451A-E](mc1451a.md)",
+        "every motion is computed, and can change on the fly",
     ),
     (
         "the same, with one axis or two", "[MC1151A, MC1251A](mc1451a.md#parts)",
@@ -49,31 +49,31 @@ CHOICES = (  # what a reader wants, what to take, and why
     ),
 )  # fmt: skip
 HAVE = """
-## What they have
+## Features
 
-Of parts that share a column, the one that has most. The models have made these moves.
+For parts that share a column, the most complete one. The models have run these moves.
 """
 KNOWN = """
 ## How much is known
 
-The rows of each data sheet, by what they rest on: *stated* by the manual, *derived* from what it states, *chosen* where
-it is silent, or *inferred* from sister parts, where the model was made without the manual (the CY545's is public, and
-its table of rates [can be typed in](cy545.md#what-we-do-not-know)). Then the facts of the manual that a test
-proves, and the quirks, where the manual is silent or contradicts itself. No silicon was measured for any of them.
+The rows of each data sheet, by their basis: *stated* by the manual, *derived* from its statements, *chosen* where it is
+silent, or *inferred* from sister parts, if the model was made without the manual (the CY545's is public, and its table
+of rates [can be entered](cy545.md#what-we-do-not-know)). Then the facts of the manual that are proven by a test, and
+the quirks, for which the manual is silent or contradicts itself. No silicon was measured for any of them.
 """
 LETTERS = """
 ## Letter by letter
 
-The four parts of Cybernetic look alike, but a program for one is none for another: these letters differ. Where a letter
-was meant for a sister part, `slewline lint` says so.
+The four parts of Cybernetic look alike, but a program for one does not work on another: these letters differ. `slewline
+lint` reports letters that were meant for a sister part.
 """
 
 
 @dataclass(frozen=True)
 class Family:
-    """Parts that share a page, and a move of 100 steps forward by one of them, as a host sends it.
+    """Parts that share a page, and a move of 100 steps forward by one of them, as sent by a host.
 
-    `law` is how a ramp goes up, in words.
+    `law` describes how a ramp accelerates.
     """
 
     title: str
@@ -84,7 +84,7 @@ class Family:
 
     @property
     def sheet(self) -> Sheet:
-        """The sheet of the part that has most."""
+        """The sheet of the most complete part."""
         return sheet_of(self.parts[-1])
 
 
@@ -110,50 +110,50 @@ FAMILIES = (
 
 # ------------------------------------------------------------------------------------------------------ what they have
 def maker(family: Family) -> str:
-    """Who made the parts, and the year of the documents."""
+    """Return the manufacturer of the parts, and the year of the documents."""
     return re.findall(r"\(([^)]*)\)$", listed(family.parts[0]).says)[0]
 
 
 def axes(family: Family) -> str:
-    """How many axes there are."""
+    """Return the number of axes."""
     return either(sheet_of(part).axes for part in family.parts)
 
 
 def either(numbers: Iterable[int]) -> str:
-    """Numbers in words: 1, 2 or 4."""
+    """Return numbers as text: 1, 2 or 4."""
     *others, last = map(str, sorted({*numbers}))
     return f"{', '.join(others)} or {last}" if others else last
 
 
 def bus(_channel: Channel) -> str:
-    """Return what a bus of the CY5xx family is."""
+    """Return the description of a bus of the CY5xx family."""
     return "8-bit bus, a handshake for each byte"
 
 
 def both_ways(_channel: Channel) -> str:
-    """Return what a bus that works both ways is."""
-    return "8-bit bus that works both ways"
+    """Return the description of a bidirectional bus."""
+    return "bidirectional 8-bit bus"
 
 
 def line(channel: SerialLine) -> str:
-    """Return what a serial line with fixed rates is: rates, characters, modules."""
+    """Return the description of a serial line with fixed rates: rates, characters, modules."""
     rates, addresses = sorted(channel.bauds.values()), {*channel.addresses.values()} - {0}
     return f"serial line, {rates[0]} to {rates[-1]} baud, {form(channel)}, up to {len(addresses)} modules"
 
 
 def adaptive(channel: AdaptiveLine) -> str:
-    """Return what a serial line is whose rate the part measures."""
+    """Return the description of a serial line whose rate the part measures."""
     rates = sorted(channel.bauds)
     return f"serial line, {rates[0]} to {rates[-1]} baud, {form(channel)}, the rate is measured"
 
 
 def form(channel: SerialLine | AdaptiveLine) -> str:
-    """What characters look like: 8N1."""
+    """Return the format of characters: 8N1."""
     return f"{channel.bits}{channel.parity[0].upper()}{channel.stop}"
 
 
 def port(_channel: Channel) -> str:
-    """Return what a host port is."""
+    """Return the description of a host port."""
     return "registers on a bus: packets of 16-bit words"
 
 
@@ -163,12 +163,12 @@ WAYS: dict[type[Channel], Callable[..., str]] = {
 
 
 def reached(family: Family) -> str:
-    """How a host reaches the parts."""
+    """Return the interfaces between a host and the parts."""
     return "; ".join(WAYS[type(channel)](channel) for channel in family.sheet.channels)
 
 
 def tried(family: Family) -> str:
-    """The move of a family, which has been made with it."""
+    """Return the move of a family, after running it."""
     bench = Bench()
     x = bench.add(family.parts[-1], **({"straps": family.sheet.plain} if family.sheet.plain else {}))
     host = bench.host(x)
@@ -177,32 +177,32 @@ def tried(family: Family) -> str:
     bench.run_until_idle()
     made = len(x.axes[0].steps(0, bench.now_ps))
     if made != 100 or x.findings:
-        raise SystemExit(f"side_by_side: {family.title}: 100 steps are wanted, {made} made; {x.findings}")
+        raise SystemExit(f"side_by_side: {family.title}: 100 steps expected, {made} taken; {x.findings}")
     return " ".join(f"`{words}`" for words in family.move)
 
 
 def commands(family: Family) -> str:
-    """How many commands there are."""
+    """Return the number of commands."""
     return either(len(sheet_of(part).commands) for part in family.parts)
 
 
 def memory(family: Family) -> str:
-    """What holds a program."""
+    """Return the description of the program memory."""
     sheet = family.sheet
     if not sheet.buffer_bytes:
-        return "none: each move comes from the host"
-    return f"{sheet.buffer_bytes:,} {sheet.memory_unit}s" + (", kept without power" if sheet.keeps else "")
+        return "none: each move is sent by the host"
+    return f"{sheet.buffer_bytes:,} {sheet.memory_unit}s" + (", survives power-off" if sheet.keeps else "")
 
 
 def positions(family: Family) -> str:
-    """The range of the position counter, of the part that has most."""
+    """Return the range of the position counter of the most complete part."""
     name = {"gs-c200": "G", "mc1451a": "SET_POS"}.get(family.page, "P")
     row = family.sheet.commands.named(name) if name == "SET_POS" else family.sheet.commands[name]
     return f"{row.args[0].low:,} to {row.args[0].high:,}"
 
 
 def fastest(family: Family) -> str:
-    """The highest rate, in steps/s."""
+    """Return the highest rate, in steps/s."""
     sheet = family.sheet
     if family.page == "cy545":
         return f"{max(TABLES['20k']):,}, or {max(TABLES['27k']):,} with another table"
@@ -215,25 +215,25 @@ def fastest(family: Family) -> str:
 
 
 def parameters(family: Family) -> str:
-    """What sets a ramp."""
+    """Return the parameters of a ramp."""
     names = (each.name for each in ramps_of(family.parts[-1]).quantities if each.name.isupper())
     return ", ".join(f"`{name}`" for name in names)
 
 
 def law(family: Family) -> str:
-    """How a ramp goes up."""
+    """Return the law of a ramp."""
     return family.law
 
 
 def outputs(family: Family) -> str:
-    """What drives the motor."""
+    """Return the outputs for the motor."""
     roles = {pin.role for pin in family.sheet.pins}
     drives = (("phase1", "four phases"), ("step", "step"), ("direction", "direction"))
     return ", ".join(says for role, says in drives if role in roles)
 
 
 def stops(family: Family) -> str:
-    """The inputs that stop or hold a motor, or move it by hand."""
+    """Return the inputs that stop, hold or jog a motor."""
     roles = {pin.role for pin in family.sheet.pins}
     says = {
         "abort": "abort", "enable": "enable or hold", "home": "home", "end": "end of travel", "end_plus": "two limits",
@@ -243,31 +243,31 @@ def stops(family: Family) -> str:
 
 
 def encoder(family: Family) -> str:
-    """Which parts read an encoder."""
+    """Return the parts that read an encoder."""
     having = [part for part in family.parts if sheet_of(part).encoder]
     return "the -E parts" if having else "no"
 
 
 def clock(family: Family) -> str:
-    """The crystal."""
+    """Return the crystal frequency."""
     sheet = family.sheet
     if not sheet.crystal_high_hz:
-        return "inside"
+        return "internal"
     return f"{mhz(sheet.crystal_low_hz)} to {mhz(sheet.crystal_high_hz)} MHz"
 
 
 ROWS: tuple[tuple[str, Callable[[Family], str]], ...] = (
-    ("maker, year", maker),
+    ("manufacturer, year", maker),
     ("axes", axes),
-    ("a host reaches it by", reached),
+    ("host interface", reached),
     ("100 steps forward", tried),
     ("commands", commands),
     ("program", memory),
     ("positions", positions),
     ("steps/s, at most", fastest),
-    ("a ramp is set by", parameters),
-    ("a ramp goes by", law),
-    ("drives a motor by", outputs),
+    ("ramp parameters", parameters),
+    ("ramp law", law),
+    ("motor outputs", outputs),
     ("inputs that act on the motor", stops),
     ("encoder", encoder),
     ("crystal", clock),
@@ -276,13 +276,13 @@ ROWS: tuple[tuple[str, Callable[[Family], str]], ...] = (
 
 # ------------------------------------------------------------------------------------------------------- what is known
 def trusts(sheet: Sheet) -> Counter[str]:
-    """How many rows of a sheet are stated, derived, chosen or inferred."""
+    """Return the numbers of rows of a sheet that are stated, derived, chosen and inferred."""
     rows = (*sheet.pins, *sheet.commands, *sheet.times.values(), *sheet.limits)
     return Counter(row.trust for row in rows)
 
 
 def known(families: Iterable[Family]) -> str:
-    """What the sheets rest on."""
+    """Return the sources of the sheets."""
     heads = ("", "source", "stated", "derived", "chosen", "inferred", "facts with tests", "silent", "contradictory")
     facts, rows = conformance.tables(), []
     for family in families:
@@ -300,7 +300,7 @@ def known(families: Iterable[Family]) -> str:
 
 # ---------------------------------------------------------------------------------------------------------- the letters
 def letters(parts: tuple[str, ...]) -> str:
-    """The letters that do not mean the same on all of some parts."""
+    """Return the letters whose meanings differ between some parts."""
     sheets = [sheet_of(part) for part in parts]
     rows = []
     for letter in sorted({row.form for sheet in sheets for row in sheet.commands if row.form.isalpha()}):
@@ -311,11 +311,11 @@ def letters(parts: tuple[str, ...]) -> str:
 
 
 def page() -> str:
-    """The whole page."""
+    """Return the whole page."""
     heads = ("", *(f"[{family.title}]({family.page}.md)" for family in FAMILIES))
     having = table(heads, [(what, *(of(family) for family in FAMILIES)) for what, of in ROWS])
     tables = (
-        (HEAD, table(("you want", "take", "because"), CHOICES)),
+        (HEAD, table(("requirement", "part", "reason"), CHOICES)),
         (HAVE, having),
         (KNOWN, known(FAMILIES)),
         (LETTERS, letters(("cy500", "cy512", "cy525", "cy545"))),

@@ -1,10 +1,10 @@
-"""Write src/slewline/bench/by_name.pyi: what `bench.add`, `bench.part` and `bench.host` return for each name.
+"""Write src/slewline/bench/by_name.pyi: the types that `bench.add`, `bench.part` and `bench.host` return for each name.
 
 python tools/stubs.py            write it
-python tools/stubs.py --check    fail where it differs from the lists of chips and parts; then check the types of the
+python tools/stubs.py --check    fail if it differs from the lists of chips and parts; then check the types of the
                                  examples and of the Python blocks of two pages, as a user would
 
-Parameters are those of the methods; a chip's host is what `bench.host` makes for it.
+Parameters are those of the methods; a chip's host is the one that `bench.host` creates for it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from slewline.parts import KINDS, part_class
 ROOT = Path(__file__).resolve().parent.parent
 STUB = ROOT / "src/slewline/bench/by_name.pyi"
 PAGES = ("README.md", "docs/howto/host_scripts.md")
-UNTOLD = {  # by what a block has: what it does not tell a type checker
+UNTOLD = {  # content of a block: declarations that a type checker needs
     "def test_": '# mypy: disable-error-code="no-untyped-def,no-untyped-call"\n',
     "slewline.load(": '# mypy: disable-error-code="union-attr"\n',  # chip or part: the file knows
 }
@@ -44,7 +44,7 @@ P = TypeVar("P", bound=Part)
 
 
 def parameters(method: str) -> list[str]:
-    """Return the parameters of a method of a bench, as they stand in its source; the first one left out."""
+    """Return the parameters of a method of a bench, as in its source, without the first one."""
     tree = ast.parse(dedent(getsource(getattr(Bench, method)))).body[0]
     assert isinstance(tree, ast.FunctionDef)
     text = ast.unparse(tree.args)
@@ -53,25 +53,25 @@ def parameters(method: str) -> list[str]:
 
 
 def protocol(name: str, cases: list[tuple[str, str]], rest: list[str], first: str) -> str:
-    """Return a class that is called with one of several first arguments, and returns what belongs to it."""
+    """Return a class that is called with one of several first arguments, with the matching return type."""
     return "\n".join([f"\nclass {name}(Protocol):", *(overloaded(case, rest, first) for case in cases)])
 
 
 def overloaded(case: tuple[str, str], rest: list[str], first: str) -> str:
-    """Return one way to call it."""
+    """Return one overload of the call."""
     argument, result = case
     given = ", ".join([f"self, /, {first}: {argument}", *rest])
     return f"    @overload\n    def __call__({given}) -> {result}: ..."
 
 
 def host_of(number: str, over: str | None = None) -> type:
-    """Return the class of the host that a bench makes for a chip, over a channel or over its first one."""
+    """Return the class of the host that a bench creates for a chip, over a channel or over its first one."""
     bench = Bench()
     return type(bench.host(bench.add(number), over=over))
 
 
 def several(chips: dict[str, type]) -> dict[type, list[tuple[str, type]]]:
-    """Return the channels of chips that have several, and the host on each."""
+    """Return the channels of chips with several channels, and the host on each."""
     return {
         cls: [(channel.name, host_of(number, channel.name)) for channel in cls.sheet.channels]
         for number, cls in chips.items()
@@ -80,11 +80,11 @@ def several(chips: dict[str, type]) -> dict[type, list[tuple[str, type]]]:
 
 
 def hosting_over(others: dict[type, list[tuple[str, type]]], rest: list[str]) -> str:
-    """Return the ways to ask for a host over each channel of chips that have several; the first is the usual one."""
+    """Return the overloads for a host over each channel of chips with several; the first is the default."""
     ways = []
     for cls, found in others.items():
         if any(others.get(base) == found for base in cls.__mro__[1:]):
-            continue  # said of the class above it
+            continue  # explained in the class above
         for number, (name, host) in enumerate(found):
             asked = [each for each in rest if not each.startswith("over:")]
             asked.append(f'over: Literal["{name}"]' + ("" if number else " | None = None"))
@@ -123,7 +123,7 @@ def stub() -> str:
 
 
 def formatted(text: str) -> str:
-    """Return a stub as ruff would write it."""
+    """Return a stub as formatted by ruff."""
     command = [sys.executable, "-m", "ruff", "format", "--stdin-filename", str(STUB), "-"]
     return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
 
@@ -134,7 +134,7 @@ def blocks(page: str) -> list[str]:
 
 
 def claims() -> str:
-    """Return a program that says of what class everything is that a bench hands out by name."""
+    """Return a program that asserts the class of every object that a bench returns by name."""
     lines = ["from typing import assert_type", "import slewline", "from slewline.core.chip import Chip"]
     lines += ["from slewline.parts.base.part import Part", "bench = slewline.Bench()"]
     lines += ['assert_type(bench["x"], Chip | Part)', 'assert_type(slewline.load("bench.toml")["x"], Chip | Part)']
@@ -155,7 +155,7 @@ def claims() -> str:
 
 
 def typed() -> int:
-    """Check the types of examples, of pages, and of all that a bench hands out; return the exit status of mypy."""
+    """Check the types of examples, pages, and all objects that a bench returns; return the exit status of mypy."""
     with TemporaryDirectory() as folder:
         files = [str(path) for path in sorted((ROOT / "examples").glob("*.py"))]
         files.append(f"{folder}/claims.py")
@@ -179,7 +179,7 @@ def main() -> int:
         STUB.write_text(text, "utf-8")
         return 0
     if not STUB.is_file() or STUB.read_text("utf-8") != text:
-        print(f"{STUB.relative_to(ROOT)} is not what the lists of chips and parts say; run python tools/stubs.py")
+        print(f"{STUB.relative_to(ROOT)} differs from the lists of chips and parts; run python tools/stubs.py")
         return 1
     return typed()
 

@@ -13,8 +13,8 @@ struct answer answer;
 uint8_t wanted;
 
 static uint8_t sent;        /* number of the next event to be sent */
-static uint32_t last_heard; /* tick of the last sound frame */
-static uint8_t is_silent;   /* there has been none for as long as CONFIG allows */
+static uint32_t last_heard; /* tick of the last valid frame */
+static uint8_t is_silent;   /* no frame for longer than CONFIG allows */
 
 __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
 {
@@ -31,7 +31,7 @@ __attribute__((noinline)) void settle(uint8_t result, uint32_t tick)
         last_heard = tick;
         is_silent = 0;
     }
-    if (has_estop(answer.inputs)) /* last: whatever had to outlast a call would be saved before the steps go on */
+    if (has_estop(answer.inputs)) /* last: a value needed after a call would have to be saved before steps resume */
         answer.flags |= POWER_ESTOP;
 }
 
@@ -63,7 +63,7 @@ static void send_events_before(uint8_t number)
         uint8_t next = next_event;
 
         if ((uint8_t)(next - sent) <= (uint8_t)(next - number))
-            return; /* seen from the next one, for many may have come in a self-test */
+            return; /* relative to the next one, because a self-test may have caused many */
         fetch_event(sent, &event);
         if ((uint8_t)(next_event - sent) > EVENTS_KEPT) {
             sent = (uint8_t)(next_event - EVENTS_KEPT); /* overwritten; the host sees the gap */

@@ -1,4 +1,4 @@
-/* What the board sends: answers to frames, and events. */
+/* Messages of the board: answers to frames, and events. */
 #ifndef ANSWERS_H
 #define ANSWERS_H
 
@@ -7,7 +7,7 @@
 #include "events.h"
 
 struct answer {
-    uint8_t echo; /* number of the frame */
+    uint8_t echo; /* number of the answered frame */
     uint8_t kind;
     uint8_t result;
     uint8_t free;
@@ -22,14 +22,14 @@ struct answer {
 extern struct answer answer; /* to the last frame */
 extern uint8_t wanted;       /* number of the next numbered frame */
 
-/* Say in the answer how things are, and let the steps go on: what hal_enter() began ends here. */
+/* Put the present state into the answer, and let steps resume: the end of what hal_enter() began. */
 void settle(uint8_t result, uint32_t tick);
-void refuse(uint8_t result); /* the same, where nothing else is done */
-void send_answer(void);      /* behind the events that came before it */
+void refuse(uint8_t result); /* the same, for a frame without any other effect */
+void send_answer(void);      /* after the events that preceded it */
 void send_event(uint8_t number, const struct event *event);
-void send_events(void); /* for the main loop: those that have not been sent */
+void send_events(void); /* for the main loop: the events not yet sent */
 
-/* For the main loop: has there been no frame for as long as CONFIG allows? */
+/* For the main loop: return whether no frame has arrived for as long as CONFIG allows. */
 uint8_t is_host_silent(uint32_t tick);
 
 #endif

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
-#error "a frame is little-endian, and so must the processor be"
+#error "frames are little-endian, so the processor must be little-endian"
 #endif
 
 static inline uint16_t get16(const uint8_t *from)

@@ -1,8 +1,8 @@
-/* What frames do.
+/* The effects of frames.
  *
- * Each takes effect at one instant, between hal_enter() and settle(), and its ANSWER says which.  So the host can know
- * which steps came before it and which after.  What takes long, such as to look at records, is done outside, where the
- * steps go on.
+ * Each takes effect at one instant, between hal_enter() and settle(), which its ANSWER reports.  So the host knows
+ * which steps came before it and which after.  Long work, such as checking records, is done outside, where steps
+ * continue.
  */
 #include "commands.h"
 #include "answers.h"
@@ -29,7 +29,7 @@
 #define PAYLOAD (frame + 2)
 #define LENGTH ((uint8_t)(frame_length - 2))
 
-/* Write records behind the queue, where there is room; return whether they are good ones. */
+/* Write records after the queue, where there is room; return whether they are valid. */
 static uint8_t read_records(uint8_t n, uint8_t has_room)
 {
     struct record spare;
@@ -50,7 +50,7 @@ static uint8_t read_records(uint8_t n, uint8_t has_room)
 
 static void take_push(void)
 {
-    /* The queue only gets shorter meanwhile; and a halt may forget it, and then its end is where it was. */
+    /* Meanwhile the queue can only get shorter; a halt may empty it, and then its end is unchanged. */
     uint8_t n = LENGTH / RECORD_BYTES, has_room = queued + n <= SLOTS, good = read_records(n, has_room);
     struct record *behind = place_in_queue(n);
     uint32_t tick = hal_enter();
@@ -76,7 +76,7 @@ static void take_start(void)
     } else if (LENGTH != 4) {
         settle(RESULT_BAD_CONTENT, tick);
     } else if (ahead + START_MOST_TICKS > 2 * START_MOST_TICKS || first_due(ahead) - START_LEAD_TICKS >= 0xE0000000) {
-        /* From -2^28 to 2^28, and an interval of less than 2^31: what is below 0 is at the upper end of 32 bits. */
+        /* From -2^28 to 2^28, and an interval of less than 2^31: negative values are at the upper end of 32 bits. */
         settle(RESULT_LATE, tick);
     } else {
         begin_motion();
@@ -97,7 +97,7 @@ static void take_stop(void)
     cause = PAYLOAD[0] ? BY_BRAKE : BY_STOP;
     enter_to_stop(cause, &tick);
     if (cause == BY_BRAKE && begins_brake()) {
-        /* Steps may be fast, and wait: the event has its number, and is written behind that. */
+        /* Steps may be fast, and are waiting: the event has its number, and is written after them. */
         uint8_t number = next_event++;
 
         settle(RESULT_TAKEN, tick);
@@ -108,7 +108,7 @@ static void take_stop(void)
     settle(RESULT_TAKEN, tick);
 }
 
-/* Not part of `main`: the stack has its CONFIG only while one is taken. */
+/* Not part of `main`, so its CONFIG is on the stack only while one is processed. */
 static __attribute__((noinline)) void take_config(void)
 {
     struct config new;
@@ -191,7 +191,7 @@ static void take_outputs(void)
     }
 }
 
-/* Fetch the event that is asked for, in its state at the instant of the answer, or return 0. */
+/* Fetch the requested event, in its state at the instant of the answer, or return 0. */
 static uint8_t take_repeat(struct event *event)
 {
     uint8_t next, back;
@@ -222,7 +222,7 @@ static void take_check(void)
         settle(RESULT_TAKEN, tick);
 }
 
-/* Make pulses and count them: with STEP looped to an input of a counter the board sees what its own pin does. */
+/* Output pulses and count them: with STEP looped to a counter input, the board checks its own pin. */
 static void check(uint16_t pulses, uint16_t apart)
 {
     uint16_t counted = hal_count_pulses(pulses, apart);

@@ -9,7 +9,7 @@ static uint32_t magnitude(int32_t value)
     return value < 0 ? -(uint32_t)value : (uint32_t)value;
 }
 
-/* Are whole ticks of an interval within what the timer can do? */
+/* Return whether the whole ticks of an interval are within the range of the timer. */
 static uint8_t is_possible(uint32_t ticks)
 {
     return ticks >= SHORTEST && ticks < 0x80000000;
@@ -24,7 +24,7 @@ static uint8_t is_good_pause(const struct record *record)
     return record->flags < 32 && record->interval >= SHORTEST_PAUSE && record->interval < 0x80000000;
 }
 
-/* `add` is a count of steps of a stop ramp, and how it changes with each step. */
+/* `add` is a number of steps of a stop ramp, and its change with each step. */
 static uint8_t is_good_way(const struct record *record)
 {
     uint16_t way = (uint16_t)record->add, more = (uint16_t)(record->count - 1);

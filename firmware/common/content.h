@@ -1,4 +1,4 @@
-/* Content of frames: what it says, and whether that is possible. */
+/* Parsing and checking the content of frames. */
 #ifndef CONTENT_H
 #define CONTENT_H
 
@@ -6,10 +6,10 @@
 
 #include "queue.h"
 
-/* Read a record; return whether it is a good one. */
+/* Read a record; return whether it is valid. */
 uint8_t read_record(const uint8_t *from, struct record *to);
 
-/* Return what is to be answered to a TAIL with this content, and how many entries it has. */
+/* Return the result for a TAIL with this content, and the number of its entries. */
 uint8_t judge_tail(const uint8_t *payload, uint8_t length, uint8_t *entries);
 
 #endif

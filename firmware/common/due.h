@@ -6,15 +6,15 @@
 
 #include "mode.h"
 
-/* 1/65536 tick in the low half: 48 bits, little-endian, as an interrupt in assembler adds them. */
+/* 1/65536 tick in the low half: 48 bits, little-endian, for addition in an assembler interrupt. */
 struct instant {
     uint16_t fraction;
     uint32_t tick;
 };
 
 extern volatile uint8_t mode;
-extern struct instant due;      /* when the match is */
-extern struct instant interval; /* what is added to it there */
+extern struct instant due;      /* instant of the match */
+extern struct instant interval; /* added to it at the match */
 
 static inline uint8_t is_in_pause(void)
 {

@@ -38,5 +38,5 @@ void note_in_passing(uint8_t kind, uint8_t which, uint32_t tick)
 void fetch_event(uint8_t number, struct event *event)
 {
     *event = events[number % EVENTS_KEPT];
-    __asm__ volatile("" : : : "memory"); /* all of it, before anything else is looked at */
+    __asm__ volatile("" : : : "memory"); /* written completely, before any other variable is read */
 }

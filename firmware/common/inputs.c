@@ -1,7 +1,7 @@
-/* Looks at the inputs, and what reflexes do.
+/* Sampling of the inputs, and the actions of reflexes.
  *
- * A look is called by an interrupt that masks itself and lets the steps go on.  What a look does, it does at one
- * instant: levels first, then the tick, then all that follows from it.
+ * An interrupt that masks itself and lets steps continue samples the inputs.  All its actions take effect at one
+ * instant: first the levels, then the tick, then the consequences.
  */
 #include "inputs.h"
 #include "config.h"
@@ -18,7 +18,7 @@ uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
 {
     for (;;) {
         *tick = hal_enter();
-        /* The quick answers first: steps wait meanwhile. */
+        /* The quick decisions first, because steps wait meanwhile. */
         if (!(causes & may_stop[down])) {
             if (!is_in_pause())
                 return 0;
@@ -33,7 +33,7 @@ uint8_t enter_to_stop(uint8_t causes, uint32_t *tick)
     }
 }
 
-/* Do what `cause` does when it becomes active; return 0 if that is nothing. */
+/* Perform the action of `cause` becoming active; return 0 if it has none. */
 static uint8_t act(uint8_t cause, uint8_t which, uint32_t tick)
 {
     switch (reflex_of(cause)) {
@@ -72,7 +72,7 @@ void act_at_load(uint32_t tick, uint8_t at_start)
         }
 }
 
-/* Do what follows from `changed` inputs, in ascending order, where no step waits: behind what stops the motor. */
+/* Process `changed` inputs, in ascending order, when no step waits: after the inputs that stop the motor. */
 static void act_in_peace(uint8_t changed, uint8_t becoming, uint32_t tick)
 {
     uint8_t i, bit;
@@ -98,8 +98,8 @@ static uint8_t bits_of(uint8_t set)
     return number;
 }
 
-/* Return the inputs.  An emergency stop that has changed counts immediately, and before the others.  An input that
-   changes again within as many looks as the filter has keeps its former level; its edge calls another look. */
+/* Return the inputs.  A changed emergency stop takes effect immediately, and before the others.  An input that
+   changes again within the samples of the filter keeps its former level; its edge triggers another sample. */
 static __attribute__((noinline)) uint8_t steady(void)
 {
     uint8_t seen = hal_levels(), doubtful = 0, n;
@@ -117,7 +117,7 @@ static __attribute__((noinline)) uint8_t steady(void)
     return (uint8_t)((seen & ~doubtful) | (levels & doubtful));
 }
 
-/* What stops the motor: where steps are fast there is no time for more than this before the next one. */
+/* Inputs that stop the motor: with fast steps there is no time for more before the next one. */
 static __attribute__((noinline)) void stop_by(uint8_t changed, uint8_t becoming)
 {
     uint32_t tick;
@@ -127,8 +127,8 @@ static __attribute__((noinline)) void stop_by(uint8_t changed, uint8_t becoming)
     hal_leave();
 }
 
-/* Steps go on while inputs only cause events, or begin a brake, which the first of several does.  Then interrupts are
-   off for as long only as it takes to fix what the events say; they are written behind that. */
+/* Steps continue while inputs only cause events or begin a brake, which the first of several does.  Then interrupts are
+   off only while the content of the events is fixed; they are written after that. */
 static __attribute__((noinline)) void act_on(uint8_t seen, uint8_t changed, uint8_t becoming)
 {
     uint8_t inputs = levels, marking = becoming & marks, noted = (changed & config.report) | marking;

@@ -7,12 +7,12 @@
 uint8_t frame[FRAME_MOST + 1];
 uint8_t frame_length;
 
-/* The chunk that is coming. */
+/* The chunk being received. */
 static uint8_t encoded; /* bytes of it so far */
 static uint8_t decoded;
 static uint8_t group;    /* bytes until the next code */
 static uint8_t implied;  /* a 0 belongs between this group and the next */
-static uint8_t hopeless; /* too long */
+static uint8_t hopeless; /* the chunk is too long */
 static uint16_t crc = 0xFFFF;
 
 static inline void put(uint8_t byte)
@@ -21,7 +21,7 @@ static inline void put(uint8_t byte)
     crc = hal_crc(crc, byte);
 }
 
-/* Behind a sound frame with its own CRC the register is 0xF0B8. */
+/* After a valid frame with its CRC, the register is 0xF0B8. */
 static int8_t end_of_chunk(void)
 {
     int8_t verdict = 0;
@@ -74,7 +74,7 @@ void send(uint8_t number, uint8_t kind, const uint8_t *payload, uint8_t length)
     for (i = 0; i < total - 2; i++)
         check = hal_crc(check, plain[i]);
     put16(plain + i, (uint16_t)~check);
-    /* Each group: how far it is to the next 0, which itself is left out, and the bytes before it. */
+    /* Each group: the distance to the next 0, which is omitted, and the bytes before it. */
     while (from <= total) {
         uint8_t to = from;
 

@@ -7,16 +7,16 @@
 #include "protocol.h"
 
 #define FRAME_MOST (CHUNK_MOST - 1) /* decoded bytes */
-#define PAYLOAD_MOST 16             /* of a frame that is sent */
+#define PAYLOAD_MOST 16             /* of a sent frame */
 
-extern uint8_t frame[];      /* the one that has come: number, kind, payload, CRC */
+extern uint8_t frame[];      /* the received frame: number, kind, payload, CRC */
 extern uint8_t frame_length; /* without its CRC */
 
-/* Take bytes that have come, up to the end of a chunk: 1 if that is a good frame, -1 if it is damaged, 0 if there is
+/* Process received bytes, up to the end of a chunk: return 1 for a valid frame, -1 for a damaged one, 0 if there is
    none yet. */
 int8_t listen(void);
 
-/* Send a frame; waits while there is no room. */
+/* Send a frame; wait for room. */
 void send(uint8_t number, uint8_t kind, const uint8_t *payload, uint8_t length);
 
 #endif

@@ -43,7 +43,7 @@ void late(void)
     note(EVENT_LATE, HOST, tick);
 }
 
-/* A step that the timer has gone past has been made, or never will be; the end of a pause can be made up for. */
+/* A step that the timer has passed was output, or never will be; a missed end of a pause can be handled late. */
 void look_back(void)
 {
     if (!hal_is_missed())

@@ -24,7 +24,7 @@ static inline uint8_t user_outputs(void)
     return shown & USER_OUTPUTS;
 }
 
-/* Each pin with its level in one piece, for an interrupt may change that. */
+/* Write each pin and its level without interruption, because an interrupt may change the level. */
 static inline void show_output(uint8_t number)
 {
     uint8_t before = hal_hold();
@@ -81,7 +81,7 @@ void show_direction(void)
     hal_set_direction(!down != !(config.polarity & POLARITY_UP_IS_HIGH));
 }
 
-/* What the step that is due does to the phases; until it is made they remain. */
+/* Phases after the step that is due; until then they are unchanged. */
 void set_phase_step(uint8_t flags)
 {
     uint8_t before = (uint8_t)(phase - phase_step), step = flags & RECORD_HALF ? 1 : 2;
@@ -97,7 +97,7 @@ static uint8_t bit_of(uint8_t number)
     return (uint8_t)(number ? 1 << (number - 1) : 0);
 }
 
-/* Levels first, then the pins become outputs: ENABLE must not show the wrong one even for a moment. */
+/* Set the levels before the pins become outputs: ENABLE must not have the wrong level even for a moment. */
 void configure_outputs(void)
 {
     uint8_t i;

@@ -1,19 +1,19 @@
 /* The driver's current.
  *
- *     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if a driver is known, the run is not dry, and the
- *                  board has been allowed to by RESET since power-up, and since it last switched it off by itself
- *     on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host as CONFIG
- *                  says, after a time
+ *     off -> on    OUTPUTS, in IDLE, with every emergency stop closed, if the driver is known, the run not dry, and the
+ *                  host has permitted it with RESET since power-up, and since the board last switched it off itself
+ *     on -> off    OUTPUTS at rest; an emergency stop, in any state; after a halt, at rest or without a host, after
+ *                  the time in CONFIG
  *
- * In motion nobody but an emergency stop takes the current away, for the motor would coast and the count be wrong.
+ * In motion only an emergency stop switches the current off, because the motor would coast and the count be wrong.
  */
 #include "outputs.h"
 #include "power.h"
 #include "reflexes.h"
 #include "state.h"
 
-/* POWER_ENERGISED is what outputs.c says.  POWER_UNSURE: the motor may be elsewhere than the count says.  POWER_LOCKED:
-   nobody has allowed current since power-up, or since the board took it away. */
+/* POWER_ENERGISED is set by outputs.c.  POWER_UNSURE: the motor position may differ from the count.  POWER_LOCKED:
+   the host has not permitted current since power-up, or since the board switched it off. */
 volatile uint8_t power = POWER_LOCKED;
 
 uint8_t may_switch(uint8_t mask, uint8_t value)
@@ -55,7 +55,7 @@ void cut_power(uint8_t in_motion)
     lock();
 }
 
-/* Nobody has asked for another driver's current yet.  An active emergency stop counts immediately. */
+/* Current for the new driver has not been requested yet.  An active emergency stop takes effect immediately. */
 void power_configured(uint8_t is_other_driver)
 {
     if (is_other_driver)

@@ -9,16 +9,16 @@
 #define ENTRY_BYTES 6 /* of an entry of the stop ramp */
 #define ENTRIES_MOST 10 /* of a frame */
 #define SHORTEST_PAUSE 256 /* ticks */
-#define START_MOST_TICKS 268435456U /* from a START to the first step: more is a stale frame */
+#define START_MOST_TICKS 268435456U /* from a START to the first step; more is a stale frame */
 #define INPUTS 6
 #define INPUTS_MASK 63
 #define USER_OUTPUTS 15 /* bits of the outputs */
-#define ENABLE 16 /* beside them */
+#define ENABLE 16 /* in addition to them */
 #define POLARITY_UP_IS_HIGH 1 /* bits of `polarity`: DIR is high upwards */
 #define POLARITY_ENABLE_LOW 2 /* the driver is on while ENABLE is low */
-#define HOST 255 /* `which` of an event that no input caused */
+#define HOST 255 /* `which` of an event without an input as its cause */
 
-/* What a frame is: from the host to the board, and from 0x80 on back. */
+/* Kinds of frames: from the host to the board, and from 0x80 on back. */
 #define FRAME_HELLO 1
 #define FRAME_PUSH 2
 #define FRAME_START 3
@@ -34,7 +34,7 @@
 #define FRAME_IDENT 129
 #define FRAME_EVENT 130
 
-/* What became of a frame; only one that is taken uses up its number. */
+/* Results of a frame; only a frame that is taken uses up its number. */
 #define RESULT_TAKEN 0
 #define RESULT_DAMAGED 1
 #define RESULT_WRONG_NUMBER 2
@@ -43,14 +43,14 @@
 #define RESULT_BAD_CONTENT 5
 #define RESULT_LATE 6
 
-/* What a board does; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only. */
+/* States of a board; it leaves HALT by RESET only, and BOOT, its state at power-up, by CONFIG only. */
 #define STATE_IDLE 0
 #define STATE_RUN 1
 #define STATE_BRAKE 2
 #define STATE_HALT 3
 #define STATE_BOOT 4
 
-/* What an event reports. */
+/* Causes of an event. */
 #define EVENT_REST 1
 #define EVENT_UNDERRUN 2
 #define EVENT_HALTED 3
@@ -64,7 +64,7 @@
 #define EVENT_BOOT 11
 #define EVENT_CHECKED 12
 
-/* What a board does immediately when an input becomes active; the last two are added to STOP and BRAKE. */
+/* Immediate reactions of a board when an input becomes active; the last two are added to STOP and BRAKE. */
 #define REFLEX_NONE 0
 #define REFLEX_STOP 1
 #define REFLEX_BRAKE 2
@@ -73,21 +73,21 @@
 #define REFLEX_UPWARDS 16
 #define REFLEX_DOWNWARDS 32
 
-/* What is known of the driver: ENABLE leads to one whose level is known; the run is dry, so STEP has no edges. */
+/* Properties of the driver: ENABLE is connected, with a known level; the run is dry, so STEP has no edges. */
 #define DRIVER_ENABLE 1
 #define DRIVER_DRY 2
 
-/* When a board switches the driver off by itself; at an emergency stop it always does. */
+/* Times at which a board switches the driver off by itself; at an emergency stop it always does. */
 #define OFF_NEVER 0
 #define OFF_HALT 1
 #define OFF_REST 2
 
-/* What RESET says: a position; that it is where the motor is; that the driver may be switched on again. */
+/* Flags of RESET: a position is given; it is that of the motor; the driver may be switched on again. */
 #define RESET_POSITION 1
 #define RESET_KNOWN 2
 #define RESET_POWER 4
 
-/* What ANSWER says of the driver. */
+/* Flags of ANSWER for the driver. */
 #define POWER_ENERGISED 1
 #define POWER_ESTOP 2
 #define POWER_UNSURE 4

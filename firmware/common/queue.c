@@ -18,7 +18,7 @@ struct record *place_in_queue(uint8_t ahead)
     return free;
 }
 
-/* The interrupt sees here which records are ramps. */
+/* Marks ramps for the interrupt. */
 void complete(struct record *record)
 {
     if (record->add && !(record->flags & (RECORD_PAUSE | RECORD_WAY)))

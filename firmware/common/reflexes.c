@@ -75,6 +75,6 @@ uint8_t takes_away(uint8_t causes)
 {
     if (causes & may_stop[down])
         return 1;
-    /* Brakes make a step that is due. */
+    /* A brake does not cancel a step that is due. */
     return state == STATE_RUN && causes & brakes[down] && is_in_pause();
 }

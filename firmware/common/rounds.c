@@ -12,7 +12,7 @@
 #include "state.h"
 #include "stop_ramp.h"
 
-static uint8_t is_silent; /* as of the last look */
+static uint8_t is_silent; /* at the last check */
 
 void power_up(void)
 {

@@ -2,10 +2,10 @@
 #ifndef ROUNDS_H
 #define ROUNDS_H
 
-void power_up(void); /* held; the inputs' levels are known from here on */
+void power_up(void); /* held; from here on the levels of the inputs are known */
 void round_once(void);
 
-/* The parts of a round: the driver's current, and a host that is silent while steps are played. */
+/* The parts of a round: the driver's current, and a host that stops sending while steps are played. */
 void watch(void);
 void brake_if_silent(void);
 

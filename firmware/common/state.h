@@ -1,20 +1,20 @@
-/* What a board does, and where its motor is by count. */
+/* The state of a board, and the position count of its motor. */
 #ifndef STATE_H
 #define STATE_H
 
 #include <stdint.h>
 
 extern volatile uint8_t state;
-extern volatile uint8_t levels; /* of the inputs, as of the last look */
-extern uint8_t follows;         /* another record is played behind this one */
-extern uint8_t down;            /* the record that plays, or the last one that did, goes downwards */
-extern uint32_t end;            /* position behind the record, modulo 2^32 */
-extern uint16_t left;           /* steps of the record that have not been made */
+extern volatile uint8_t levels; /* of the inputs, at the last sample */
+extern uint8_t follows;         /* another record follows this one */
+extern uint8_t down;            /* the record being played, or the last one played, counts downwards */
+extern uint32_t end;            /* position at the end of the record, modulo 2^32 */
+extern uint16_t left;           /* remaining steps of the record */
 
 /* All of these are called held. */
 void set_state(uint8_t new_state);
 
-/* Return the position; every record knows its end, so the interrupt counts down and nothing else. */
+/* Return the position; the end of every record is known, so the interrupt only counts down. */
 static inline int32_t position_now(void)
 {
     return (int32_t)(down ? end + left : end - left);

@@ -1,9 +1,8 @@
 /* Records become steps.
  *
- * The timer makes the edge, by itself, at the tick that it has been given; the interrupt behind it ends the pulse and
- * prepares the next one.  `due` is that next instant, `interval` what is added to it there.  A board may do the ordinary
- * step of a record by an interrupt of its own; match() below does all that a step can need, and is what that one is
- * measured by.
+ * The timer itself generates the edge, at the preset tick; the interrupt after it ends the pulse and prepares the next
+ * one.  `due` is that next instant, `interval` is added to it there.  A board may output the ordinary step of a record by
+ * its own interrupt; match() below handles every case of a step, and is the reference for that interrupt.
  */
 #include "steps.h"
 #include "config.h"
@@ -19,7 +18,7 @@
 #include "state.h"
 #include "stop_ramp.h"
 
-/* interval += add, and say whether it may need hops. */
+/* interval += add, and set whether it may need hops. */
 static void grow(void)
 {
     uint16_t low;
@@ -42,7 +41,7 @@ static inline void begin_record(void)
     hal_advance();
 }
 
-/* Do the rest that belongs to it. */
+/* Do the rest of the load. */
 static void load_record(void)
 {
     const struct record *record = out;
@@ -55,7 +54,7 @@ static void load_record(void)
     if (flags & RECORD_PAUSE) {
         mode |= PAUSE;
         left = 0;
-        /* A motor that has been at rest for so long may stop immediately; a pause may have many pieces. */
+        /* A motor that has been at rest for this time may stop immediately; a pause may have many pieces. */
         if (due.tick - last >= config.start_stop)
             stepped = paced = 0;
     } else {
@@ -97,11 +96,11 @@ void start(uint32_t tick, uint32_t present)
         hal_aim_anew(present);
 }
 
-/* The step of `tick` was the last one of a record or of a piece: remember how fast it came. */
+/* The step at `tick` was the last of a record or of a piece: store its interval as the pace. */
 static void remember(uint32_t tick)
 {
     if (left != count)
-        stepped = 1; /* the record had steps before it */
+        stepped = 1; /* the record had earlier steps */
     left--;
     paced = stepped;
     pace = tick - last;
@@ -109,7 +108,7 @@ static void remember(uint32_t tick)
     last = tick;
 }
 
-/* Behind a record, at `tick`, there is another one. */
+/* After a record, at `tick`, there is another one. */
 static void play_next(uint32_t tick)
 {
     uint8_t new_flags = out->flags, was_step = !(mode & PAUSE), turns, is_set = 0;
@@ -144,7 +143,7 @@ static void play_next(uint32_t tick)
     aim(tick);
 }
 
-/* Behind a record, at `tick`: the next one; behind a pause without one: the end, or the stop ramp. */
+/* After a record, at `tick`: begin the next one; after a pause without one: the end, or the stop ramp. */
 static __attribute__((noinline)) void go_on(uint32_t tick)
 {
     if (queued && (state == STATE_RUN || mode & ONE_MORE)) {
@@ -219,8 +218,8 @@ static __attribute__((noinline)) void match_in_peace(void)
     } while (overdue);
 }
 
-/* Do what follows from a match; interrupts are off.  The phases of a step are there already.  What may be followed by a
-   fast step goes its own way, with as little as possible to be saved before it. */
+/* Process a match; interrupts are off.  The phases of the step are already set.  A case that may be followed by a
+   fast step has a separate path, with as few saved registers as possible. */
 void match(void)
 {
     uint8_t was = mode;

@@ -1,7 +1,7 @@
-/* The stop ramp: entries of the table that the host has sent, or, without one, each interval a sixteenth longer.
+/* The stop ramp: entries of the table sent by the host, or, without a table, each interval a sixteenth longer.
  *
- * In each function the timer's part comes first, for a fast step may follow: choose sets `interval`, `due` and what the
- * timer gets; account does the rest.
+ * Each function arms the timer first, because a fast step may follow: choose sets `interval`, `due` and the
+ * timer; account does the rest.
  */
 #include "stop_ramp.h"
 #include "config.h"
@@ -14,13 +14,13 @@
 #include "state.h"
 #include "tail.h"
 
-const struct tail_entry *entry; /* the one that comes next */
-uint8_t begun; /* an interrupt has begun one: the first entry is in `entry`, how far its first step is in `interval`, */
-uint16_t skip; /* and, if the record has WAY, how many steps of the table come before that one here */
+const struct tail_entry *entry; /* the next entry */
+uint8_t begun; /* an interrupt has begun a ramp: `entry` has the first entry, `interval` the time to its first step, */
+uint16_t skip; /* and this, if the record has WAY, the number of table steps before that entry */
 
 static uint16_t chosen; /* steps of the piece */
 
-/* Return how many steps a stop ramp from the step that is due has. */
+/* Return the number of steps of a stop ramp from the step that is due. */
 static inline uint16_t way_now(void)
 {
     uint16_t made = (uint16_t)(count - left);
@@ -115,8 +115,8 @@ uint8_t goes_down_from_pause(uint32_t tick)
     return 1;
 }
 
-/* The next step may come while interrupts are off here, and then there is no time left to choose one behind it; so where
-   steps are that fast, one more is made.  Return whether it is. */
+/* The next step may occur while interrupts are off here, without enough time to choose the one after it.  So if
+   steps are that fast, output one more.  Return whether this is so. */
 static inline uint8_t makes_one_more(void)
 {
     if (left > 1)
@@ -153,7 +153,7 @@ void brake(uint8_t happening, uint8_t which, uint32_t tick)
     note(happening, which, tick);
 }
 
-/* The first piece has been chosen: `entry`, and in `interval` how far its first step is.  Do the rest. */
+/* The first piece has been chosen: `entry`, and `interval` to its first step.  Do the rest. */
 static void begin_ramp(uint16_t steps_before)
 {
     follows = 0;
@@ -266,7 +266,7 @@ void play_piece(void)
     chosen = tail_count ? (uint16_t)(next->up_to - next[-1].up_to) : 1;
     entry = next + 1;
     account();
-    hal_show_in_time(phases_due); /* after a piece of one step the next one comes while this is done */
+    hal_show_in_time(phases_due); /* after a piece of one step, the next step happens during this work */
     if (interval.tick < LONG_LEAST)
         look_back();
     else

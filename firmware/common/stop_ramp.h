@@ -1,4 +1,4 @@
-/* The stop ramp: how a motion ends that is stopped, or whose records have run out. */
+/* The stop ramp: the end of a motion that is stopped, or whose queue underruns. */
 #ifndef STOP_RAMP_H
 #define STOP_RAMP_H
 
@@ -6,22 +6,22 @@
 
 /* All of these but the last are called held. */
 
-/* Begin to brake if steps are played; then only the event is left to be noted. */
+/* Begin to brake if steps are played; then only the event remains to be recorded. */
 uint8_t begins_brake(void);
 
 void brake(uint8_t happening, uint8_t which, uint32_t tick);
 
-/* In a pause, or at its end, at `tick`: begin, if there is a stop ramp.  The timer is for the caller. */
+/* In a pause, or at its end, at `tick`: begin, if there is a stop ramp.  The caller sets the timer. */
 uint8_t goes_down_from_pause(uint32_t tick);
-void account(void); /* then do the rest: the steps of the piece that has been chosen */
+void account(void); /* then do the rest: the steps of the chosen piece */
 
-/* At a step that was the last one of its record, or that a brake waited for: begin, if there is a stop ramp. */
+/* At the last step of a record, or at the step for which a brake waited: begin, if there is a stop ramp. */
 uint8_t go_down(void);
 
 void play_piece(void); /* at the last step of a piece: the next piece, or the end */
 
-/* For the main loop: find the entry that belongs to the present pace, for a search from one end of the table could last
-   longer than a step does. */
+/* For the main loop: find the entry for the present pace, because a search from one end of the table could take
+   longer than a step. */
 void refresh_hint(void);
 
 #endif

@@ -13,7 +13,7 @@ static struct {
     const uint8_t *from;
     uint8_t first;
     uint8_t count;
-} fresh; /* entries that are valid and not yet in their places: a frame is too long to be copied in one piece */
+} fresh; /* valid entries that are not yet in the table: a frame is too long to be copied without interruption */
 
 uint8_t is_tail_fresh(void)
 {

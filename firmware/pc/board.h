@@ -1,4 +1,4 @@
-/* A board without hardware behind ../common/hal.h: time is a number, pins are fields, a match comes when time says so. */
+/* A board without hardware for ../common/hal.h: time is a number, pins are fields, matches follow from the time. */
 #ifndef BOARD_H
 #define BOARD_H
 
@@ -28,7 +28,7 @@ struct pc {
 
 extern struct pc pc;
 
-/* Let time pass up to a tick, with all matches on the way.  `stepped` is called at each step, before anything follows. */
+/* Let time pass up to a tick, with all matches before it.  `stepped` is called first at each step. */
 void pc_run(uint64_t tick, void (*stepped)(void));
 
 static inline uint32_t hal_now(void)
@@ -77,7 +77,7 @@ static inline void hal_aim_anew(uint32_t from)
 
 static inline void hal_hop(void)
 {
-    abort(); /* no tick is far for this timer */
+    abort(); /* this timer needs no hops */
 }
 
 static inline void hal_arm(uint16_t tick)

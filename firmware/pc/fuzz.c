@@ -1,13 +1,13 @@
-/* Frames at random, sound and damaged, inputs, silence and time, against laws that hold whatever a host says:
+/* Random frames, valid and damaged, inputs, silence and time, against laws that are true for any host:
  *
- *   - the count is that of RESET, and one more or less for each step that was made
- *   - steps are made in RUN and BRAKE, and in a dry run none has an edge
- *   - the driver is never on while an emergency stop is active, is switched on in IDLE alone, and not in a dry run
- *   - an answer comes for each frame
+ *   - the count is that of RESET, plus or minus one for each step output
+ *   - steps are output only in RUN and BRAKE, and in a dry run none has an edge
+ *   - the driver is never on while an emergency stop is active, is switched on only in IDLE, and not in a dry run
+ *   - each frame gets an answer
  *
  *     fuzz SEED FRAMES
  *
- * Ends with 1 at the first law that is broken, with what it was and after how many frames.
+ * Ends with status 1 at the first violation, and prints the law and the number of frames.
  */
 #include <inttypes.h>
 #include <stdio.h>
@@ -83,7 +83,7 @@ static void pass(uint64_t ticks)
     while (pc.match <= until) {
         pc_run(pc.match, stepped);
         check_laws();
-        if (matches++ > 3000) { /* and the rest of the time is not lived through */
+        if (matches++ > 3000) { /* and the rest of the time is skipped */
             until = pc.now;
             break;
         }
@@ -91,7 +91,7 @@ static void pass(uint64_t ticks)
     pc_run(until, stepped);
 }
 
-/* ----------------------------------------------------------------------------------------------- what a host may say */
+/* -------------------------------------------------------------------------------------------------- frames of a host */
 static uint8_t *record_at(uint8_t *to)
 {
     static uint32_t pace = 2000;
@@ -164,7 +164,7 @@ static uint8_t say(uint8_t kind, uint8_t *payload)
     return (uint8_t)(to - payload);
 }
 
-/* Put a frame on the line; return whether it is sound. */
+/* Put a frame on the line; return whether it is valid. */
 static uint8_t receive(uint8_t kind, uint8_t number, const uint8_t *payload, uint8_t length)
 {
     uint8_t plain[2 + 128 + 2], from = 0, i, total = (uint8_t)(length + 4), *to = pc.received;
@@ -195,7 +195,7 @@ static uint8_t receive(uint8_t kind, uint8_t number, const uint8_t *payload, uin
     return is_sound;
 }
 
-/* What a host would say next, or, now and then, anything. */
+/* Build the next frame of a plausible host, or occasionally a random one. */
 static uint8_t next_kind(void)
 {
     static const uint8_t often[] = {FRAME_PUSH, FRAME_PUSH, FRAME_PUSH, FRAME_START, FRAME_OUTPUTS, FRAME_TAIL, FRAME_ASK};
@@ -216,7 +216,7 @@ static void send_one(void)
     size_t sent = pc.sent_length;
 
     length = say(kind, payload);
-    if (!chance(20)) { /* content at random */
+    if (!chance(20)) { /* random content */
         length = (uint8_t)chance(75);
         for (i = 0; i < length; i++)
             payload[i] = (uint8_t)chance(256);

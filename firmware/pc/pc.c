@@ -33,5 +33,5 @@ uint16_t hal_count_pulses(uint16_t pulses, uint16_t apart)
 {
     (void)pulses;
     (void)apart;
-    return 0; /* there is no loop */
+    return 0; /* STEP is not looped back */
 }

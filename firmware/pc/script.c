@@ -1,9 +1,9 @@
-/* A board that does what it reads, and prints what its pins and its line do: the same instants, the same answers.
+/* A board that executes a script from its input, and prints the changes of its pins and its line, with their ticks.
  *
  *     boot TICK LEVELS     its inputs have these levels, bit n input n
- *     frame TICK HEX       bytes have come, up to their zero, and are taken at this tick
- *     inputs TICK LEVELS   it looks at its inputs
- *     watch TICK           a round of its main loop looks at the driver's current and at how long the host is silent,
+ *     frame TICK HEX       bytes are received, up to their zero, and processed at this tick
+ *     inputs TICK LEVELS   it samples its inputs
+ *     watch TICK           a round of its main loop checks the driver's current and the time since the last frame,
  *     silence TICK         and brakes
  *     run TICK             time passes
  *
@@ -40,7 +40,7 @@ static void show_pins(void)
     show("enable", &shown_enable, pc.drives_enable ? pc.enable : -1);
 }
 
-/* Do what a round of the main loop does that has no instant of its own, and show the pins. */
+/* Do the work of a main loop round that has no instant of its own, and print the pins. */
 static void go_round(void)
 {
     send_events();
@@ -89,7 +89,7 @@ int main(void)
     uint64_t tick;
 
     while (scanf("%15s %" SCNu64, verb, &tick) == 2) {
-        /* Pins change with each match, and are shown with their tick. */
+        /* Pins change with each match, and are printed with their tick. */
         while (pc.match <= tick) {
             pc_run(pc.match, stepped);
             go_round();

@@ -1,4 +1,4 @@
-/* What the compiler calls, faster than its library has it: division by the divider of the RP2040 (2.3.1.5 of its data
+/* Functions called by the compiler, faster than its library: division by the divider of the RP2040 (2.3.1.5 of its data
  * sheet), and copies by words.  The divider has one user: interrupts do not divide.
  */
 #include <stddef.h>

@@ -1,8 +1,8 @@
 /* The second stage: the boot ROM copies these 256 bytes of the flash to RAM, checks the CRC-32 in the last four of them
-   (2.8.1.3 of the data sheet of the RP2040), and calls them.  The port of the flash is set for the command that every
-   flash memory knows, read (03h) with one line at a quarter of the clock, and then the program begins.
+   (2.8.1.3 of the data sheet of the RP2040), and calls them.  The flash interface is set up for the command that every
+   flash memory supports, read (03h) with one line at a quarter of the clock, and then the program begins.
 
-   It is written for whatever memory is on the board: all that is needed of it is to be copied to RAM once. */
+   It works with any memory on the board, which only has to be copied to RAM once. */
     .syntax unified
     .cpu cortex-m0plus
     .thumb
@@ -24,16 +24,16 @@ boot2:
     str r1, [r0, #ENABLE]
     movs r2, #4                 /* SCK is a quarter of the clock: 33 MHz at 132 MHz */
     str r2, [r0, #BAUDR]
-    ldr r2, =(31 << 16) | (3 << 8) /* words of 32 bits, EEPROM read, one line */
+    ldr r2, =(31 << 16) | (3 << 8) /* 32-bit words, EEPROM read, one line */
     str r2, [r0, #CTRLR0]
-    str r1, [r0, #CTRLR1]       /* one word a read */
+    str r1, [r0, #CTRLR1]       /* one word per read */
     ldr r3, =SSI + SPI_CTRLR0
-    ldr r2, =(0x03 << 24) | (2 << 8) | (6 << 2) /* the command, of 8 bits; an address of 24; no wait */
+    ldr r2, =(0x03 << 24) | (2 << 8) | (6 << 2) /* 8-bit command, 24-bit address, no wait */
     str r2, [r3]
     movs r2, #1
     str r2, [r0, #ENABLE]
     pop {r0}
-    cmp r0, #0                  /* the ROM calls with no way back */
+    cmp r0, #0                  /* the ROM calls without a return address */
     beq 1f
     bx r0
 1:  ldr r0, =0x10000100         /* the vectors of the program */

@@ -90,9 +90,9 @@ void clock_sleep_until(cycles at, bool (*is_over)(void))
     const int64_t left = (int64_t)(at - clock_now());
     if (left > SOON) {
         TIMER_INTR = 1;
-        TIMER_ALARM0 = TIMER_RAW + (uint32_t)left / US; /* it has to be written before the timer is there */
+        TIMER_ALARM0 = TIMER_RAW + (uint32_t)left / US; /* it has to be written before the timer reaches it */
         if (!is_over())
-            __asm__ volatile("wfi"); /* an interrupt ends it, although it is held */
+            __asm__ volatile("wfi"); /* an interrupt ends it, even while interrupts are off */
     }
     let_go();
 }

@@ -42,7 +42,7 @@ uint32_t inputs_fatal(void)
     return fatal;
 }
 
-/* Where the queue is full, its last edge has the newest levels. */
+/* If the queue is full, its last edge gets the newest levels. */
 void inputs_interrupt(void)
 {
     const uint32_t stamp = clock_stamp(), pins = SIO_IN;

@@ -1,4 +1,4 @@
-/* The inputs but RXD's characters: edges of HOME to UI3 wait in a queue, each with its stamp. */
+/* The inputs, except the characters on RXD: edges of HOME to UI3 are queued, each with its time stamp. */
 #ifndef INPUTS_H
 #define INPUTS_H
 

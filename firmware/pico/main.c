@@ -2,13 +2,13 @@
  *
  *   boot2.S, start.c   from the flash to RAM
  *   part.c             the core, ../part/gs_c200, between its pins
- *   inputs.c           edges that wait, with their stamps
+ *   inputs.c           queued edges, with their time stamps
  *   outputs.c          levels
  *   steps.c, serial.c  the state machines: CLOCK, RXD, TXD
- *   store.c, flash.c   the program that M keeps
+ *   store.c, flash.c   the program saved by M
  *   clock.c            cycles, and picoseconds
  *
- * This is no safety device: an emergency stop cuts the driver's power.
+ * This is not a safety device: an emergency stop must cut the driver's power.
  */
 #include "clock.h"
 #include "flash.h"
@@ -42,7 +42,7 @@ __attribute__((section(".vectors"), used)) static const struct {
 } vectors = {
     &stack_top,
     {
-        [0] = (void (*)(void))main, /* never: start.c begins */
+        [0] = (void (*)(void))main, /* unused: start.c runs first */
         [1] = hang, /* NMI */
         [2] = hang, /* a fault */
         [10] = hang,
@@ -61,7 +61,7 @@ static void start_pins(void)
     CLEAR(RESETS) = wanted;
     while (~RESETS_DONE & wanted)
         ;
-    /* Levels first, then directions: at its first instant as an output each pin is where the board has pulled it. */
+    /* Levels first, then directions: as it becomes an output, each pin has the level of its resistor. */
     SIO_OUT_SET = 1u << PIN_DIR | 1u << PIN_RESET | 1u << PIN_RDY | 1u << PIN_LED;
     for (unsigned pin = 0; pin <= PIN_TXD; pin++) {
         if (pin <= PIN_TEST) {
@@ -86,14 +86,14 @@ static void start_pins(void)
 int main(void)
 {
     WATCHDOG_TICK = 1u << 9 | 12; /* a microsecond, for the timer too */
-    PSM_WDSEL = 0x1FFFF & ~3u;    /* it resets everything but the two oscillators */
+    PSM_WDSEL = 0x1FFFF & ~3u;    /* it resets everything except the two oscillators */
     BOD = 0xB << 4 | 1;           /* a core below 0.946 V is reset */
     clock_start();
     start_pins();
     flash_start();
     TIMER_INTE = 1;
     NVIC_ENABLE = 1u << IRQ_TIMER_0 | 1u << IRQ_PIO0_0 | 1u << IRQ_PIO1_0 | 1u << IRQ_IO_BANK0;
-    WATCHDOG_LOAD = 2 * WATCHDOG_US; /* it counts two a microsecond: erratum E1 */
+    WATCHDOG_LOAD = 2 * WATCHDOG_US; /* it counts twice per microsecond: erratum E1 */
     WATCHDOG_CTRL = 1u << 30;
     part_start();
     let_go();

@@ -1,4 +1,4 @@
-/* The outputs but CLOCK and TXD: their levels, a bit for each enum gsc_pin. */
+/* The outputs except CLOCK and TXD: their levels, a bit for each enum gsc_pin. */
 #ifndef OUTPUTS_H
 #define OUTPUTS_H
 

@@ -1,15 +1,15 @@
-/* Every call of the core carries the instant at which something was, not at which the processor found time for it: a
- * character and an edge have the stamp of their interrupt, a step that of its state machine.  So the core may be late by
- * tens of microseconds without a trace, as long as the next step is prepared in time.
+/* Every call of the core carries the instant of an event, not the instant at which the processor handles it: a
+ * character and an edge have the time stamp of their interrupt, a step that of its state machine.  So the core may be
+ * late by tens of microseconds without effect, as long as the next step is prepared in time.
  *
  *     pins --stamps--> queues --+
  *                               +--> the core, in the order of instants --> pins, characters
  *     state machine of CLOCK ---+                  |
  *            ^                                     v
- *            +---- the next step, prepared by what the core will do if nothing comes in between
+ *            +---- the next step, prepared for the case without further events
  *
- * What is due next is tried on a copy of the core while there is time for it: a step of a ramp takes some 50 us to compute,
- * E as long.  When it is due the copy takes the place of the part, unless something came in between.
+ * The next event is tried on a copy of the core while there is time: a step of a ramp takes some 50 us to compute,
+ * E the same.  When the event is due, the copy replaces the part, unless another event intervened.
  */
 #include "part.h"
 
@@ -26,33 +26,33 @@
 #include "store.h"
 
 enum {
-    ANSWER_DELAY = 8 * US,  /* of every answer: the word of its first character is written by then */
+    ANSWER_DELAY = 8 * US,  /* of every answer: time to write the word of its first character */
     DIR_SETUP = 10 * US,    /* figure 2: GSC-UND-DIR-SETUP */
     LOOK_FOR_HOLD = 3 * US, /* after the instant of a step */
-    TRY = 200 * US,         /* so long before it is due something is tried */
+    TRY = 200 * US,         /* lead time for trying an event */
     TRY_AGAIN = 150 * US,
-    TOO_NEAR = 50 * US,     /* an input that comes so shortly before a step counts after it */
+    TOO_NEAR = 50 * US,     /* an input closer than this before a step takes effect after it */
     ROUND = CLOCK_HZ / 100,       /* the longest sleep */
     WHILE_WRITING = CLOCK_HZ / 1000,
-    TOGETHER_PS = 2000000, /* what follows something so soon is tried with it */
-    POWER_UP_PS = 26000000, /* what gsc_power_up() takes: RESET is as long as the sheet says */
+    TOGETHER_PS = 2000000, /* events within this time are tried together */
+    POWER_UP_PS = 26000000, /* duration of gsc_power_up(), so RESET has the length in the sheet */
     ENQ = 5
 };
 
 static struct gsc cores[2];
-static struct gsc *part = &cores[0], *ahead = &cores[1]; /* the part; the same after what is due next */
-static bool is_tried;           /* `ahead` is that */
+static struct gsc *part = &cores[0], *ahead = &cores[1]; /* the part; its state after the next event */
+static bool is_tried;           /* `ahead` is valid */
 static gsc_time tried_due;
 static bool ahead_stores, ahead_sends;
-static uint32_t enable = GSC_ENABLE; /* as the core knows it: what the state machine has found */
-static uint32_t levels;              /* of the other inputs, as the core knows them */
+static uint32_t enable = GSC_ENABLE; /* level known to the core: the sample of the state machine */
+static uint32_t levels;              /* of the other inputs, as known to the core */
 static bool is_held, has_step;
 static gsc_time step_due;
 static gsc_time last_character;
-static bool is_early;                /* the next character of the answer is on its way already */
-static const char *version; /* what is left of it to send */
+static bool is_early;                /* the next character of the answer has already been sent */
+static const char *version; /* the rest still to be sent */
 
-/* ------------------------------------------------------------------------------------------- what comes of the core */
+/* ---------------------------------------------------------------------------------------------- outputs of the core */
 void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
 {
     (void)g, (void)pin, (void)level, (void)now; /* of several changes in one instant only the last is an edge */
@@ -60,7 +60,7 @@ void gsc_on_pin(struct gsc *g, enum gsc_pin pin, int level, gsc_time now)
 
 void gsc_on_step(struct gsc *g, int direction, gsc_time now)
 {
-    (void)g, (void)direction, (void)now; /* its state machine has made it */
+    (void)g, (void)direction, (void)now; /* its state machine has output it */
 }
 
 static void send(uint8_t character, gsc_time at)
@@ -70,7 +70,7 @@ static void send(uint8_t character, gsc_time at)
     last_character = at;
 }
 
-/* The copy has the first character of an answer before it is due. */
+/* The copy provides the first character of an answer before it is due. */
 void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now)
 {
     if (!is_early)
@@ -78,7 +78,7 @@ void gsc_on_character(struct gsc *g, uint8_t character, gsc_time now)
     is_early = ahead_sends = g == ahead;
 }
 
-/* The next character of an answer that has begun is known. */
+/* The next character of an answer in progress is known. */
 static void send_ahead(void)
 {
     if (is_early || !part->serial.sent || part->serial.sent >= part->serial.length)
@@ -102,13 +102,13 @@ int gsc_recall(struct gsc *g, uint8_t program[GSC_LOCATIONS])
     return store_recall(program);
 }
 
-/* ------------------------------------------------------------------------------------------------------- going on */
+/* ------------------------------------------------------------------------------------------------------- progress */
 static gsc_time no_sooner(gsc_time instant)
 {
     return gsc_is_before(instant, part->now) ? part->now : instant;
 }
 
-/* Make the part what it is after what was tried. */
+/* Replace the part by the tried copy. */
 static void take_what_was_tried(void)
 {
     struct gsc *const before = part;
@@ -129,7 +129,7 @@ static void go_on_to(gsc_time due)
     is_tried = false;
 }
 
-/* Return whether something has been tried. */
+/* Return whether an event has been tried. */
 static bool try_what_is_next(void)
 {
     gsc_time due, next;
@@ -141,14 +141,14 @@ static bool try_what_is_next(void)
     ahead_stores = ahead_sends = false;
     gsc_advance(ahead, due);
     while (gsc_next(ahead, &next) && next - due < TOGETHER_PS && !(has_step && !gsc_is_before(next, step_due)))
-        gsc_advance(ahead, next); /* a string that waits for the end of an answer is due with it, but for its stamp */
+        gsc_advance(ahead, next); /* a string that waits for the end of an answer is due with it, except for its stamp */
     tried_due = due;
     is_tried = true;
     return true;
 }
 
 /* ----------------------------------------------------------------------------------------------------------- the steps */
-/* A step that is prepared has not been made, whatever its instant: the first one of a motion may be late. */
+/* A prepared step has not been output, whatever its instant: the first step of a motion may be late. */
 static gsc_time before_step(gsc_time instant)
 {
     return no_sooner(has_step && !is_held && !gsc_is_before(instant, step_due) ? step_due - 1 : instant);
@@ -160,8 +160,8 @@ static void tell_inputs(gsc_time instant)
     is_tried = false;
 }
 
-/* Return whether a step comes, as things stand, and when.  A string that is obeyed before it, or a look at an input, may
-   change that, as what was tried shows. */
+/* Return whether a step follows in the present state, and its instant.  A string executed before it, or an input sample,
+   may change that, as the tried copy shows. */
 static bool foresee(gsc_time *due)
 {
     gsc_time then;
@@ -172,14 +172,14 @@ static bool foresee(gsc_time *due)
     return gsc_step_ahead(ahead, &then) && then == *due;
 }
 
-/* Let the state machine have the step that comes next, and no other. */
+/* Send the next step to the state machine, and no other. */
 static void prepare(void)
 {
     gsc_time due;
     if (part->is_unsettled)
         return;
     if (is_held) {
-        if (!part->motion.is_moving) { /* nothing waits for the release any more */
+        if (!part->motion.is_moving) { /* no step waits for the release any more */
             (void)steps_disarm();
             is_held = has_step = false;
             enable = GSC_ENABLE;
@@ -190,7 +190,7 @@ static void prepare(void)
             has_step = false;
     } else if (!has_step || due != step_due) {
         if (has_step && steps_disarm())
-            return; /* it has just been made, and its interrupt follows */
+            return; /* it has just been output, and its interrupt follows */
         inputs_set_fatal(part->motion.homing ? 1u << (part->motion.homing == 1 ? PIN_EOT : PIN_HOME) : 0);
         if (~SIO_IN & inputs_fatal())
             return; /* its edge is in the queue */
@@ -204,7 +204,7 @@ static void prepare(void)
         inputs_set_fatal(0);
 }
 
-/* The step was held at its instant: the core shall see ENABLE low then. */
+/* The step was held at its instant: pass ENABLE low to the core then. */
 static void be_held(void)
 {
     enable = 0;
@@ -226,7 +226,7 @@ static void be_released(void)
         has_step = false;
 }
 
-/* Deal with the step that is prepared, if its instant has come; return whether the core has gone on. */
+/* Process the prepared step, if it is due; return whether the core has advanced. */
 static bool step(void)
 {
     switch (has_step ? steps_look() : STEP_NONE) {
@@ -250,7 +250,7 @@ static bool step(void)
     }
 }
 
-/* Let the core go on up to a cycle.  A step that is prepared keeps its place among what is due, and is waited for. */
+/* Let the core advance to a cycle.  A prepared step keeps its place among the due events, and is awaited. */
 static void advance(cycles limit)
 {
     gsc_time due;
@@ -259,7 +259,7 @@ static void advance(cycles limit)
             continue;
         const bool is_any = gsc_next(part, &due);
         if (!is_any || due != part->now)
-            outputs_show(part->shown); /* nothing more is due in this instant */
+            outputs_show(part->shown); /* no further event is due in this instant */
         if (!is_any)
             return;
         if (has_step && !is_held && !gsc_is_before(due, step_due)) {
@@ -275,7 +275,7 @@ static void advance(cycles limit)
 }
 
 /* ----------------------------------------------------------------------------------------------------------- the inputs */
-/* Take new levels, which were there at a cycle; return false if a step must be waited for. */
+/* Take new levels, valid at a cycle; return false if a step must be awaited. */
 static bool change(uint32_t now_levels, cycles at)
 {
     if (now_levels == levels)
@@ -344,12 +344,12 @@ void part_round(void)
         const struct edge edge = inputs_first();
         const cycles at = clock_of_stamp(edge.stamp);
         advance(at);
-        /* RXD as it was: its edges are characters */
+        /* RXD unchanged: its edges are characters */
         if (!change((inputs_of(edge.pins) & ~(uint32_t)GSC_RXD) | (levels & GSC_RXD), at))
             break;
         inputs_take();
     }
-    if (steps_are_stopped()) { /* by a pulse that is over already */
+    if (steps_are_stopped()) { /* by a pulse that has already ended */
         if (!steps_disarm())
             has_step = false;
         prepare();

@@ -1,4 +1,4 @@
-/* The part on this board: the core of ../part/gs_c200, held to the time of the pins. */
+/* The part on this board: the core of ../part/gs_c200, synchronised with the pins. */
 #ifndef PART_H
 #define PART_H
 
@@ -7,6 +7,6 @@
 #include "clock.h"
 
 void part_start(void);
-void part_round(void); /* deal with all that is due, then sleep until more is */
+void part_round(void); /* process all due events, then sleep until the next one */
 
 #endif

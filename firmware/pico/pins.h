@@ -1,13 +1,13 @@
-/* Which pin of the Pico is which pin of the part.  All 26 are in use.
+/* The pins of the Pico for the pins of the part.  All 26 are in use.
  *
- * The inputs are GP0 to GP14 in the order of enum gsc_input, so levels are read in one go; GP25 is the light of the Pico.
- * At rest, and while nothing drives them, resistors on the board keep the outputs where the comments say.
+ * The inputs are GP0 to GP14 in the order of enum gsc_input, so all levels are read together; GP25 is the LED of the Pico.
+ * While they are not driven, resistors on the board keep the outputs at the levels in the comments.
  */
 #ifndef PINS_H
 #define PINS_H
 
 enum pin {
-    PIN_SEL0 = 0, /* GP0 to GP14: enum gsc_input; RXD comes by an optocoupler, so 1 is the mark here */
+    PIN_SEL0 = 0, /* GP0 to GP14: enum gsc_input; RXD comes through an optocoupler, so 1 is the mark here */
     PIN_RXD = 8,
     PIN_ENABLE = 9,
     PIN_HOME = 10,
@@ -19,7 +19,7 @@ enum pin {
     PIN_MOV = 18,
     PIN_RAMP = 19,
     PIN_RESET = 20, /* pulled up */
-    PIN_RDY = 21,   /* 1, or nothing: the transistor pulls RDY low; pulled up */
+    PIN_RDY = 21,   /* 1, or not driven: the transistor pulls RDY low; pulled up */
     PIN_UO1 = 22,
     PIN_LED = 25,
     PIN_UO2 = 26,

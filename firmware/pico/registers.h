@@ -1,4 +1,4 @@
-/* The registers of the RP2040 that this firmware uses, and no others; sections are those of its data sheet. */
+/* The registers of the RP2040 that this firmware uses; sections are those of its data sheet. */
 #ifndef REGISTERS_H
 #define REGISTERS_H
 

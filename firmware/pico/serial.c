@@ -6,8 +6,8 @@
 
 enum { IN, OUT }; /* machines of PIO 1 */
 
-/* A bit is 2 x (n + 3) cycles; n is in OSR.  Start bit, seven of data, parity and the first stop bit are looked at in
-   their middle; a start bit that is no longer low there was a spike. */
+/* A bit is 2 x (n + 3) cycles; n is in OSR.  Start bit, seven of data, parity and the first stop bit are sampled in
+   their middle; a start bit that is no longer low in its middle was a spike. */
 enum { BIT = 6 };
 static const uint16_t RECEIVE[] = {
     WAIT_PIN(1),
@@ -24,7 +24,7 @@ static const uint16_t RECEIVE[] = {
 };
 
 /* A bit is n + 6 cycles; n is in ISR.  A word is a number of cycles to wait, in 21 bits, and ten bits from the start bit
-   to the first stop bit; the second one is what is left of that while the next word is taken. */
+   to the first stop bit; the second one is the remaining time while the next word is taken. */
 enum { SEND = 11, WAIT = SEND + 2, SEND_BIT = SEND + 4, SECOND_STOP = SEND_BIT + 4 };
 static const uint16_t TRANSMIT[] = {
     PULL,
@@ -65,7 +65,7 @@ void serial_begin(uint16_t baud)
     PIO_PINCTRL(PIO1, IN) = (uint32_t)PIN_RXD << 15;
     PIO_TX(PIO1, IN) = bit / 2 - 3;
     PIO_INSTR(PIO1, IN) = PULL;
-    PIO_INSTR(PIO1, IN) = JMP(1); /* a line that is at space already is in a start bit */
+    PIO_INSTR(PIO1, IN) = JMP(1); /* a line already at space is in a start bit */
 
     PIO_EXECCTRL(PIO1, OUT) = WRAP(SEND, SECOND_STOP + 1);
     PIO_SHIFTCTRL(PIO1, OUT) = 3u << 18;

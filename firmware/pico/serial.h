@@ -13,18 +13,18 @@ struct received {
     cycles at, end; /* the middle of its first stop bit; the end of the second */
 };
 
-void serial_begin(uint16_t baud); /* from here on it receives */
+void serial_begin(uint16_t baud); /* begin to receive */
 
-bool serial_is_waiting(void); /* there is one to get */
+bool serial_is_waiting(void); /* whether a character is available */
 bool serial_get(struct received *character);
 
-/* Send a character whose start bit begins at a cycle; one that follows the last one immediately, or is late for that,
-   comes when that one is over. */
+/* Send a character whose start bit begins at a cycle; one that follows the last one immediately, or is too late for
+   that, begins at the end of that one. */
 void serial_put(uint8_t character, cycles at, bool follows);
 
 cycles serial_length(void); /* of a character */
 bool serial_is_sending(void);
-bool serial_is_empty(void); /* no character waits after the one that is being sent */
+bool serial_is_empty(void); /* no character waits after the one being sent */
 
 void serial_interrupt(void);
 

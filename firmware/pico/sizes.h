@@ -1,4 +1,4 @@
-/* What the board, the tool that builds its file and the tests must agree on. */
+/* Constants shared by the board, the tool that builds its file and the tests. */
 #ifndef SIZES_H
 #define SIZES_H
 
@@ -14,12 +14,12 @@ struct header {
     char version[48];
 };
 
-/* The last two sectors of 2 MB: no file with firmware reaches them, so an update keeps the program. */
+/* The last two sectors of 2 MB: no firmware file reaches them, so an update keeps the program. */
 #define SECTOR 4096u
 #define STORE_A 0x1FE000u
 #define STORE_B 0x1FF000u
 
-/* The clock: cycles of a second, of a microsecond; and 33 cycles are 250 ns. */
+/* The clock: cycles per second and per microsecond; 33 cycles are 250 ns. */
 #define CLOCK_HZ 132000000u
 #define US 132u
 

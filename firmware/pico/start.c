@@ -1,7 +1,7 @@
 /* From the second stage to main(): clocks, the image to RAM, its check.  All of this runs in flash.
  *
- * An image that is not whole is not run: every pin stays an input, as at power-up, so the pull-ups and pull-downs of the
- * board keep the driver still; the light flashes in pairs.  What helps is BOOTSEL and the file once more.
+ * A damaged image is not run: every pin remains an input, as at power-up, so the pull-ups and pull-downs of the
+ * board keep the driver at rest; the LED flashes in pairs.  Remedy: BOOTSEL, and copy the file again.
  */
 #include "registers.h"
 #include "sizes.h"
@@ -19,7 +19,7 @@ __attribute__((section(".start_vectors"), used)) static void *const start_vector
 /* The tool that builds the file puts the length and the CRC-32 of the image here. */
 __attribute__((section(".header"), used)) static const volatile struct header header = {HEADER_MAGIC, 0, 0, VERSION_TEXT};
 
-/* The crystal has 12 MHz; 12 x 110 / (5 x 2) are 132: each bit of all eight rates has a whole number of cycles. */
+/* The crystal is 12 MHz; 12 x 110 / (5 x 2) is 132: a bit has a whole number of cycles at all eight rates. */
 static void START start_clocks(void)
 {
     XOSC_CTRL = 0xAA0;                /* 1 to 15 MHz */

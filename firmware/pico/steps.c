@@ -6,8 +6,8 @@
 #include "pio_code.h"
 #include "registers.h"
 
-/* The program, by its places.  A word is what is left of the interval when PULSE and REST are over: so it may come as
-   late as 80 us after the step before. */
+/* The program, by its places.  A word is the rest of the interval after PULSE and REST, so it may arrive as
+   late as 80 us after the previous step. */
 enum { GET, COUNT = 2, LOOK, HOLD = 5, RELEASED = 8, GO = 12, END_OF_PULSE = 15, FLAG, REST = 18 };
 static const uint16_t PROGRAM[] = {
     [GET] = PULL,
@@ -35,17 +35,17 @@ enum {
     BETWEEN = REST_COUNT + 232, /* cycles from a step to the next with a word of 0 */
     BEFORE_FIRST = 5,           /* from the write of a word to the step, with a word of 0 */
     HELD_TO_STEP = 657,         /* from the report of a release to the step */
-    HELD_FIRST = 2,             /* from the instant of the step to the report, if it was held for one look */
+    HELD_FIRST = 2,             /* from the instant of the step to the report, if it was held for one sample */
     RELEASE = 5 * US,           /* from ENABLE to the step, pin 24: GSC-UND-ENABLE-LATENCY */
-    SOON = 200                  /* cycles in which a first word is written for certain */
+    SOON = 200                  /* cycles within which a first word is certainly written */
 };
 
 static bool armed;
 static volatile bool stopped; /* by steps_stop_now() */
 static bool in_motion;        /* a step of this motion has been armed */
-static uint64_t origin;       /* an instant of the part, and the cycle of the pin that belongs to it */
+static uint64_t origin;       /* an instant of the part, and the corresponding cycle of the pin */
 static cycles origin_at;
-static cycles at, last_at;    /* of the step that is armed, of the one before */
+static cycles at, last_at;    /* of the armed step, of the previous one */
 static volatile bool made, released;
 static volatile uint32_t count;
 static uint32_t late;
@@ -68,7 +68,7 @@ void steps_start(void)
     SET(PIO_CTRL(PIO0)) = 1;
 }
 
-static void move_origin(void) /* by a whole multiple of what both counts have in common */
+static void move_origin(void) /* by a whole multiple of the common period of both counts */
 {
     origin += 250000ull << 16;
     origin_at += 33ull << 16;
@@ -124,7 +124,7 @@ unsigned steps_disarm(void)
     if (!is_made) {
         if (waits)
             PIO_INSTR(PIO0, 0) = PULL;
-        if (place < GO || place > FLAG) /* no pulse is cut short; and what was held up is no part of an interval */
+        if (place < GO || place > FLAG) /* no pulse is cut short, and a hold is not part of an interval */
             PIO_INSTR(PIO0, 0) = JMP(GET);
         armed = false;
     }
@@ -161,7 +161,7 @@ uint64_t steps_released_at(void)
     at += HELD_FIRST + 2ull * (uint32_t)~count + HELD_TO_STEP;
     while (at - RELEASE - origin_at > 33ull << 16)
         move_origin();
-    return origin + clock_ps_of(at - RELEASE - origin_at); /* a release is never before the first step was due */
+    return origin + clock_ps_of(at - RELEASE - origin_at); /* a release is never earlier than the first due step */
 }
 
 void steps_go_on(uint64_t instant)

@@ -11,15 +11,15 @@ struct record {
     uint32_t magic, sequence;
     uint8_t length;
     uint8_t program[STORE_MOST];
-    uint32_t crc; /* of all before it */
+    uint32_t crc; /* of all fields before it */
 };
 _Static_assert(sizeof(struct record) == 132, "a record has no holes, and fits into a page");
 
 static const uint32_t PLACES[2] = {STORE_A, STORE_B};
 
-static struct record kept;    /* the valid record: X has no time to read the flash */
-static struct record record;  /* the one that is read or written */
-static uint8_t next;          /* the sector that is written next */
+static struct record kept;    /* the valid record, because X has no time to read the flash */
+static struct record record;  /* the record being read or written */
+static uint8_t next;          /* the sector to be written next */
 static int length;            /* of the valid program; -1: none is valid */
 static enum { AT_REST, VOIDING, ERASING, PROGRAMMING } phase;
 

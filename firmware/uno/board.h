@@ -1,4 +1,4 @@
-/* An Arduino Uno or Nano behind ../common/hal.h: ATmega328P at 16 MHz, a tick a cycle of its processor. */
+/* An Arduino Uno or Nano for ../common/hal.h: ATmega328P at 16 MHz; a tick is a cycle of its processor. */
 #ifndef BOARD_H
 #define BOARD_H
 
@@ -20,7 +20,7 @@ static inline uint32_t hal_now(void)
     uint16_t low = TCNT1;
     uint16_t high = overflows;
 
-    /* An overflow that nobody has counted yet, unless it came behind the reading. */
+    /* An overflow that has not been counted yet, unless it came after the reading. */
     if ((TIFR1 & _BV(TOV1)) && !(low & 0x8000))
         high++;
     return (uint32_t)high << 16 | low;
@@ -36,7 +36,7 @@ static inline uint32_t hal_enter(void)
         if (!(TIFR1 & _BV(OCF1A)))
             return tick;
         sei();
-        __asm__ volatile("nop"); /* behind sei one instruction is run before an interrupt */
+        __asm__ volatile("nop"); /* after sei one instruction is run before an interrupt */
     }
 }
 
@@ -60,12 +60,12 @@ static inline void hal_restore(uint8_t before)
 }
 
 /* -------------------------------------------------------------------------------------------------------- the steps */
-/* What OC1A does at the match of a step: it rises, or, in a dry run, stays low. */
+/* Action of OC1A at the match of a step: it rises, or, in a dry run, remains low. */
 extern uint8_t armed;
 extern uint32_t far; /* ticks from the next hop to `due` */
 
 #define HOP_TICKS 32768u
-#define DIRECT_MOST 49152u /* more than this is hopped towards: what remains is never close */
+#define DIRECT_MOST 49152u /* longer times use hops, so the rest is never short */
 
 static inline void hal_advance(void)
 {
@@ -98,7 +98,7 @@ static inline void hal_advance(void)
                      : "r24", "r25", "memory");
 }
 
-/* Write to the timer where `due` is, or a hop towards it, seen from the tick `from`.  Return the ticks up to `due`. */
+/* Set the timer to `due`, or to a hop towards it, from the tick `from`.  Return the ticks up to `due`. */
 static inline uint32_t set_timer(uint32_t from)
 {
     uint32_t ahead = due.tick - from;
@@ -125,7 +125,7 @@ static inline uint8_t hal_aim(uint32_t from)
     return ahead < HOP_TICKS;
 }
 
-/* What was written to the timer before may have come true until now. */
+/* A match set earlier may have happened by now. */
 static inline void hal_aim_anew(uint32_t from)
 {
     set_timer(from);
@@ -164,7 +164,7 @@ static inline void hal_end_pulse(void)
     TCCR1C = _BV(FOC1A);
 }
 
-/* The match of a step has been prepared, and has passed: has it been made?  STEP shows it, or in a dry run the flag. */
+/* The prepared match of a step has passed: STEP, or in a dry run the flag, shows whether the step was output. */
 static inline uint8_t is_made(void)
 {
     return PINB & _BV(STEP_BIT) || (armed == DISARMED && TIFR1 & _BV(OCF1A));
@@ -179,9 +179,9 @@ static inline uint8_t hal_is_missed(void)
 
 static inline uint8_t hal_disarm(void)
 {
-    /* A match may come until the next line has been run; then STEP is high and the step counts. */
+    /* A match may happen until the next line has run; then STEP is high and the step counts. */
     TCCR1A = DISARMED;
-    __asm__ volatile("nop\n\tnop"); /* what PINB shows is a cycle and a half old */
+    __asm__ volatile("nop\n\tnop"); /* PINB is a cycle and a half old */
     if (is_made())
         return 1;
     TIFR1 = _BV(OCF1A);
@@ -203,10 +203,10 @@ static inline uint8_t hal_levels(void)
 
 static inline void hal_wait_between_looks(void)
 {
-    _delay_loop_2(16); /* turns of 4 cycles */
+    _delay_loop_2(16); /* loops of 4 cycles */
 }
 
-/* Written by sbi and cbi, for the main loop and interrupts write pins of the same ports. */
+/* Written by sbi and cbi, because the main loop and interrupts write pins of the same ports. */
 #define WRITE(port, bit, level)                                                                                        \
     do {                                                                                                               \
         if (level)                                                                                                     \
@@ -273,7 +273,7 @@ static inline void hal_drive(uint8_t has_phases, uint8_t has_enable)
     DDRB |= _BV(OUT2_BIT) | _BV(OUT3_BIT);
     if (has_enable) {
         DDRB |= _BV(ENABLE_BIT);
-    } else { /* no level: what the driver does is up to its resistor */
+    } else { /* high impedance: the resistor of the driver decides */
         DDRB &= ~_BV(ENABLE_BIT);
         PORTB &= ~_BV(ENABLE_BIT);
     }
@@ -281,7 +281,7 @@ static inline void hal_drive(uint8_t has_phases, uint8_t has_enable)
 }
 
 /* --------------------------------------------------------------------------------------------------------- the line */
-/* Rings, whose other ends are in inputs_and_line.S. */
+/* Rings, with their other ends in inputs_and_line.S. */
 extern volatile uint8_t received[RING];
 extern volatile uint8_t received_head;
 extern uint8_t received_tail;

@@ -3,8 +3,8 @@
 
         .text
 /* ------------------------------------------------------------------------------------------------------ the inputs */
-/* A look takes longer than a fast step may wait, so it lets other interrupts in, except itself.  An edge meanwhile
- * remains in the flag of the pin change interrupt, and a new look follows. */
+/* Sampling takes longer than a fast step may wait, so it enables interrupts other than itself.  An edge meanwhile
+ * remains in the flag of the pin change interrupt, and another sample follows. */
         .global PCINT1_vect
 PCINT1_vect:
         push r24
@@ -40,7 +40,7 @@ TIMER1_OVF_vect:
         reti
 
 /* --------------------------------------------------------------------------------------------------------- the line */
-/* More than the ring holds is never under way: the host counts, ROOM of protocol.h. */
+/* There are never more bytes in transit than the ring has room for: the host counts, ROOM of protocol.h. */
         .global USART_RX_vect
 USART_RX_vect:
         push r24

@@ -1,11 +1,11 @@
-/* A stepper board that plays what it is told to the cycle, stops by itself and keeps count.
+/* A stepper board that plays records exact to the cycle, stops on its own and keeps count.
  *
- * This is no safety device: an emergency stop cuts the driver's power; the board only keeps the count.
+ * This is not a safety device: an emergency stop must cut the driver's power; the board only keeps the count.
  *
  *   step.S             every step: short, by hand
  *   stop_ramp.S        the first step of a stop ramp, where steps are fast
  *   inputs_and_line.S  each byte, each edge of an input
- *   board.h            what the rest, in ../common, needs of the processor; pins.h, serial.c, self_test.c
+ *   board.h            functions that ../common needs of the processor; pins.h, serial.c, self_test.c
  */
 #include "hal.h"
 #include "protocol.h"
@@ -24,19 +24,19 @@ static void set_up_timer(void)
     TCCR1A = DISARMED;
     TCCR1B = _BV(CS10); /* from here on ticks are counted */
     TIFR1 = 0xFF;
-    TIMSK1 = _BV(OCIE1A) | _BV(TOIE1); /* never masked: `mode` says when nothing is due */
+    TIMSK1 = _BV(OCIE1A) | _BV(TOIE1); /* never masked: `mode` has a bit for nothing due */
 }
 
 static void set_up_inputs(void)
 {
-    PORTC = INPUTS_MASK; /* pull-ups: a wire that breaks reads high */
+    PORTC = INPUTS_MASK; /* pull-ups: a broken wire reads high */
     PCMSK1 = INPUTS_MASK;
     PCICR = _BV(PCIE1); /* an edge from now on is in the flag */
 }
 
 int main(void)
 {
-    /* STEP and DIR low; the others remain inputs until CONFIG: what they switch must not move when power returns. */
+    /* STEP and DIR low; the others remain inputs until CONFIG, so their loads do not switch when power returns. */
     DDRB = _BV(STEP_BIT) | _BV(DIR_BIT) | _BV(LED_BIT);
     hal_set_light(1);
     set_up_timer();

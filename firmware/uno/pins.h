@@ -1,4 +1,4 @@
-/* What is wired where: Arduino Uno or Nano, ATmega328P at 16 MHz. */
+/* The wiring: Arduino Uno or Nano, ATmega328P at 16 MHz. */
 #ifndef PINS_H
 #define PINS_H
 
@@ -6,7 +6,7 @@
 
 #define STEP_BIT PORTB1   /* D9, which is OC1A: the timer raises it, to the cycle */
 #define DIR_BIT PORTB2    /* D10 */
-#define ENABLE_BIT PORTB3 /* D11: an input, so without a level, unless CONFIG has said which one is active */
+#define ENABLE_BIT PORTB3 /* D11: an input, so high impedance, until CONFIG sets its active level */
 #define LED_BIT PORTB5    /* D13: lit while the board is not at rest */
 
 #define PHASES_MASK 0xF0 /* D4..D7: phases A..D in the high half of PORTD */
@@ -18,8 +18,8 @@
 #define OUT3_BIT PORTB4 /* D12 */
 
 
-/* Timer 1 runs freely, a tick a cycle. What OC1A does at a match: */
+/* Timer 1 runs freely, a tick per cycle. Actions of OC1A at a match: */
 #define RISING (_BV(COM1A1) | _BV(COM1A0)) /* rise: a step is due */
-#define DISARMED _BV(COM1A1)               /* fall, that is stay low */
+#define DISARMED _BV(COM1A1)               /* fall, that is, remain low */
 
 #endif

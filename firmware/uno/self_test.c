@@ -1,4 +1,4 @@
-/* Pulses on STEP, counted at T0 where a wire leads there. */
+/* Pulses on STEP, counted at T0 if it is wired to STEP. */
 #include "hal.h"
 #include "protocol.h"
 #include "state.h"
@@ -23,7 +23,7 @@ uint16_t hal_count_pulses(uint16_t pulses, uint16_t apart)
             tick = hal_now();
             sei();
         } while ((int32_t)(tick - next) < 0);
-        cli(); /* a look may arm nothing, but disarms */
+        cli(); /* input sampling cannot arm a step, but it disarms */
         TCCR1A = RISING;
         TCCR1C = _BV(FOC1A);
         __asm__ volatile("nop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop\n\tnop");

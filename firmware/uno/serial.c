@@ -32,7 +32,7 @@ void hal_put_byte(uint8_t byte)
     while (next == sending_tail)
         ;
     sending[sending_head] = byte;
-    /* In one piece: a long look in between could send all there is, and then nothing would be sent as a byte. */
+    /* Uninterrupted: a long input sample in between could empty the buffer, and then an invalid byte would be sent. */
     cli();
     sending_head = next;
     UCSR0B |= _BV(UDRIE0);

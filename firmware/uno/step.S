@@ -1,11 +1,11 @@
-/* Interrupt A of timer 1 shows the phases of the step, first of all.  It does the ordinary step, the one in the middle of
+/* Interrupt A of timer 1 sets the phases of the step first.  It does the ordinary step, the one in the middle of
  * a record, and loads a record like the one before; for everything else it calls match() of ../common/steps.c.  Where a
  * stop ramp begins, `descend` of stop_ramp.S comes first.
  */
 #include "interrupts.inc"
 
         .text
-/* In a dry run STEP stays low, and the flag of the match shows that a step is made: zero if it is not. */
+/* In a dry run STEP stays low, and the flag of the match shows whether a step is due: zero if it is not. */
 is_dry_match:
         lds r24, armed
         cpi r24, DISARMED
@@ -29,7 +29,7 @@ matching:
         lds r24, state
         cpi r24, STATE_BRAKE          ; in a stop ramp the next step is more urgent than a byte, which can be sent again
         breq 1f
-        call serve_line         ; this was long, and the next match would come before a byte that waits
+        call serve_line         ; this took long, and the next match would come before a waiting byte
 1:      RESTORE
 
 need_match:
@@ -95,7 +95,7 @@ TIMER1_COMPA_vect:
         brne ramp_or_phases     ; the carry remains unchanged up to ADVANCE_HIGH
         END_PULSE
         ADVANCE_HIGH
-        ; has the timer gone past `due`?  Then STEP is high again, or this was too late.
+        ; if the timer has passed `due`, STEP is high again, or this was too late.
 look_back:
         lds r24, TCNT1L
         lds r25, TCNT1H
@@ -115,7 +115,7 @@ past:   sbic PINB, PORTB1
         brne back
         rjmp too_late
 
-one_more:                       ; before a stop ramp: it begins behind the next step
+one_more:                       ; before a stop ramp, which begins after the next step
         subi r25, ONE_MORE - BRAKING
         sts mode, r25
         rjmp 1f
@@ -157,8 +157,8 @@ end_pulse:
         END_PULSE
         rjmp look_back
 
-/* The last step of a record, and another one with steps in the same direction follows: what the timer needs comes
-   first, then the rest is loaded while the next step is on its way. */
+/* The last step of a record, and another one with steps in the same direction follows: the timer is armed
+   first, then the rest is loaded while the next step is pending. */
 next_record:
         lds r24, follows
         tst r24
@@ -248,7 +248,7 @@ can:    push r20
         pop r31
         pop r30
 2:      bld r25, BRAKING_BIT
-        ; interval, and the one behind the step that is due now
+        ; interval, and the one after the step that is due now
         sbrc r23, RAMP_BIT
         rjmp 9f
         sbrs r23, RECORD_WAY_BIT
@@ -290,7 +290,7 @@ can:    push r20
 3:      sts mode, r25           ; the high half of the interval is 0: it was not LONG
         ldi r24, 1
         sts stepped, r24
-        ; count, and the position behind the record
+        ; count, and the position after the record
         ldd r20, Z+COUNT
         sts left, r20
         sts count, r20

@@ -1,7 +1,7 @@
-/* Where steps are fast and there is a table, the timer gets the first step of a stop ramp here, as soon as can be: that
- * of the first entry that is slower than the last two steps were; or, if the record has WAY, of the one with the first of
- * the steps that remain.  It is an eighth slower than before at least.  The rest is done by go_down() of
- * ../common/stop_ramp.c, and so is all of it in other cases, and what this is measured by.
+/* With fast steps and a table, this code arms the timer for the first step of a stop ramp as early as possible: that
+ * of the first entry slower than the last two steps; or, if the record has WAY, of the entry with the first of
+ * the steps that remain.  It is at least an eighth slower than before.  The rest is done by go_down() of
+ * ../common/stop_ramp.c, which also handles all other cases and is the reference for this code.
  */
 #include "interrupts.inc"
 
@@ -20,7 +20,7 @@
         cpc r1, r23
         .endm
 
-        .macro COMPARE_STEPS    ; those in r24 and r25 with all up to the end of the entry at Z: carry if they are fewer
+        .macro COMPARE_STEPS    ; the steps in r24 and r25 with all up to the end of the entry at Z: carry if fewer
         ldd r20, Z+4
         ldd r21, Z+5
         cp r24, r20
@@ -56,7 +56,7 @@ descend:
         lds r24, stepped
         tst r24
         brne 1f
-        lds r24, left           ; the first step of a record, and none before it
+        lds r24, left           ; the first step of a record without steps before it
         lds r25, count
         cp r24, r25
         lds r24, left+1
@@ -89,7 +89,7 @@ descend:
         cpc r31, r25
         brne 9f
         rjmp with_phases
-by_way:                         ; as from the first step of the record, and so much more for each since
+by_way:                         ; from the first step of the record, plus the change for each step since
         lds r24, count
         lds r25, count+1
         lds r20, left
@@ -111,7 +111,7 @@ by_way:                         ; as from the first step of the record, and so m
         or r24, r21
         brne 6f
         rjmp with_phases        ; the motor stops here
-6:      lds r26, tail_end       ; the steps of the table that come before those
+6:      lds r26, tail_end       ; the table steps before those
         lds r27, tail_end+1
         sbiw r26, ENTRY_BYTES - 4
         ld r24, X+

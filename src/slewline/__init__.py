@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .record.waveforms.read_vcd import read_vcd
     from .record.waveforms.read_waveforms import read_waveforms
     from .translation.translate import translate
+    from .translation.whole_bench import translate_bench
     from .tuning.tune_ramp import tune
 
 _FROM = {  # loaded on first use, so that `import slewline` is quick
@@ -58,6 +59,7 @@ _FROM = {  # loaded on first use, so that `import slewline` is quick
     "record.waveforms.read_vcd": ("read_vcd",),
     "record.waveforms.read_waveforms": ("read_waveforms",),
     "translation.translate": ("translate",),
+    "translation.whole_bench": ("translate_bench",),
     "tuning.tune_ramp": ("tune",),
 }
 __all__ = [
@@ -85,6 +87,7 @@ __all__ = [
     "read_waveforms",
     "replay",
     "translate",
+    "translate_bench",
     "tune",
     "write_image",
 ]

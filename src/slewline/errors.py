@@ -14,7 +14,7 @@ CUT = re.compile(r" \.\.\. \((\d+) characters in all\) \.\.\. ")
 
 
 def shortened(text: str, most: int) -> str:
-    """Return a text; if it has more than `most` characters, only its start and end, and their number."""
+    """Return a text; if it has more than `most` characters, only its start and end, with the number of all."""
     if len(text) <= most:
         return text
     half = most // 2

@@ -41,5 +41,5 @@ def needs(what: str, extra: str) -> str:
     if lacks:
         others = ", ".join(f"{' and '.join(names)} ({other})" for other, names in lacks.items())
         everything = " ".join(chain(own, *lacks.values()))
-        says += f"; also missing: {others}; everything at once: pip install {everything}"
+        says += f"; also missing: {others}; everything together: pip install {everything}"
     return says

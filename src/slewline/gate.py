@@ -137,7 +137,7 @@ class FileGate:
         device = self._text(name)
         if not self.anywhere and not SERIAL.fullmatch(device if os.name == "nt" else os.path.realpath(device)):
             raise SlewlineError(
-                f"found {name!r}, which is no serial port; allowed names such as /dev/ttyUSB0, COM3; "
+                f"found {name!r}, which is not a serial port; allowed names such as /dev/ttyUSB0, COM3; "
                 "or allow any device (--anywhere)"
             )
         return device
@@ -204,7 +204,7 @@ def _is_utf16(data: bytes) -> bool:
 
 def _bounded(path: str | PathLike[str], data: bytes) -> bytes:
     if len(data) > MAX_BYTES:
-        raise BenchFileError(f"{path}: more than {MAX_BYTES} bytes; is it the right file?")
+        raise BenchFileError(f"{path}: more than {MAX_BYTES} bytes; check that it is the right file")
     return data
 
 
@@ -217,7 +217,7 @@ def opened(path: str | PathLike[str]) -> BinaryIO:
     with refusals(path):
         kind = stat.S_IFMT(Path(path).stat().st_mode)
         if kind != stat.S_IFREG:
-            raise BenchFileError(f"{path}: is {KINDS.get(kind, 'no file')}; give a regular file")
+            raise BenchFileError(f"{path}: is {KINDS.get(kind, 'not a file')}; give a regular file")
         return open(path, "rb")
 
 
@@ -237,7 +237,9 @@ def lines_of(path: str | PathLike[str], file: BinaryIO) -> Iterator[bytes]:
         while line := file.readline(MAX_LINE):
             number += 1
             if len(line) == MAX_LINE and not line.endswith(b"\n"):
-                raise BenchFileError(f"{path}, line {number}: more than {MAX_LINE} bytes; is it the right file?")
+                raise BenchFileError(
+                    f"{path}, line {number}: more than {MAX_LINE} bytes; check that it is the right file"
+                )
             if line.strip():
                 yield from repeat(b"\n", blank)
                 yield line
@@ -287,5 +289,5 @@ def _finite(text: str) -> float:
     """Return a number; ValueError if it is not finite."""
     value = float(text)
     if not isfinite(value):
-        raise ValueError(f"{text} is no finite number")
+        raise ValueError(f"{text} is not a finite number")
     return value

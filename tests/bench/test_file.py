@@ -306,7 +306,7 @@ def test_no_script_is_queued_when_another_one_is_refused(bench_of):
         ("le.toml", "a = 1\n".encode("utf-16-le"), "le.toml: is text in UTF-16; save it as UTF-8"),
         ("be.toml", "a = 1\n".encode("utf-16-be"), "be.toml: is text in UTF-16; save it as UTF-8"),
         ("late.toml", b"a = 1\n\n b = \xe4", "byte E4 in line 3 is not UTF-8 text"),
-        ("big.toml", b"#" * 10_000_001, "more than 10000000 bytes; is it the right file?"),
+        ("big.toml", b"#" * 10_000_001, "more than 10000000 bytes; check that it is the right file"),
     ],
 )
 def test_files_that_cannot_be_read(tmp_path, name, data, says):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import pytest
 
 import slewline
@@ -79,6 +81,27 @@ def test_a_script_takes_exactly_the_time_of_a_host_that_sends_the_same():
 
 
 # ----------------------------------------------------------------------------------------------------------- directives
+@pytest.mark.parametrize("steps", [900, 40])
+@pytest.mark.parametrize("part", ["mc1151a", "mc1451a-e"])
+def test_omitted_status_queries_change_neither_steps_nor_times(part, steps):
+    found = {}
+    for sparse in (False, True):
+        bench = slewline.Bench()
+        x = bench.add(part, name="x")
+        host = bench.host(x)
+        host.port.sparse = sparse
+        run_script(bench, host, f"SET_VEL 9000\nSET_ACC 90\nSET_POS {steps}\nUPDATE\nwait motion_complete\nGET_POS")
+        for _ in range(20):  # the wait continues from run to run
+            with suppress(slewline.Timeout):
+                bench.run_until_idle("137 ms")
+                break
+        found[sparse] = (bench.now_ps, x.steps().times_ps.tolist(), host.received[-4:], len(host.received))
+    *one, all_words = found[False]
+    *two, few_words = found[True]
+    assert one == two and len(one[1]) == steps
+    assert few_words < all_words / 10
+
+
 @pytest.mark.parametrize("at", ["", "@"])
 def test_wait_for_a_status_bit_asks_the_current_axis(at):
     played = Played(f"SET_2\n{MOVE}{at}wait motion_complete\nGET_TRGT_POS\nSET_1\n{at}wait !in_motion")
@@ -104,7 +127,7 @@ NEVER = "and no event is pending, so the bit cannot change"
         (
             "SET_POS 50\nSET_VEL 65536\nUPDATE\n",
             f"wait motion_complete: axis 1 is at rest {NEVER}; "
-            "no-start at 4.26084 ms: axis 1: UPDATE while acceleration is 0: nothing starts; give SET_ACC before it",
+            "no-start at 4.26084 ms: axis 1: UPDATE while acceleration is 0: no motion starts; send SET_ACC before it",
         ),
         ("SET_2\nSET_POS 50\nSET_VEL 65536\n", f"wait motion_complete: axis 2 is at rest {NEVER}"),
     ],
@@ -180,7 +203,7 @@ def test_anything_else_is_a_finding_and_the_script_goes_on():
 
 
 def test_nothing_can_be_expected_before_something_was_asked():
-    with pytest.raises(slewline.ProgramError, match=r"line 2, column 1: no command above has returned anything"):
+    with pytest.raises(slewline.ProgramError, match=r"line 2, column 1: no command above has returned a value"):
         Played("SET_POS 5\nexpect 5")
 
 

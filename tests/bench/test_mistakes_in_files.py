@@ -114,7 +114,7 @@ MISTAKES = [  # the file, the end of the answer
     ('[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = 3\n', ", line 4: [[part]] 1: kind: found 3; allowed text"),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "eeprom"\nto = "x"\nimage = "x.bin"\n',
-        "the content itself; give slewline.read_image('x.bin'), or in a bench file the key file",
+        "the content itself; pass slewline.read_image('x.bin'), or use the key file in a bench file",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[part]]\nkind = "eeprom"\nfile = "none.bin"\n',
@@ -138,7 +138,7 @@ MISTAKES = [  # the file, the end of the answer
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slew"\nto = "x.slew"\n',
-        ", line 4: [[wire]] 1: wire x.slew to x.slew: both are the same; give two pins",
+        ", line 4: [[wire]] 1: wire x.slew to x.slew: both are the same pin or bus; give two",
     ),
     (
         '[[chip]]\npart = "cy525"\nname = "x"\n[[wire]]\nfrom = "x.slow"\nto = "x.wait"\n',

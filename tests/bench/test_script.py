@@ -313,7 +313,7 @@ def test_two_scripts_of_a_host_play_one_after_the_other():
         ("A\u00a00", r"'\xa0' at character 2 is not printable ASCII; write a blank"),
         ("A\t0", r"'\t' at character 2 is not printable ASCII; write a blank"),
         ("P \u22123", "at character 3 is not printable ASCII; write -"),
-        ("R\u200b 8", r"'\u200b' at character 2 is not printable ASCII; delete this character, which is not seen"),
+        ("R\u200b 8", r"'\u200b' at character 2 is not printable ASCII; delete this invisible character"),
         ("R\t80", "'\\t' at character 2"),
         ("9" * 1001, "a line of 1001 characters; allowed 1000"),
     ],

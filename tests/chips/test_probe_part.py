@@ -221,7 +221,7 @@ def test_a_script_speaks_over_the_channel_of_its_host():
         (bus, "@ask W", "a directive for a module on a serial line; x (probe) has a bus"),
         (line, "@rate 5", "a directive for a chip on a bus; x (probe) is on a serial line"),
         (bus, "@expect 3", "for a chipset that takes packets; x (probe) takes none"),
-        (line, "@until ready", "x (probe) has no command that asks whether it is busy"),
+        (line, "@until ready", "x (probe) has no command that queries whether it is busy"),
     ):
         with pytest.raises(ProgramError) as error:
             run_script(bench, host, text)
@@ -281,13 +281,13 @@ def test_each_channel_is_served_by_its_own_line():
 # ------------------------------------------------------------------------------------------------- words of its own
 def test_rules_and_texts_speak_of_the_commands_of_the_part():
     found = {problem.code: problem for problem in lint("B\nS:P 5\nR 1,S", PROBE)}
-    assert found["no-quit"].found == "a program without K: all that follows is stored"
+    assert found["no-quit"].found == "a program without K: all lines after it are stored"
     assert found["no-end"].remedy == "end with H, or repeat with A"
     assert found["loop-once"].where == "PROBE manual, p. 1 R"
     (outside,) = (problem for problem in lint("T:P 5", PROBE) if problem.code == "label-outside")
     assert outside.remedy == "labels name instructions of a program, between B and K"
     (twice,) = (problem for problem in lint("B\nS:P 5\nS:A S\nK", PROBE) if problem.code == "label-twice")
-    assert twice.found.startswith("label S: a second time")
+    assert twice.found.startswith("label S: is defined twice")
     (early,) = (problem for problem in lint("D", PROBE) if problem.code == "no-program")
     assert early.remedy == "enter a program first, between B and K" and early.found.endswith("or a live H")
     assert "`S:`, `T:`" in describe(PROBE) and "CY5" not in describe(PROBE)

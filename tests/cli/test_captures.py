@@ -73,7 +73,7 @@ CASES: list[tuple[str, bytes, list[str], int, list[str]]] = [
         sigrok_vcd(Sampled(PLAIN.delayed("DIR", 7 * US), 24 * MHZ)),
         [],
         FOUND,
-        ["x.STEP: 380 edges", "agree within", "agrees but for a constant delay of 7 µs"],
+        ["x.STEP: 380 edges", "agree within", "agrees except for a constant delay of 7 µs"],
     ),
     *(
         (

@@ -57,9 +57,9 @@ def test_signals_that_agree(call: Any) -> None:
     assert (called.status, called.err) == (0, "")
     assert called.out.splitlines() == [
         "x.pulse: 4 edges in the model, 4 measured, shifted by -5 µs: agree within 1.001 µs",
-        "  4 pairs: at most 400 ns apart, 100 ns in the mean",
+        "  4 pairs: at most 400 ns apart, 100 ns on average",
         "slew: 1 edges in the model, 1 measured, shifted by -5 µs: agree within 1.001 µs",
-        "  1 pair: at most 400 ns apart, 400 ns in the mean",
+        "  1 pair: at most 400 ns apart, 400 ns on average",
     ]
 
 

@@ -33,7 +33,7 @@ def test_what_is_refused(call, arguments, says):
 BY_THE_SERVER = [
     (("nosuch.cy525",), "nosuch.cy525: cannot be read"),
     (("nosuch.toml",), "nosuch.toml: cannot be read"),
-    (("cy525", "--strap", "slew=1"), "straps put an input to 0 or 1"),
+    (("cy525", "--strap", "slew=1"), "a strap sets an input to 0 or 1"),
 ]
 
 

@@ -72,7 +72,7 @@ def test_what_the_parts_do_not_have_is_refused(call, program, write):
     ran = call("asm", program, "--format", "binary")
     assert (ran.status, ran.err) == (
         2,
-        "slewline: the GS-C200S takes no binary commands; choose ascii, which is what a host sends it\n",
+        "slewline: the GS-C200S has no binary commands; choose ascii, the form that a host sends\n",
     )
     ran = call("asm", write("p.cy525", "G"), "--checksum")
     assert (ran.status, ran.err) == (
@@ -227,7 +227,7 @@ def test_pins_and_ramps_are_drawn(call, program):
     ("options", "found"),
     [
         (("p.gs-c200s", "--crystal", "1 MHz"), "the gs-c200s takes none"),
-        (("p.gs-c200s", "--strap", "clock=1"), "straps put an input to 0 or 1"),
+        (("p.gs-c200s", "--strap", "clock=1"), "a strap sets an input to 0 or 1"),
         (("p.gs-c200s", "--strap", "chs=2"), "is not a level; levels are 0 (low) and 1 (high)"),
         (
             ("p.txt",),

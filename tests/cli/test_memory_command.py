@@ -89,7 +89,7 @@ CANNOT_BE = [
     (("run", "five.cy525", "--save-memory", "q.hex"), "--save-memory needs one memory on the bench, which has"),
     (("run", "p.cy545b", "--memory", "none.hex"), "none.hex: cannot be read: No such file"),
     (("run", "p.cy545b", "--memory", "bad.hex"), "bad.hex, line 1: checksum 00, calculated BE"),
-    (("run", "p.cy545b", "--memory", "bytes.hex"), "bytes without addresses go into a .bin file"),
+    (("run", "p.cy545b", "--memory", "bytes.hex"), "put raw bytes into a .bin file"),
     (("dis", "bad.hex", "--chip", "cy545b"), "bad.hex, line 1: checksum 00, calculated BE"),
     (("dis", "end.hex", "--chip", "cy545b"), "end.hex: is empty"),
     (("run", "p.cy545b", "--memory", "p.hex", "--save-memory", "p.hex"), "p.hex: this command already uses the file"),

@@ -163,7 +163,7 @@ MISTAKES = [  # the line, the end of the answer
     ),
     (
         "run p.cy525 --chip cy545 --memory p.cy525",
-        "p.cy525: is a program, by its name; slewline asm makes an image of it: --output F.ihx",
+        "p.cy525: a program, by its extension; slewline asm --output F.ihx makes an image of it",
     ),
     ("run p.cy525 --strap wait", "give a pin and its level, 0 or 1, such as 'wait=0'"),
     ("run p.cy525 --strap wait=2", "'2' is not a level; levels are 0 (low) and 1 (high), such as 'wait=0'"),
@@ -176,7 +176,7 @@ MISTAKES = [  # the line, the end of the answer
         "run p.cy525 --strap checksum=off",
         "db3, db4, db5, db6, db7, dowhile, step_inhibit, prog, ascii_binary, wait, io_select",
     ),
-    ("run p.cy525 --strap slew=1", "cy525: strap slew=1; straps put an input to 0 or 1"),
+    ("run p.cy525 --strap slew=1", "cy525: strap slew=1; a strap sets an input to 0 or 1"),
     ("run p.cy525 --options none.toml", "none.toml: cannot be read: No such file or directory"),
     ("run p.cy525 --memory m.bin", "memory m.bin: a cy525 has no external memory; leave it out"),
     (
@@ -209,7 +209,7 @@ MISTAKES = [  # the line, the end of the answer
     ("ramp cy525 F=3", "no value for R (maximum step rate, 0..127), S (acceleration, 255 is steepest, 1..255)"),
     ("ramp cy525 F=3 R=300 S=1", "cy525: R '300'; allowed 0..127, or text such as '4000 steps/s'"),
     ("ramp cy525 F=3 R=127 S=1 X=3", "cy525: no parameter 'X'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
-    ("ramp cy525 F=3 F=4 R=127 S=1", "cy525: F twice; give one value"),
+    ("ramp cy525 F=3 F=4 R=127 S=1", "cy525: F is given twice; give one value"),
     ("ramp cy525 F=3,4 R=100,127 S=1", "F and R: lists of values; give one list, and a single value for the others"),
     (
         "ramp cy525 F=3 R=127 S=1,2 --time 1s",
@@ -260,7 +260,7 @@ MISTAKES = [  # the line, the end of the answer
     ("pull /dev/none -o weld", ".cy525, .cy512, .cy545, .cy545b, .gs-c200, .gs-c200s\n"),
     ("pull /dev/none -o weld.txt", "--chip cy525, or a file name ending in .cy525, .cy512, .cy545, .cy545b, .gs-c200"),
     ("push /dev/none p.txt", "give --chip cy545, or a file name ending in .cy545, .cy545b, .gs-c200, .gs-c200s\n"),
-    ("pull 127.0.0.1:4998 -o w.gs-c200s", "a port of another program is written socket://127.0.0.1:4998, a device"),
+    ("pull 127.0.0.1:4998 -o w.gs-c200s", "write the port of another program as socket://127.0.0.1:4998, a device"),
     ("epics /dev/none --chip gs-c200s", "--chip gs-c200s --record lab:m1 S=10 T=100 R=50"),
     ("compare w.dialogue whole.vcd", "w.dialogue: is a dialogue, which is compared only with the model; name MODEL"),
     ("compare whole.vcd w.dialogue", "w.dialogue: is a dialogue, which is compared only with the model; name MODEL"),

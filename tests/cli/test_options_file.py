@@ -40,7 +40,7 @@ def test_the_reference_lists_the_rates_in_the_file(call, mine):
 
 def test_lint_reckons_with_the_rates_in_the_file(call, mine, write):
     program = write("p.cy545", "+", "N 2000", "G")
-    assert "R 100 is not reached: the ramp takes 1599 steps up and 1599 down" in call("lint", program).out
+    assert "R 100 is not reached: each ramp takes 1599 steps" in call("lint", program).out
     assert "no problems found" in call("lint", program, "--options", mine).out
 
 

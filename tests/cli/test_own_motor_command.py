@@ -80,7 +80,7 @@ def test_rates_in_turns_are_those_of_the_motor_and_its_steps(call):
 @rows(
     ("given", "says"),
     [
-        ("17HE19-2004S", "; for another motor give the figures of its data sheet: 'current 2 A, resistance 1.4 ohm"),
+        ("17HE19-2004S", "; for another motor use the figures of its data sheet: 'current 2 A, resistance 1.4 ohm"),
         ("current 2 A, inertia 57 g cm2", "motor: needs resistance (ohm: of a phase), inductance (H: "),
         ("{ current = 2 }", "--motor: needs resistance (ohm: of a phase), inductance (H: "),
         ("{ current = ", "--motor: not TOML"),
@@ -128,6 +128,6 @@ def test_a_great_ripple_is_said_by_both_commands(call):
     assert ran.status == 0 and f"note          {says}" in ran.out
     assert [each[: len(says)] for each in call("tune", "cy525", *QUICK, *small, "--json").json["notes"]] == [says]
     held = call("tune", "cy525", *QUICK, *small, "--driver", "24 V, 2.8 A averaged", "--motor", "AS1010").out
-    assert "ripples" not in held and "note          2.8 A a phase, and AS1010 is rated 1 A: it gets hot" in held
+    assert "ripples" not in held and "note          2.8 A per phase, but AS1010 is rated 1 A: it gets hot" in held
     ran = call("calibrate", *small, "--start-stop", "900 steps/s")
     assert ran.status == 0 and f"note       {says}" in ran.out

@@ -168,9 +168,7 @@ def test_dis_reads_a_program_as_the_chip_keeps_it_whatever_the_counts_say(call, 
 def test_dis_says_where_a_stream_breaks_off(call, write, cut):
     ran = call("dis", write("p.hex", " ".join(SINGLE.split()[:cut])), "--chip", "cy525", "--stream")
     where = "from byte 2 on, 52 0C 7F\n"
-    assert ran.err == (
-        f"slewline: cut-short: the stream ends inside a command, which is left out: {where}" * (cut == 5)
-    )
+    assert ran.err == (f"slewline: cut-short: the stream ends inside a command, which is omitted: {where}" * (cut == 5))
     assert ran.out.split()[0] == "E" and ("N" in ran.out) == (cut == 16)
 
 
@@ -393,7 +391,7 @@ def test_describe_one_command(call, command):
 
 
 def test_describe_finds_the_mark_of_labels(call):
-    assert call("describe", "cy525", "$").out.startswith("# LABEL: names the instruction that follows\n")
+    assert call("describe", "cy525", "$").out.startswith("# LABEL: names the next instruction\n")
     assert call("describe", "cy525", "$", "--json").json["labels"] == "ABCDE"
     assert call("describe", "gs-c200", "$").status == 2
 

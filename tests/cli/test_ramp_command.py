@@ -142,7 +142,7 @@ def test_a_plot_shows_the_move_that_is_asked_for_or_the_shortest_that_reaches_it
 WRONG = [
     (("cy999",), "no chip 'cy999'; there are: cy525"),
     (("cy525", "R"), "'R': give a parameter and its value, such as R=100"),
-    (("cy525", "R=1", "r=2"), "cy525: r twice; give one value"),
+    (("cy525", "R=1", "r=2"), "cy525: r is given twice; give one value"),
     ((*CY, "time=3", "--steps", "4"), "cy525: no parameter 'time'; there are: F, R, S, Z"),
     ((*CY, "part=3"), "cy525: no parameter 'part'; there are: F, R, S, Z"),
     (("cy525", "F=3", "R=200", "S=1"), "cy525: R '200'; allowed 0..127"),

@@ -139,7 +139,7 @@ def test_a_time_out_says_who_waits_for_what_and_still_writes_the_result(call, wr
     program = write("p.cy525", "A 0", "W", "B")
     ran = call("run", program, "--timeout", "2 s", "--drive", "wait=0", "--json", "-")
     assert (ran.status, ran.json["ended"], ran.json["time_ps"]) == (1, "timeout", 2 * 10**12)
-    assert "slewline: timed out: waited 2 s for every queue empty and every chip idle" in ran.err
+    assert "slewline: timed out: waited 2 s for all queues to be empty and all chips idle" in ran.err
     assert "cy525: waiting for wait=1 (W) since" in ran.err
 
 

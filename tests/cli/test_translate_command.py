@@ -125,7 +125,7 @@ def test_what_a_bench_has_and_the_target_has_not_is_a_comment_and_is_listed(call
     found = call("translate", str(BENCH), "--to", "cy525", "-o", str(tmp_path / "new"), "--prove")
     assert found.status == 1
     text = (tmp_path / "new" / "bench.toml").read_text()
-    assert "# NOT POSSIBLE: the CY525 has no pin that bar_unit.uo2 would be\n# [[wire]]" in text
+    assert "# NOT POSSIBLE: the CY525 has no pin for bar_unit.uo2\n# [[wire]]" in text
     assert 'from = "drill_unit.programmable_output"\nto = "bar_unit.dowhile"' in text
     assert "# The drilling machine of the GS-C data sheet" in text
     assert "bench    [[wire]] bar_unit.uo2, drill_unit.ui2 => nothing; the CY525" in found.out
@@ -182,8 +182,8 @@ def test_scripts_in_a_bench_become_files_and_pins_get_the_names_of_the_target(ca
 @rows(
     ("text", "says"),
     [
-        (PAIR.replace('chips = ["two"]', 'chips = ["one", "two"]'), "speaks to several chips"),
-        (PAIR.replace('chips = ["two"]', 'chips = ["one"]'), "is the second one of one"),
+        (PAIR.replace('chips = ["two"]', 'chips = ["one", "two"]'), "is connected to several chips"),
+        (PAIR.replace('chips = ["two"]', 'chips = ["one"]'), "is the second host of one"),
         (PAIR[: PAIR.index("[[host]]")], "there is nothing to translate"),
         (PAIR.replace("two.wait", "two.nowhere"), "nowhere"),
         (PAIR.replace('"U"', '"K"'), "K is not a command"),
@@ -213,7 +213,7 @@ def test_a_program_that_never_runs_proves_nothing_and_the_proof_says_so(call: An
     program = tmp_path / "press.gs-c200"
     program.write_text("P\nS25\nT300\nR60\n+1200\n")  # without E, which runs it
     found = call("translate", str(program), "--to", "gs-c200s", "--prove")
-    assert "proof    nothing moved and nothing was switched on either side" in found.err
+    assert "proof    nothing moved or switched on either side" in found.err
 
 
 def test_what_is_written_out_is_counted_in_the_report(call: Any, tmp_path: Path) -> None:
@@ -222,4 +222,4 @@ def test_what_is_written_out_is_counted_in_the_report(call: Any, tmp_path: Path)
     found = call("translate", str(program), "--to", "grbl", "--prove")
     assert "G4 P0.2 (8 times)" in found.err
     assert found.err.splitlines()[-1].strip().startswith("a line that is not possible counts as a difference")
-    assert "positions: never beyond an end of the counter of the gs-c200 (0..9999999)" in found.err
+    assert "positions: never beyond a limit of the counter of the gs-c200 (0..9999999)" in found.err

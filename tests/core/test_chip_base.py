@@ -188,7 +188,7 @@ def test_mistakes_at_a_pin_are_explained():
     toy = Toy(kernel)
     with pytest.raises(UsageError, match=r"toy\.free: level 2; allowed 0, 1"):
         toy.pin("free").drive(2)
-    with pytest.raises(UsageError, match=r"level None; allowed 0, 1 \(release\(\) lets go\)"):
+    with pytest.raises(UsageError, match=r"level None; allowed 0, 1 \(release\(\) releases the pin\)"):
         toy.pin("free").drive(None)
     kernel.run(10 * US)
     with pytest.raises(UsageError, match=r"toy\.free: 9 µs is in the past; the time is 10 µs"):

@@ -67,7 +67,7 @@ def test_an_address_is_added_to_the_base_with_its_carry() -> None:
     [
         (PRINTED.replace(":00000001FF\n", ""), "it has no end record"),
         (PRINTED.replace("D2190140", "D2190141"), "line 1: checksum 41, calculated 40"),
-        (PRINTED.replace("1928", "28"), "line 2: 15 bytes of data, and the count says 16"),
+        (PRINTED.replace("1928", "28"), "line 2: 15 bytes of data, but the count is 16"),
         ("hello\n", "line 1: 'hello' is not a record"),
         (":0G\n", "line 1: ':0G' is not a record"),
         (":00000009F7\n", "line 1: a record of type 09; allowed 00 to 05"),

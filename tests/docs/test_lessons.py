@@ -49,7 +49,7 @@ def test_what_jupyter_leaves_is_cleaned(tmp_path):
 def test_a_lesson_has_an_aim_questions_with_folded_answers_exercises_and_a_way_on(lesson):
     text = prose(lesson)
     assert re.match(rf"# Lesson {lesson.stem[0]}: \S", text)
-    assert "**Aim.**" in text and "**You need** " in text and "\n## Go on\n" in text
+    assert "**Aim.**" in text and "**You need** " in text and "\n## Next\n" in text
     assert text.count("<details><summary>") == text.count("\n\n</details>") >= 4
     hidden = [cell for cell in json.loads(lesson.read_text("utf-8"))["cells"] if cell["metadata"]]
     assert hidden  # solutions: folded in Jupyter as well as on the pages

@@ -70,7 +70,7 @@ def test_what_sampling_explains_is_no_violation(tmp_path):
     of = steps(*(at + n * 17_000 for n, at in enumerate(ROW)), high=960_000)
     found = check_capture(written(of, tmp_path / "a.vcd", 12), XY, driver="A4988")
     row = found.limits[0]
-    assert row.kept and row.doubtful and row.shortest_ps < US and row.verdict == "kept, to 83.434 ns"
+    assert row.kept and row.doubtful and row.shortest_ps < US and row.verdict == "kept, within 83.434 ns"
     less = steps(*(at + n * 17_000 for n, at in enumerate(ROW)), high=750_000)
     assert not check_capture(written(less, tmp_path / "b.vcd", 12), XY, driver="A4988").good
     coarse = check_capture(written(steps(*ROW), tmp_path / "c.vcd", 1), XY, driver="A4988")

@@ -27,7 +27,7 @@ MOVERS = {  # part, options, text, and what makes it move 900 steps
 def test_a_rate_is_in_steps_and_another_unit_is_named():
     assert steps_a_second("500 steps/s") == steps_a_second(500) == 500
     for rate, says in {
-        "150 rpm": "rpm needs the steps a turn of a motor, which are not known here: write the rate in steps/s; ",
+        "150 rpm": "rpm needs the steps per turn of a motor, which are not known here: write the rate in steps/s; ",
         "5 Nm": "Nm is a unit of torque; ",
         "500": "500 has no unit; ",
         "0 steps/s": "",

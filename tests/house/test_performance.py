@@ -61,7 +61,7 @@ def test_what_could_not_be_measured_has_no_verdict_and_says_why(rows):
     absent = row(rows, None, 10, unit="x C", absent="no C compiler here")
     assert (absent.verdict, absent.shown, absent.met) == ("no verdict", "no C compiler here", True)
     assert row(rows, None, None, unit="x C", absent="no C compiler here").verdict == ""
-    with pytest.raises(TypeError, match="or the reason why there is none"):
+    with pytest.raises(TypeError, match="or the reason for its absence"):
         row(rows, None)
 
 
@@ -176,7 +176,7 @@ def test_a_goal_in_real_time_becomes_one_beside_the_reference(load, rows):
     plain, ratio, then = asked.beside(row(rows, 100.0, None, name=name, bound="calls", unit=rows.REAL), pairs)
     assert (plain.figure, plain.goal, plain.bound) == (100, None, "")
     assert (ratio.figure, ratio.goal, ratio.verdict) == (pytest.approx(2), 2.03, "NO")
-    assert ratio.bound == "calls; the goal is 100 x real time where df29ad1c makes 49.2"
+    assert ratio.bound == "calls; the goal is 100 x real time on the machine where df29ad1c reaches 49.2"
     assert (then.figure, then.goal, then.verdict) == (pytest.approx(2), 3.5, "NO")
 
 
@@ -188,7 +188,7 @@ def test_without_the_reference_such_a_goal_has_no_verdict(load, rows):
 
     plain, ratio, other = asked.judged(workload, None)
     assert (plain.shown, plain.verdict) == ("9 x real time", "")
-    assert (ratio.shown, ratio.verdict) == ("no commit df29ad1c here", "no verdict")
+    assert (ratio.shown, ratio.verdict) == ("commit df29ad1c is not in this repository", "no verdict")
     assert other.verdict == "at the limit"
 
 
@@ -218,8 +218,8 @@ def test_missed_goals_come_first_each_with_its_bound(load, rows):
         row(rows, 6, 8, name="by hand", unit="x Klipper", bound="the plan", when="2026-11-29, a Zen"),
     ])  # fmt: skip
     assert text.splitlines() == [
-        "- a move: ticks: 2 ms; goal >= 3. Bound: Python, and memory.",
-        "- by hand: 6 x Klipper, as measured on 2026-11-29, a Zen; goal >= 8. Bound: the plan.",
+        "- a move: ticks: 2 ms; goal >= 3. Bottleneck: Python, and memory.",
+        "- by hand: 6 x Klipper, as measured on 2026-11-29, a Zen; goal >= 8. Bottleneck: the plan.",
         "",
         "At the limit: a scope (3.1 ms).",
         "",
@@ -233,7 +233,8 @@ def test_the_page_has_processor_and_day_and_keeps_what_was_measured_by_hand(load
     every = [row(rows, 1.0, None, name=name, unit=rows.REAL) for name in asked.ASKED]
     text = page.written({"Family": [*every, row(rows, 1, 2, name="made up")]}, date(2030, 1, 31))
     assert f"on 2030-01-31: {page.processor()}, CPython" in text and page.processor()
-    order = [text.index(part) for part in ("- made up", "## Beside Klipper, measured once, by hand", "## Family")]
+    titles = "- made up", "## Comparison with Klipper, measured once by hand", "## Family"
+    order = [text.index(part) for part in titles]
     assert order == sorted(order)
     how, hand = page.by_hand()
     assert how in text and [each.goal for each in hand] == [10, 8, 1]

@@ -63,7 +63,7 @@ def test_a_part_that_says_nothing_while_it_moves_has_a_record_as_well(run):
         put = asyncio.create_task(record.put("VAL", 0))
         while not record.get("MOVN"):
             await asyncio.sleep(0)
-        with pytest.raises(UsageError, match="takes no command while it moves"):
+        with pytest.raises(UsageError, match="accepts no command while it moves"):
             await record.put("STOP", 1)
         await put
         assert record.get("RBV") == 0
@@ -312,7 +312,7 @@ def test_a_port_that_is_gone_is_an_alarm_until_it_is_back(run, monkeypatch):
         assert record.get("VELO") == 2000 == record.state.ramps["move"].top
 
     record = run(play)
-    assert record.said[-1] == "m1: back"
+    assert record.said[-1] == "m1: the module answers again"
 
 
 @pytest.mark.system

@@ -85,7 +85,7 @@ def test_a_motor_is_stopped_by_a_ramp(motor_at, kind):
 
 def test_a_part_that_takes_no_command_while_it_moves_cannot_be_stopped(motor_at):
     motor = motor_at(*KINDS["cy545"])
-    with pytest.raises(UsageError, match="takes no command while it moves"):
+    with pytest.raises(UsageError, match="accepts no command while it moves"):
         motor.stop()
 
 

@@ -105,7 +105,7 @@ def test_a_binary_stream_is_told_as_commands():
         ('"open', "no-end-of-string", "quotation mark"),
         ("[1,2,3", "count", "2 values announced"),
         ("[1", "bad-number", "address, count"),
-        ("K", "unknown-command", "K is in no list"),
+        ("K", "unknown-command", "K is not in any list"),
         ("Q X", "extra-argument", "write X on a line of its own"),
         ("N", "missing-argument", "steps"),
         ("\u2019", "bad-character", "not a byte"),

@@ -97,7 +97,7 @@ def test_unknown_command():
 @pytest.mark.parametrize(("most_ps", "explained"), [(-1, True), (0, False), (1, False)])
 def test_a_limit_below_zero_is_explained(most_ps, explained):
     page = describe(replace(SHEET, limits=(replace(SHEET.limits[0], most=most_ps),)))
-    assert (" Below zero: it has to come first.\n" in page) == explained
+    assert (" Below zero: the second edge must come first.\n" in page) == explained
 
 
 def test_bars_are_escaped():

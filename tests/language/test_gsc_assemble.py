@@ -110,7 +110,7 @@ def test_program_entry_ends_as_it_is_written_and_else_without_a_run_where_the_pa
 
 
 def test_there_is_no_binary_form():
-    with pytest.raises(UsageError, match="GS-C200 takes no binary commands"):
+    with pytest.raises(UsageError, match="GS-C200 has no binary commands"):
         to_binary(assemble("A1", C200))
 
 

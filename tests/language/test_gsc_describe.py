@@ -17,7 +17,7 @@ each = pytest.mark.parametrize("part", SHEETS)
 
 @each
 def test_every_command_has_its_row(part):
-    commands = PAGES[part].partition("## Commands that act at once")[0].splitlines()
+    commands = PAGES[part].partition("## Commands that act immediately")[0].splitlines()
     for row in SHEETS[part].commands:
         (line,) = [line for line in commands if line.startswith(f"| `{usage(row)}` | {row.name} |")]
         assert f"| {row.says} |" in line and f"| {row.size} |" in line
@@ -44,7 +44,7 @@ def test_the_serial_port(part):
     assert "7 data bits, odd parity, 2 stop bits; lines of up to 11 characters; checksums while `chs` is high" in page
     assert "| `br0` | `br1` | `br2` | baud |" in page and "| 1 | 1 | 1 | 110 |" in page
     assert "| `sel2` | `sel1` | `sel0` | address |" in page
-    assert "| 0 | 1 | 1 | 1 |" in page and "| 1 | 1 | 1 | none: a line of its own |" in page
+    assert "| 0 | 1 | 1 | 1 |" in page and "| 1 | 1 | 1 | none: a dedicated line |" in page
     assert "| `E3` | program memory full |" in page
 
 
@@ -60,7 +60,7 @@ def test_one_command():
         "# JUMP_ON: continue at a location if the user inputs match",
         "",
         "- line: `jc<inputs>,<target>`",
-        "- taken: into the program",
+        "- accepted: into the program",
         "- program memory: 2 locations, opcode 80 to 87",
         "- manual: command descriptions",
         "- `inputs`: 0..7",
@@ -92,11 +92,11 @@ def test_a_command_is_found_by_letter_name_or_line(part, command, names):
 @rows(
     ("part", "command", "line"),
     [
-        ("gs-c200", "F", "- taken: idle, during program entry, while a program runs"),
+        ("gs-c200", "F", "- accepted: idle, during program entry, while a program runs"),
         ("gs-c200", "F", "- program memory: not stored"),
-        ("gs-c200", "I", "- taken: idle"),
-        ("gs-c200s", "I", "- taken: idle, into the program"),
-        ("gs-c200", "H", "- `direction`: +, -, may be left out"),
+        ("gs-c200", "I", "- accepted: idle"),
+        ("gs-c200s", "I", "- accepted: idle, into the program"),
+        ("gs-c200", "H", "- `direction`: +, -, optional"),
         ("gs-c200", "S", "- `speed`: 1..1000 (10 steps/s)"),
         ("gs-c200", "-1", "- `steps`: -999999..999999 without 0"),
     ],

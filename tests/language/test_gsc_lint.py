@@ -117,12 +117,12 @@ def test_severities_and_texts():
     (short,) = problems(stored(STR + "+15"), C200S)
     assert (short.severity, short.found) == (
         "note",
-        "T100 is not reached: the ramps take 10 steps each, the move has 15",
+        "T100 is not reached: each ramp takes 10 steps, but the move has 15",
     )
-    assert short.remedy == "the move gets as far as 777 steps/s; from 22 steps on T is reached"
+    assert short.remedy == "the move reaches 777 steps/s; T is reached from 22 steps on"
     (sudden,) = problems(stored("S10\nT100\nR1\n+9"), C200S)
     assert (sudden.severity, sudden.remedy) == ("note", "use a longer R")
-    assert sudden.found == "R1 has no rate between S and T: 100 steps/s, then 1000, and back down just as abruptly"
+    assert sudden.found == "R1 has no rate between S and T: 100 steps/s, then 1000, and back as abruptly"
     assert [problem.severity for problem in problems(stored("D1\nL2"), C200S)] == ["note"]
     assert [problem.severity for problem in problems(stored("L0\nD1\nL3\nD2\nL2"), C200S)] == ["warning"]
     (inside,) = problems(stored("j3\nA1"), C200S)

@@ -129,7 +129,7 @@ def test_render():
         "x, line 3, column 3: warning: JUMP to byte 2, inside N 5 of line 2: allowed 0 or 3 (CY525 manual, s.3)",
         "    J 2 ; here",
         "      ^",
-        "    let a label count the bytes",
+        "    use a label instead of an address",
     ]
 
 

@@ -132,7 +132,7 @@ def test_the_mistake_says_what_is_allowed():
         ),
         (
             *("SET_POS 12,345", "bad-number", 8, 14, "-1073741824..1073741823 (steps)"),
-            "write digits, without anything between them",
+            "write the digits without separators",
         ),
         (
             *("SET_POS here", "bad-number", 8, 12, "-1073741824..1073741823 (steps)"),

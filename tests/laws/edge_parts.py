@@ -114,7 +114,7 @@ class EdgeRotor(Part):
         self.followed = field
         turn = (field - self.position) % 4
         if turn == 2:
-            self.finding("rotor-lost", "the field jumped to the opposite side: a real rotor could go either way")
+            self.finding("rotor-lost", "the field jumped to the opposite side: a real rotor could turn either way")
         else:
             self.position += {0: 0, 1: 1, 3: -1}[turn]
 
@@ -125,7 +125,7 @@ class EdgeGsD200(Part):
     def __init__(self, kernel, name: str) -> None:
         super().__init__(kernel, name)
         self.state = 1
-        self.add_pin("clock", "in", "step at each rise", pull=1)
+        self.add_pin("clock", "in", "step at each rising edge", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1)
         self.add_pin("reset", "in", "low: state 1", pull=1)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)

@@ -81,7 +81,7 @@ def test_what_does_not_come_about_is_told_at_the_time_limit(stand):
     resting, at = "no command or program is in progress", before + 3 * 10**12
     assert ask("until", pin="x.mov", level=1, timeout="3 s") == {"met": False, "why": resting, "time_ps": at}
     nowhere = ask("until", chip="x", address=50, timeout="1 s")
-    assert nowhere["met"] is False and nowhere["why"] == f"where there is none: no program is stored; {resting}"
+    assert nowhere["met"] is False and nowhere["why"] == f"where none begins: no program is stored; {resting}"
     assert (
         "x: instruction at 500; allowed 0..118, the addresses of a program"
         in ask("until", chip="x", address=500)["error"]

@@ -219,7 +219,7 @@ def test_findings_are_in_the_transcript(begun):
     play(server)
     server.close()
     assert (
-        " x ! E1: b'F': a parity or framing fault: this module is set to 9600 baud, 7 data bits"
+        " x ! E1: b'F': a parity or framing error: this module is set to 9600 baud, 7 data bits"
         in Path("transcript").read_text()
     )
 

@@ -221,8 +221,8 @@ def test_telnet_is_named():
         assert rig.host.settled()
         found = rig.thread.do(lambda: [each.text for each in rig.bench.findings if each.code == "telnet"])
     assert found == [
-        "the host negotiates options (bytes ff fb to fe), which a module takes for commands; this looks like telnet: "
-        "use a raw connection"
+        "the host negotiates options (bytes ff fb to fe), which a module mistakes for commands; this looks like "
+        "telnet: use a raw connection"
     ]
 
 

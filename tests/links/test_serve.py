@@ -269,7 +269,7 @@ def test_modules_that_cannot_be_told_apart_are_told_at_the_start(serve, client):
         chip.format("left") + chip.format("right") + '[[serve]]\nchips = ["left", "right"]\ntcp = "127.0.0.1:0"\n'
     )
     server = serve("--bench", "line.toml", "--control", "127.0.0.1:0", ports=2)
-    says = "left, right have the same address on one line: all of them answer; strap sel2, sel1, sel0 apart"
+    says = "left, right have the same address on one line: all of them answer; strap sel2, sel1, sel0 differently"
     assert server.errors() == f"slewline: left_line: same-address: {says}\n"
     status = Asks(client(server.ports["control"]))("status")
     assert status["troubles"] == [says]

@@ -380,7 +380,7 @@ def test_a_save_that_fails_at_any_operation_loses_nothing_and_the_reason_is_told
     else:
         assert answer == "E6" and ask("X", "Q") == ["E6", "A2", "END"]
         text = told[0]
-        not_valid = f"the EEPROM holds no valid program: the last write failed ({text})"
+        not_valid = f"the EEPROM contains no valid program: the last write failed ({text})"
         assert told[1:] == [f"x: E6: the EEPROM was not written: {text}", f"x: E6: {not_valid}"]
         assert "the memory: input/output error" in text and status(server)["troubles"] == [text]
         assert FileStore(PATH, disk).read() in (b"A\1", b"A\2")
@@ -462,7 +462,7 @@ def test_the_same_trouble_is_told_once():
     disk.trouble = full
     assert ask("M", "M", "X") == ["E6"] * 3
     why = f"{PATH}: cannot write the memory: no space left; give a file in a writable directory"
-    not_valid = f"the EEPROM holds no valid program: the last write failed ({why})"
+    not_valid = f"the EEPROM contains no valid program: the last write failed ({why})"
     assert told == [why, f"x: E6: the EEPROM was not written: {why}", f"x: E6: {not_valid}"]
     server.close()
 

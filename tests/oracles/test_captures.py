@@ -89,7 +89,7 @@ def test_a_session_with_voltages_beside_the_wires(program, tmp_path):
     assert found.names == slewline.read_waveforms(session).names
     agree(ours, found, 1)
     with pytest.raises(
-        WaveformError, match=r"alone\.sr: a session with voltages alone \(CH1\); export CSV in PulseView"
+        WaveformError, match=r"alone\.sr: a session with only voltages \(CH1\); export CSV in PulseView"
     ):
         slewline.read_waveforms(with_voltages(session, tmp_path / "alone.sr", wires=False))
 

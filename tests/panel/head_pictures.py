@@ -51,8 +51,8 @@ def draw_panel(path):
             page.wait_for_function(  # well before the instant, however slow the page is
                 "() => parseFloat(document.querySelector('.clock').innerText.replace(/\\s/g, '')) > 1"
             )
-            page.get_by_label("Where to run to").fill(INSTANT)
-            page.get_by_label("Where to run to").press("Enter")
+            page.get_by_label("Target of the run").fill(INSTANT)
+            page.get_by_label("Target of the run").press("Enter")
             page.wait_for_function("() => /3.350.000/.test(document.body.innerText)")
             page.wait_for_timeout(1500)  # shafts come to rest, the scope asks for its window
             page.screenshot(path=path)

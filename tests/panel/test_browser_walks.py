@@ -214,7 +214,7 @@ def other_way(page, by_slider):
         page.page.get_by_label("Past", exact=True).focus()
         page.page.get_by_label("Past", exact=True).fill(str(round(10_000 * (now - 5) / now)))
     else:
-        page.page.get_by_label("Where to run to").fill(f"{now - 5:.6f} s")
+        page.page.get_by_label("Target of the run").fill(f"{now - 5:.6f} s")
         page.button("Run there").click()
     page.until(lambda: abs(page.seconds() - (now - 5)) < 0.01)
     page.page.get_by_label("Branch", exact=True).wait_for()

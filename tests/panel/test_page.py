@@ -89,7 +89,7 @@ def test_time_is_paused_and_let_go(opened, served):
 
 def test_without_the_token_nothing_can_be_worked(opened, panel):
     page = opened(panel.origin)
-    assert "only to look" in page.locator("#connection").text_content()
+    assert "read-only" in page.locator("#connection").text_content()
     assert page.locator("[data-writes]:enabled").count() == 0
 
 
@@ -153,7 +153,7 @@ def test_a_page_that_was_cut_off_comes_back(opened, served, script):
 
 
 WRONG_PLACES = [  # what is chosen, what is typed, the answer
-    ("time", "500", "time 500: has no unit; write 500 ms or 500 s"),
+    ("time", "500", "time 500 has no unit; write 500 ms or 500 s"),
     ("time", "next tuesday", "'next tuesday'; expected text with a unit such as"),
     ("time", "-5 ms", "'-5 ms': virtual time does not run backwards"),
     ("position", "", "Run to: write the position, such as 400"),
@@ -172,7 +172,7 @@ def test_a_place_to_run_to_that_is_none_is_answered_at_once(opened, served):
     before = served.do(lambda: served.bench.now_ps)
     for place, text, says in WRONG_PLACES:
         page.get_by_label("Run to", exact=True).select_option(place)
-        page.get_by_label("Where to run to").fill(text)
+        page.get_by_label("Target of the run").fill(text)
         page.get_by_role("button", name="Run there").click()
         page.locator("[role=alert]").filter(has_text=says).first.wait_for(timeout=20_000)
     assert served.do(lambda: served.bench.now_ps) == before
@@ -186,6 +186,6 @@ def test_a_place_that_is_not_reached_says_what_the_chip_waits_for(opened, served
     page.get_by_role("listbox", name="Program of x").get_by_role("option").nth(1).wait_for()
     steps(page)
     page.get_by_label("Run to", exact=True).select_option("address")
-    page.get_by_label("Where to run to").fill("6")
+    page.get_by_label("Target of the run").fill("6")
     page.get_by_role("button", name="Run there").click()
     page.locator(".stopped").filter(has_text="not within 60 s; x: ").wait_for(timeout=60_000)

@@ -107,7 +107,7 @@ def test_an_address_of_no_board_names_where_the_board_is():
     program = Program(slewline.Bench(), "pi-c842")
     assert program.isa.inp(0x344) == 0xFF
     (found,) = program.bench.findings
-    assert found.text == "IN 0x344 reads FF: no board is there; card has the addresses from 0x210 on"
+    assert found.text == "IN 0x344 reads FF: no board has this address; card has the addresses from 0x210 on"
 
 
 @rows(
@@ -120,9 +120,9 @@ def test_an_address_of_no_board_names_where_the_board_is():
         ("data=0,command=1,status=16", "status: found '16'; allowed 0 to 15"),
         ("data=0,command=1,status=x", "status: found 'x'; allowed 0 to 15"),
         ("data=0,command=1,status=1,base=0x305", "base: found '0x305'; allowed 0x100 to 0x3f0 in steps of 0x10"),
-        ("data=0,command=0,status=4", "two registers have one address; allowed command and status at one"),
-        ("data=0,command=2,status=0", "two registers have one address"),
-        ("data=0,command=2,status=4,reset=2", "two registers have one address"),
+        ("data=0,command=0,status=4", "two registers have the same address; only command and status may share one"),
+        ("data=0,command=2,status=0", "two registers have the same address"),
+        ("data=0,command=2,status=4,reset=2", "two registers have the same address"),
     ],
 )
 def test_a_card_that_cannot_be_is_refused(card, says):

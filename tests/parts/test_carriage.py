@@ -192,7 +192,7 @@ def test_what_does_not_sit_there_is_refused_with_the_reason():
         ("switch", {"on": motor}, "allowed low below high, one of them None"),
         ("switch", {"on": motor, "low": 2, "high": 2}, "allowed low below high"),
         ("switch", {"on": motor, "low": "2"}, "low '2'; allowed a number"),
-        ("carriage", {"on": motor, "low": 1}, "start 0 lies beyond the stop at 1"),
+        ("carriage", {"on": motor, "low": 1}, "start 0 is beyond the stop at 1"),
         ("gear", {"on": motor, "wheel": 0}, "wheel 0; allowed"),
     ):
         with pytest.raises(slewline.UsageError, match=says):

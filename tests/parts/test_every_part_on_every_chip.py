@@ -33,7 +33,7 @@ SETS = {chip: "A 100\rF 100\rR 200\rS 255\r" for chip in OUTSIDE} | {
 SLOW = {"cy525": "A 0\rF 3\rR 3\rS 255\rZ 1\r", "cy512": "A\rF 1\rR 1\rS 0\r", "cy500": "A\rF 1\rR 100\r"}
 RUN, DELAY = {"cy525": "X", "cy512": "D"}, {"cy525": "D", "cy512": "X"}
 MOVES = {chip: f"{sets}N {STEPS}\r+\rG\rN {BACK}\r-\rG\r" for chip, sets in SETS.items()}
-DIRECTION = "a pin that gives the direction"
+DIRECTION = "a pin that shows the direction"
 
 
 class Bench:
@@ -401,8 +401,8 @@ SISTERS = ("cy545b", "gs-c200", "mc1251a", "mc1251a-e")  # with the pins of anot
 MOVED = tuple(part for part in PARTS if part != "cy500")
 ALONE = Fit(needs="has no standard wiring; (connect|it has no pins)")
 ON_A_SHAFT = tuple(kind for kind in KINDS if part_class(kind).sits == "must")
-ON_THE_BUS = "a pin that (is a wire of the data bus|says when the low byte of an address is on the bus)|data bus"
-HOSTLIKE = "a pin that asks the part to take a byte"
+ON_THE_BUS = "a pin that (is a wire of the data bus|shows when the low byte of an address is on the bus)|data bus"
+HOSTLIKE = "a pin that requests the part to take a byte"
 FITS = {
     **dict.fromkeys(("inverter", "and", "or", "nand", "nor", "latch8", "delay"), ALONE),
     "uart": Fit(
@@ -456,7 +456,7 @@ FITS = {
         (*SHOWS, *LINES), "a pin that is input 1", comes_and_goes, (("pieces", 1), ("welds", 1), ("change", "100 ms"))
     ),
     **dict.fromkeys(("gear", "carriage"), ALONE),
-    "switch": Fit((*LINES, *PACKETS), "shows the chip that the motor is at its home position", closes, (("low", 3),)),
+    "switch": Fit((*LINES, *PACKETS), "signals that the motor is at its home position", closes, (("low", 3),)),
     "welder": Fit((*LETTERS, *LINES), "a pin that is output 1", welds),
 }  # fmt: skip
 

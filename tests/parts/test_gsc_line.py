@@ -152,7 +152,7 @@ def test_two_wrong_bits_pass_the_parity_and_are_caught_by_the_checksum():
 def test_a_fault_on_the_way_back_is_seen_by_the_host(part):
     m = Lined(part)
     m.plan("parity", "to_host")
-    with pytest.raises(slewline.ChecksumError, match="parity or framing fault in the answer to 'F'"):
+    with pytest.raises(slewline.ChecksumError, match="parity or framing error in the answer to 'F'"):
         m.ask("F")
     assert m.ask("F") == "R"
     m.plan("lost", "to_host", count=2)
@@ -243,9 +243,9 @@ def test_a_journal_repeats_the_faults(tmp_path):
     [
         (("to_moon", "lost"), r"line: way 'to_moon'; allowed to_module, to_host"),
         (("to_host", "late"), r"fault 'late'; allowed lost, garbled, parity, framing"),
-        (("to_host", "lost", 0), r"count 0; allowed 1 and more"),
+        (("to_host", "lost", 0), r"count 0; allowed 1 or more"),
         (("to_host", "lost", 1, 0), r"chance 0; allowed above 0, up to 1"),
-        (("to_host", "lost", 1, 1, 0, -1), r"after -1; allowed 0 and more"),
+        (("to_host", "lost", 1, 1, 0, -1), r"after -1; allowed 0 or more"),
     ],
 )
 def test_a_plan_that_makes_no_sense_is_refused(arguments, says):

@@ -297,9 +297,9 @@ def test_a_host_works_on_wires_with_nothing_but_a_sheet():
     ("call", "text"),
     [
         (lambda host: host.change_rate(9), r"host: x \(cy525\) takes no rate on the fly: it has no pin for it"),
-        (lambda host: host.read_position(), "gives no position on the fly"),
-        (lambda host: host.verify(0), "the part cannot be read, only sent to"),
-        (lambda host: host.ask("V 0"), "'V 0' has no answer; the part cannot be read"),
+        (lambda host: host.read_position(), "outputs no position on the fly"),
+        (lambda host: host.verify(0), "the part accepts commands but cannot be read"),
+        (lambda host: host.ask("V 0"), "'V 0' has no answer; the part accepts commands but cannot be read"),
         (lambda host: host.live("B"), "takes no commands while its program runs"),
     ],
 )
@@ -341,5 +341,5 @@ def test_a_host_asks_the_sheet_for_the_letter_that_points_at_a_group():
     bench = slewline.Bench()
     host = bench.host(bench.add(Other, number=300))
     assert host.verify(3)[:2] == host.ask("Y 3")[:2] == bytes([1, 44])
-    with pytest.raises(slewline.UsageError, match=r"'V 3' has no answer; ask\(\) takes 'Y 0', 'Y 1'"):
+    with pytest.raises(slewline.UsageError, match=r"'V 3' has no answer; use ask\(\) for 'Y 0', 'Y 1'"):
         host.ask("V 3")

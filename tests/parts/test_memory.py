@@ -218,7 +218,7 @@ def test_a_memory_comes_back_from_its_store_and_the_image_is_for_an_empty_one() 
 
 def test_a_store_of_another_size_is_refused() -> None:
     assert BusMaster("eeprom", store=Memory(bytes(32768))).part.size == 32768
-    with pytest.raises(UsageError, match="p: the store holds 5 bytes, the part has 65536; give another store"):
+    with pytest.raises(UsageError, match="p: the store holds 5 bytes, the part has 65536; use another store"):
         BusMaster("eeprom", store=Memory(b"hello"))
 
 

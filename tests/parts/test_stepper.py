@@ -159,7 +159,7 @@ def test_a_shaft_that_runs_into_a_stop_says_so() -> None:
     bench, motor = stepper(load={"friction": "5 mNm", "high": 2.5})
     step(bench, motor, *(1, 0) * 3)
     assert motor.place == pytest.approx(2.5)
-    assert {*said(motor)} == {("hard-stop", "the shaft runs into a stop at 2.5 steps")}
+    assert {*said(motor)} == {("hard-stop", "the shaft hits a hard stop at 2.5 steps")}
 
 
 def test_it_comes_to_rest() -> None:

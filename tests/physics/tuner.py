@@ -77,7 +77,7 @@ def candidates_of(task: TuningTask) -> Candidates:
 
 
 def exhausted(task: TuningTask) -> tuple[int | None, int | None]:
-    """Return the times (ps) of the fastest move that holds and of the one to recommend, every move being judged."""
+    """Return the times (ps) of the fastest move that holds and of the recommended one, every move being judged."""
     every = candidates_of(task)
     worst: dict[int, float | None] = {}  # of what holds under every scenario
     for place in every.order:

@@ -42,7 +42,7 @@ def test_the_same_edges_agree_whenever_the_recording_began():
     assert (found.greatest_ps, found.mean_ps, found.drift_ppm) == (0, 0.0, 0.0)
     assert str(found) == (
         "x.pulse: 2000 edges in the model, 2000 measured, shifted by -1.234567 µs: agree\n"
-        "  2000 pairs: at most 0 ps apart, 0 ps in the mean, drift +0.0 ppm"
+        "  2000 pairs: at most 0 ps apart, 0 ps on average, drift +0.0 ppm"
     )
 
 
@@ -87,7 +87,7 @@ def test_a_clock_that_is_slow_makes_nothing_missing():
     found = slewline.compare_edges(model, measured, tolerance=0)
     assert len(found.pairs) == 16_000 and not len(found.missing) and not len(found.extra)
     assert found.drift_ppm == pytest.approx(100, abs=0.001) and not found.agrees
-    assert str(found).endswith("ms in the mean, drift +100.0 ppm")
+    assert str(found).endswith("ms on average, drift +100.0 ppm")
     assert "  and 15989 more; in all 0 missing, 0 extra" in str(found)
 
 

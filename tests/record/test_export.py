@@ -223,7 +223,7 @@ def test_a_file_that_is_replaced_keeps_its_owner_or_that_is_said(tmp_path, monke
     file.close()
     assert stat.S_IMODE(os.stat(path).st_mode) == (0o6640 if permitted else 0o640)
     says = [str(each.message) for each in recwarn]
-    assert says == ([] if permitted else [f"{path}: its owner and group are yours now, not those it had"])
+    assert says == ([] if permitted else [f"{path}: its owner and group are now yours, not the previous ones"])
     assert not permitted or owners[file.part.name] == (4001, 4002)
 
 

@@ -706,11 +706,11 @@ def test_trace_for_a_picture(parse):
 @pytest.mark.parametrize(
     ("begin", "says"),
     [
-        (b"", "a binary file, which is no recording that can be read; export VCD or CSV instead"),
-        (b"$timescale 1 ns $end\n", r"no \$enddefinitions in 4194304 bytes; is it a VCD file\?"),
+        (b"", "a binary file, not a readable recording; export VCD or CSV instead"),
+        (b"$timescale 1 ns $end\n", r"no \$enddefinitions in 4194304 bytes; check that it is a VCD file"),
         (
             b"$timescale 1 ns $end\n$var wire 1 ! a $end\n$enddefinitions $end\n#0\n1!\n",
-            r"line 6: .*: goes on for more than 4194304 bytes; is it a VCD file\?",
+            r"line 6: .*: is longer than 4194304 bytes; check that it is a VCD file",
         ),
     ],
 )

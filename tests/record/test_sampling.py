@@ -121,9 +121,9 @@ def test_tables_that_cannot_be_read(tmp_path, subtests):
         good + "0.000002,x\n": "line 4: '0.000002,x': expected a number in each column",
         good + "0.0000": "line 4: '0.0000': expected a number in each column",
         good + "0.0000005,0\n": "line 4: '5e-07, 0': a time before the one above",
-        good + "nan,0\n": "line 4: 'nan, 0': a time before the one above, or no finite number",
-        good + "0.000002,1e308\n": "line 4: '2e-06, 1e\\+308': a time before the one above, or no finite number",
-        good + "0.000002,-1e30\n": "line 4: '2e-06, -1e\\+30': a time before the one above, or no finite number",
+        good + "nan,0\n": "line 4: 'nan, 0': a time before the one above, or not a finite number",
+        good + "0.000002,1e308\n": "line 4: '2e-06, 1e\\+308': a time before the one above, or not a finite number",
+        good + "0.000002,-1e30\n": "line 4: '2e-06, -1e\\+30': a time before the one above, or not a finite number",
         good + "1e9,0\n": "a time beyond 2\\^62 ps",
         "Time,A\n2026-11-28T10:00:00,0\n": "no row of numbers in its first 2 lines; export times as seconds, not",
         "Time,A\n": "no row of numbers in its first 1 lines; expected columns of numbers",
@@ -224,13 +224,13 @@ def test_what_is_no_table_is_read_as_vcd(tmp_path):
         with pytest.raises(WaveformError, match=says):
             table(tmp_path, data)
     for data in (b"AG10\0\0", b"WAVEDESC" + bytes(40), bytes([0, 1, 1, 0, 3])):
-        with pytest.raises(WaveformError, match="a binary file, which is no recording that can be read; export VCD or"):
+        with pytest.raises(WaveformError, match="a binary file, not a readable recording; export VCD or"):
             table(tmp_path, data)
     with pytest.raises(WaveformError, match="a binary export of Logic 2; export CSV there"):
         table(tmp_path, b"<SALEAE>" + bytes(40))
     with zipfile.ZipFile(tmp_path / "a.xlsx", "w") as archive:
         archive.writestr("xl/workbook.xml", "<workbook/>")
-    with pytest.raises(WaveformError, match="a ZIP archive, and no session of sigrok; save a spreadsheet as CSV"):
+    with pytest.raises(WaveformError, match="a ZIP archive, but not a session of sigrok; save a spreadsheet as CSV"):
         slewline.read_waveforms(tmp_path / "a.xlsx")
     for ending, says in ((".dsl", "export VCD or CSV in DSView"), (".sal", "export CSV in Logic 2")):
         (tmp_path / f"a{ending}").write_bytes(b"PK\x03\x04")

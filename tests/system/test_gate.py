@@ -48,9 +48,9 @@ def test_what_is_no_regular_file_is_refused(samples, kind, tmp_path):
 
 BAD_JSON = [
     (b"[" * 100_000, "nested too deeply"),
-    (b"1e999", "no finite number"),
-    (b"NaN", "no finite number"),
-    (b"-Infinity", "no finite number"),
+    (b"1e999", "not a finite number"),
+    (b"NaN", "not a finite number"),
+    (b"-Infinity", "not a finite number"),
     (b'"\\ud800"', "surrogates not allowed"),
     (b"9" * 5000, "integer string conversion"),
     (b"[" + b"[]," * MAX_VALUES + b"1]", f"more than {MAX_VALUES} values"),
@@ -239,10 +239,10 @@ def test_a_serial_port_of_a_file_is_a_serial_port(tmp_path):
         "/dev/watchdog", "/dev/tty", "/dev/tty1", "/dev/pts/3", "/dev/sda", "/dev/null", "/dev/../etc/passwd", "x",
         "/dev/ttyUSB0/../sda", "socket://127.0.0.1:22", "", "/dev/ttyprintk", 3, None,
     ):  # fmt: skip
-        with pytest.raises(SlewlineError, match=r"is no serial port|allowed text"):
+        with pytest.raises(SlewlineError, match=r"is not a serial port|allowed text"):
             gate.device(name)
     (tmp_path / "ttyUSB0").symlink_to("/dev/watchdog")
-    with pytest.raises(SlewlineError, match=r"is no serial port; .*--anywhere"):
+    with pytest.raises(SlewlineError, match=r"is not a serial port; .*--anywhere"):
         gate.device(str(tmp_path / "ttyUSB0"))
     assert FileGate(tmp_path / "b.toml", anywhere=True).device("/dev/pts/3") == "/dev/pts/3"
 

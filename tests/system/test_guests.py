@@ -182,7 +182,7 @@ def test_an_entry_point_that_leads_nowhere_is_told_with_its_package(lab, call):
 
 # -------------------------------------------------------------------------------------------------- what is wrong use
 NO_CHIPS = [
-    ("your_lab.mx10:Mx10", "no module 'your_lab'; install its package, or name its directory in PYTHONPATH"),
+    ("your_lab.mx10:Mx10", "no module 'your_lab'; install its package, or add its directory to PYTHONPATH"),
     ("my_lab.mx11:Mx10", "no module 'my_lab.mx11'; install"),
     ("my_lab.mx10:Mx11", "my_lab.mx10 has no 'Mx11'; its chips: Mx10"),
     ("my_lab.mx10:Mx10.Inner", "my_lab.mx10 has no 'Mx10.Inner'"),
@@ -195,8 +195,8 @@ NO_CHIPS = [
     ("my_lab.leaving:X", "importing my_lab.leaving failed: SystemExit: 3 ("),
     ("my_lab.syntax:X", "importing my_lab.syntax failed: SyntaxError: '(' was never closed ("),
     ("my_lab.syntax:X", "syntax.py, line 1)"),
-    ("my_lab.bare:Bare", "my_lab.bare:Bare: has no sheet; a class of a chip names its data sheet"),
-    ("my_lab.bare:Odd", "my_lab.bare:Odd: sheet: found 'mx10'; a class of a chip names its data sheet"),
+    ("my_lab.bare:Bare", "my_lab.bare:Bare: has no sheet; set it in the class"),
+    ("my_lab.bare:Odd", "my_lab.bare:Odd: sheet: found 'mx10'; set it in the class"),
     ("my_lab.mx10:", "chip 'my_lab.mx10:': expected module:Class, such as my_lab.mx10:Mx10"),
     (":Mx10", "expected module:Class"),
     ("my lab:Mx10", "expected module:Class"),
@@ -250,10 +250,10 @@ def test_what_a_class_names_beside_its_sheet_is_used(lab, call):
     assert slewline.ramp(careful, F=3, R=127, S=200).steps == slewline.ramp("cy525", F=3, R=127, S=200).steps
     assert [quirk.id for quirk in quirks_of(careful)] == ["MX-1"] and quirks_of(NAME) == ()
     status, _, err = call("ramp", NAME, "F=3")
-    assert status == 2 and "my_lab.mx10:Mx10: has no ramp calculator; a class names one as `ramps`" in err
+    assert status == 2 and "my_lab.mx10:Mx10: has no ramp calculator; set `ramps` of the class" in err
     with pytest.raises(UsageError, match=r"Wrong.checks: found <function slow.*; allowed a tuple of functions"):
         checks_of("my_lab.careful:Wrong")
-    with pytest.raises(UsageError, match="Wrong: ramps: found 'none'; a class names one"):
+    with pytest.raises(UsageError, match="Wrong: ramps: found 'none'; set `ramps` of the class"):
         ramps_of("my_lab.careful:Wrong")
 
 

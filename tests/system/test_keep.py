@@ -87,7 +87,7 @@ def test_what_lies_before_is_refused_with_the_remedy(both, question):
     with pytest.raises(NotRecorded) as raised:
         QUESTIONS[question](bounded, y, SINCE - 1)
     assert str(raised.value).startswith("x at ") and str(raised.value).endswith(
-        ": the past is kept only from 2.5 s on; make the bench with more than keep='500 ms'"
+        ": the past is kept only from 2.5 s on; make the bench with a longer keep than '500 ms'"
     )
     QUESTIONS[question](bounded, y, SINCE)
 
@@ -148,7 +148,7 @@ def test_a_server_keeps_so_many_stretches_and_counts_all_steps(monkeypatch):
     serving.run()
     bench.run_to("3 s")
     assert 30 <= len(x.motor.past) <= 60 and serving.steps_of(x) == shuttled(3)
-    with pytest.raises(NotRecorded, match="a server keeps the last 30 stretches: ask earlier, or replay its journal"):
+    with pytest.raises(NotRecorded, match="a server keeps the last 30 stretches: query earlier, or replay its journal"):
         x.steps(0)
     assert len(x.steps()) == x.motor.count(x.motor.since, bench.now_ps)
 

@@ -77,7 +77,7 @@ def test_a_part_refuses_what_lies_before_with_the_remedy(both, question):
     with pytest.raises(NotRecorded) as raised:
         PARTS[question](bounded, current, 2_500 * MS - 1)
     assert str(raised.value).startswith(f"{name} at ") and str(raised.value).endswith(
-        ": the past is kept only from 2.5 s on; make the bench with more than keep='500 ms'"
+        ": the past is kept only from 2.5 s on; make the bench with a longer keep than '500 ms'"
     )
     PARTS[question](bounded, current, 2_500 * MS)
 
@@ -197,7 +197,7 @@ def test_findings_that_are_forgotten_are_counted_by_one_that_stays():
     gone = all_of_them[: -len(rest)]
     assert (first.code, first.source, first.time_ps) == ("forgotten", "x", gone[-1].time_ps)
     assert f"{len(gone)} up to " in first.text and f"unknown-command {len(gone) - 1}" in first.text
-    assert "bad-number 1" in first.text and first.text.endswith("make the bench with more than keep='10 ms'")
+    assert "bad-number 1" in first.text and first.text.endswith("make the bench with a longer keep than '10 ms'")
     for _ in range(2):  # the past is dropped when a run begins, or in the midst of a long one
         bench.run("1 s")
     (last,) = x.findings
@@ -214,7 +214,7 @@ def test_recorded_pins_and_commands_are_kept_as_long_as_the_bench_says():
     bench, *_ = shuttling(keep="100 ms")
     bench.record("x.mov")
     bench.run("2 s")
-    with pytest.raises(NotRecorded, match="or with more than keep='100 ms'"):
+    with pytest.raises(NotRecorded, match="or with a longer keep than '100 ms'"):
         bench.edges("x.mov", start="1 s")
     assert bench.edges("x.mov")[0][0] >= bench.now_ps - 100 * MS
 

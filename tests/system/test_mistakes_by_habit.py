@@ -36,7 +36,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.registers.update(rate=5)", "NoSuchAttribute", "registers cannot be set here; a host sends the command that"),
     ('del x.registers["rate"]', "NoSuchAttribute", "x (cy525): registers cannot be set here"),
     ('x.pins["abort"] = 0', "NoSuchAttribute", 'a pin is driven: x.pin("io_request").drive(0)'),
-    ("b.now = 5", "NoSuchAttribute", 'now cannot be set; time passes: bench.run("1 ms"), or bench.run_to("5 ms")'),
+    ("b.now = 5", "NoSuchAttribute", 'now cannot be set; let time pass: bench.run("1 ms"), or bench.run_to("5 ms")'),
     (
         "b.seed = 1",
         "NoSuchAttribute",
@@ -111,17 +111,17 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         "b.run_until(lambda b: b.now > 1)",
         "UsageError",
-        "missing a required argument: 'b'; the function takes nothing: lambda: x.position > 40",
+        "missing a required argument: 'b'; the function must take no arguments: lambda: x.position > 40",
     ),
     (
         "b.run_until(x.reaches)",
         "UsageError",
-        "run_until(reaches): missing a required argument: 'position'; the function takes nothing",
+        "run_until(reaches): missing a required argument: 'position'; the function must take no arguments",
     ),
     (
         'b.at("1 s", lambda b: 0)',
         "UsageError",
-        "missing a required argument: 'b'; the function takes nothing: lambda: x.pin('abort').drive(0)",
+        "missing a required argument: 'b'; the function must take no arguments: lambda: x.pin('abort').drive(0)",
     ),
     (
         "b.run_until(x.reaches(3) or x.reaches(4))",
@@ -152,7 +152,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.run_until(x.at_instruction(50), timeout="1 s")',
         "Timeout",
-        "x at instruction 50, where there is none: no program is stored; the time is",
+        "x at instruction 50, where none begins: no program is stored; the time is",
     ),
     # -------------------------------------------------------------------------------------------------------- hooks
     ("x.on_step", "NoSuchAttribute", "x.on_motion_begin.add(...) reports motions, x.steps() has every step"),
@@ -175,7 +175,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'h.live("R 5")',
         "UsageError",
-        "live commands go to a running program, and none of x runs; send() sends a command, run_program() starts",
+        "live commands need a running program, and x runs none; send() sends a command, run_program() starts",
     ),
     ("h.verify(True)", "UsageError", "host: verify(True, None); allowed groups 0 to 3, and 0 or more bytes"),
     ("h.verify(1.0)", "UsageError", "host: verify(1.0, None); allowed groups 0 to 3, and 0 or more bytes"),
@@ -184,7 +184,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "UsageError",
         "its arguments: chip, data; host.send(...) sends to the selected chip",
     ),
-    ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() forgets what is queued"),
+    ("h.close()", "NoSuchAttribute", "there is nothing to open or close; host.clear() drops the queue"),
     # --------------------------------------------------------------------------- habits of other libraries, once more
     (
         "b.process(lambda: 0)",
@@ -201,7 +201,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ('b.record(["x.slew"])', "UnknownName", "pass the names as separate arguments: bench.record(*names)"),
     ('b.add("encoder")', "UnknownName", "encoder is a part: bench.part('encoder')"),
     ('b.part("cy525")', "UnknownName", "cy525 is a chip: bench.add('cy525')"),
-    ('b.part("ram", to=x)', "WiringError", "x (cy525) has none, as cy545, cy545b have"),
+    ('b.part("ram", to=x)', "WiringError", "x (cy525) has none; cy545, cy545b have one"),
     ('b.host("x")', "UsageError", "host: 'x'; expected chips of this bench: bench.host(bench['x'])"),
     (
         "b.host(x, baudrate=9600)",
@@ -221,8 +221,8 @@ MISTAKES = [  # the line, the error, the end of its message
     ),
     ('s = b.stream_vcd("s.vcd"); b.run("1 ms")', "UsageError", "stream_vcd: use it in a with statement"),
     ('b.stream_vcd("s.txt")', "UsageError", "s.txt: give a name that ends in .vcd"),
-    ("h.readline()", "NoSuchAttribute", "host.received has what came in, host.ask(...) waits"),
-    ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) gives it, host.change_line(...) changes it"),
+    ("h.readline()", "NoSuchAttribute", "host.received has the received data, host.ask(...) waits"),
+    ("h.baudrate = 19200", "NoSuchAttribute", "bench.host(x, baud=9600) sets it, host.change_line(...) changes it"),
     ('gh.parity = "odd"', "NoSuchAttribute", "host.change_line(...) changes the format of a serial line"),
     ("h.timeout = 1", "NoSuchAttribute", 'host.ask(..., timeout="5 s") takes one'),
     ("h.change_rate(60)", "Timeout", "a rate is taken while the motor slews, in a motion after H and G"),
@@ -262,9 +262,9 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'slewline.load("move.cy525")',
         "BenchFileError",
-        "move.cy525: is a program by its name, not a bench file",
+        "move.cy525: a program, by its extension, not a bench file",
     ),
-    ('slewline.load("move.cy525")', "BenchFileError", 'on a bench a host does: [[host]] with file = "move.cy525"'),
+    ('slewline.load("move.cy525")', "BenchFileError", 'or on a bench with a host: [[host]], file = "move.cy525"'),
     ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "ms on, which is now, so no edge of it is recorded yet"),
     ('b.record("x.run"); b.edges("x.run")', "NotRecorded", "call bench.record('x.run') before time passes"),
     (
@@ -276,7 +276,7 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.run_program()", "NoSuchAttribute", "a host has it: bench.host(x).run_program"),
     ("m.packet", "NoSuchAttribute", "a host has it: bench.host(mc1451a).packet"),
     ("b.verify(0)", "NoSuchAttribute", "a host has it: bench.host(x).verify, with x = bench.add(...)"),
-    ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; write ram.load(image)"),
+    ('b.part("ram").content = b""', "NoSuchAttribute", "ram: content cannot be set; use ram.load(image)"),
 ]
 
 
@@ -330,7 +330,7 @@ def test_a_wait_for_an_instruction_names_those_that_there_are():
     world["b"].run_until_idle()
     rows = ", ".join(str(row.address) for row in world["x"].program_rows())
     with pytest.raises(
-        errors.Timeout, match=f"instruction 50, where there is none: there are {rows}; the time is"
+        errors.Timeout, match=f"instruction 50, where none begins: there are {rows}; the time is"
     ) as raised:
         world["b"].run_until(world["x"].reaches(3) | world["x"].at_instruction(50), timeout="1 s")
     assert "x at position 3 or x at instruction 50" in str(raised.value)
@@ -396,7 +396,7 @@ def test_a_program_that_nobody_ends_is_told_at_rest_unless_it_has_been_kept(part
     bench.run_until_idle()
     bench.run_until_idle()
     (text,) = told(bench, "unfinished")
-    assert text.startswith(f"program entry is open since {enter}: commands are stored and not executed; {ends}")
+    assert text.startswith(f"program entry has been open since {enter}: commands are stored, not executed; {ends}")
     host.ask("M")  # the stand-alone way: what has been entered is in the EEPROM
     bench.run_until_idle()
     host.ask("R20")
@@ -411,7 +411,7 @@ def test_a_program_without_its_q_is_told_at_rest_once(part):
     for line in ("R 80\r", "E\rP 300\r0\r", "P 0\r"):
         host.send(line)
         bench.run_until_idle()
-    text = "program entry is open since E: commands are stored and not executed; Q ends it"
+    text = "program entry has been open since E: commands are stored, not executed; Q ends it"
     assert told(bench, "unfinished") == [text]
     host.send("Q")
     bench.run_until_idle()
@@ -429,7 +429,7 @@ def test_a_p_of_a_cy500_that_waits_for_its_g_is_told_at_rest():
     host = bench.host(bench.add("cy500"))
     host.send("A\rR 100\rF 10\rP 300\r")
     bench.run_until_idle()
-    assert told(bench, "no-go") == ["P 300 without G: on the CY500 it only sets the target; send G"]
+    assert told(bench, "no-go") == ["P 300 has no G after it; on the CY500 P only sets the target: send G"]
     for line in ("G\r", "P 5\rN 3\r", "P 9\rI\r"):
         host.send(line)
         bench.run_until_idle()
@@ -448,7 +448,9 @@ def test_a_command_that_needs_an_encoder_is_told_once_of_a_part_without(command)
     bench = slewline.Bench()
     bench.host(bench.add("mc1151a")).send(command)
     bench.run("5 ms")
-    assert told(bench, "no-encoder") == [f"{name} needs an encoder: the mc1151a only accepts it; take the mc1151a-e"]
+    assert told(bench, "no-encoder") == [
+        f"{name} needs an encoder: the mc1151a accepts it without effect; use the mc1151a-e"
+    ]
 
 
 def test_a_wait_that_ends_in_vain_says_what_has_no_update():
@@ -477,9 +479,7 @@ def test_what_has_no_effect_on_a_busy_module_is_told_once_in_a_run(command):
         host.ask(line)
     assert [host.ask(line) for line in ("V1", "Q", command, command)] == ["B"] * 4
     (text,) = told(bench, "busy")
-    assert text.startswith(
-        f"{command} while a program runs: B is the answer, nothing is done; wait until F is answered"
-    )
+    assert text.startswith(f"{command} is answered with B and ignored while a program runs; wait until F is answered")
 
 
 def test_a_server_names_the_chip_whose_uart_only_receives():

@@ -84,7 +84,11 @@ MISTAKES = [  # the line, the error, the end of its message
     ("x.speed", "NoSuchAttribute", "x has no 'speed'; x.velocity_at(\"3 ms\"), or x.velocity_at(bench.now)"),
     ('x.send("A 0\\r")', "NoSuchAttribute", "x has no 'send'; bench.host(x).send(...)"),
     ("x.move(100)", "NoSuchAttribute", "x has no 'move'; a host sends the command: bench.host(x).send(...)"),
-    ("b.remove(x)", "NoSuchAttribute", "bench has no 'remove'; a bench only grows: make a new one, slewline.Bench()"),
+    (
+        "b.remove(x)",
+        "NoSuchAttribute",
+        "bench has no 'remove'; nothing can be removed from a bench: make a new one, slewline.Bench()",
+    ),
     ('h.sendline("N 10")', "NoSuchAttribute", "has no 'sendline'; write host.send(...)"),
     ('x.pin("abort").set_level(1)', "NoSuchAttribute", "x.abort has no 'set_level'; pin.drive(0) or pin.drive(1)"),
     (
@@ -106,7 +110,11 @@ MISTAKES = [  # the line, the error, the end of its message
         "NoSuchAttribute",
         "x has no 'edges'; bench.record() before time passes, then bench.edges(\"x.PIN\")",
     ),
-    ("x.run_until_idle()", "NoSuchAttribute", "x has no 'run_until_idle'; time is the bench's: bench.run_until_idle()"),
+    (
+        "x.run_until_idle()",
+        "NoSuchAttribute",
+        "x has no 'run_until_idle'; time passes on the bench: bench.run_until_idle()",
+    ),
     (
         "x.position = 0",
         "NoSuchAttribute",
@@ -124,13 +132,13 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'x.pin("slew").level = 0',
         "NoSuchAttribute",
-        "x.slew: level cannot be set: it is what the wire shows; write pin.drive(0)",
+        "x.slew: level cannot be set: it is the state of the wire; write pin.drive(0)",
     ),
     ('x.pin("slew").high()', "NoSuchAttribute", "x.slew has no 'high'; pin.drive(1) drives it, pin.level reads it"),
     ('x.pin("slew").value', "NoSuchAttribute", "x.slew has no 'value'; write pin.level"),
     ('x.pin("slew").toggle()', "NoSuchAttribute", "x.slew has no 'toggle'; write pin.pulse(1, \"10 us\")"),
-    ('x.pin("slew").drive("low")', "UsageError", "x.slew: level 'low'; allowed 0, 1 (release() lets go)"),
-    ('x.pin("slew").drive(2)', "UsageError", "x.slew: level 2; allowed 0, 1 (release() lets go)"),
+    ('x.pin("slew").drive("low")', "UsageError", "x.slew: level 'low'; allowed 0, 1 (release() releases the pin)"),
+    ('x.pin("slew").drive(2)', "UsageError", "x.slew: level 2; allowed 0, 1 (release() releases the pin)"),
     ('x.pin("abort").drive(0, at="0 ms")', "UsageError", "x.abort: 0 ps is in the past; the time is 136.046909 ms"),
     (
         'x.pin("abort").drive(0, at=5)',
@@ -241,7 +249,7 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.add("cy525", straps={"wait": "high"})',
         "UsageError",
-        "cy525: strap wait='high'; straps put an input to 0 or 1",
+        "cy525: strap wait='high'; a strap sets an input to 0 or 1",
     ),
     ('b.add("cy525", name="x")', "UsageError", "the bench has a 'x' already; names are unique"),
     ('b.add("cy525", name="my chip")', "UsageError", "name 'my chip': allowed letters, digits and underscores"),
@@ -270,12 +278,12 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.part("eeprom", to=x, image="x.bin")',
         "UsageError",
-        "the content itself; give slewline.read_image('x.bin'), or in a bench file the key file",
+        "the content itself; pass slewline.read_image('x.bin'), or use the key file in a bench file",
     ),
     (
         'b.part("prom", to=x, image="prog.hex")',
         "UsageError",
-        "content itself; give slewline.read_image('prog.hex'), or in a bench file the key file",
+        "content itself; pass slewline.read_image('prog.hex'), or use the key file in a bench file",
     ),
     (
         'b.part("eeprom", size=1000)',
@@ -287,7 +295,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "WiringError",
         "a part of kind inverter has no standard wiring; connect in1, out with bench.wire",
     ),
-    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: both are the same; give two pins"),
+    ('b.wire("x.slew", "x.slew")', "WiringError", "wire x.slew to x.slew: both are the same pin or bus; give two"),
     ('b.wire("x.slew", "slew")', "UnknownName", "pin 'slew': give owner and pin, such as 'x.slew'"),
     ('b.wire("x.slew", "y.wait")', "UnknownName", "the bench has no 'y'; there are: x, host"),
     (
@@ -383,8 +391,8 @@ MISTAKES = [  # the line, the error, the end of its message
         "NotRecorded",
         "x.wait is not recorded; call bench.record('x.wait') before time passes",
     ),
-    ('b.figure(axes="y")', "UnknownName", "axes: no axis 'y'; there are x, and numbers from 1 on"),
-    ("b.figure(axes=7)", "UnknownName", "axes: no axis 7; there are x, and numbers from 1 on"),
+    ('b.figure(axes="y")', "UnknownName", "axes: no axis 'y'; allowed x, or numbers from 1"),
+    ("b.figure(axes=7)", "UnknownName", "axes: no axis 7; allowed x, or numbers from 1"),
     ('b.figure(parts="motor")', "UnknownName", "parts: no quantity 'motor'; there are: none"),
     (
         "b.figure(runs=[b])",
@@ -432,23 +440,23 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'b.timing("a.svg", between=[("slew falls",)])',
         "UsageError",
-        "between ('slew falls',): expected two edges, or the symbol of a printed time",
+        "between ('slew falls',): expected two edges, or the symbol of a time in the data sheet",
     ),
     ('b.check_timing("x")', "UsageError", "check_timing('x'): expected a list of names of chips, such as ['x']"),
     ('h.query("V 0")', "NoSuchAttribute", "host has no 'query'; write host.ask(...)"),
     (
         "h.position",
         "NoSuchAttribute",
-        "host has no 'position'; the position is the chip's: x.position, of x = bench.add(...)",
+        "host has no 'position'; the chip has the position: x.position, with x = bench.add(...)",
     ),
-    ("h.read(3)", "NoSuchAttribute", "host has no 'read'; host.received has what came in, host.ask(...) waits"),
-    ('h.run("1 s")', "NoSuchAttribute", "host has no 'run'; time is the bench's: bench.run_until_idle()"),
+    ("h.read(3)", "NoSuchAttribute", "host has no 'read'; host.received has the received data, host.ask(...) waits"),
+    ('h.run("1 s")', "NoSuchAttribute", "host has no 'run'; the bench runs time: bench.run_until_idle()"),
     ("h.send(3)", "UsageError", "host: 3; expected text, bytes, or a list of numbers 0 to 255"),
     ('h.send("Größe\\r")', "UsageError", "host: 'ö' at character 3 is not ASCII; give bytes for raw values"),
     (
         'h.ask("A 0")',
         "UsageError",
-        "host: 'A 0' has no answer; ask() takes 'V 0', 'V 1', 'V 2', 'V 3', and send() the rest",
+        "host: 'A 0' has no answer; use ask() for 'V 0', 'V 1', 'V 2', 'V 3', send() for other commands",
     ),
     ("h.verify(77)", "UsageError", "host: verify(77, None); allowed groups 0 to 3, and 0 or more bytes"),
     ('h.to("y")', "UnknownName", "host has no chip 'y'; it serves x"),
@@ -459,7 +467,7 @@ MISTAKES = [  # the line, the error, the end of its message
         "host.axis(1) has no 'set_pos'; write host.axis(1).command(\"SET_POS\", position)",
     ),
     ("mh.axis(1).GET_POS", "NoSuchAttribute", "host.axis(1) has no 'GET_POS'; write host.axis(1).query(\"GET_POS\")"),
-    ("mh.axis(1).position", "NoSuchAttribute", "host.axis(1) has no 'position'; it is the chip's: x.axis(1).position"),
+    ("mh.axis(1).position", "NoSuchAttribute", "host.axis(1) has no 'position'; the chip has it: x.axis(1).position"),
     ("mh.axis(5)", "UsageError", "host: axis 5; mc1451a (mc1451a) has 1..4"),
     ('mh.axis("x")', "UsageError", "host: axis 'x'; mc1451a (mc1451a) has 1..4"),
     ('mh.command("SET_POSITION", 3)', "UnknownName", "SET_POSITION is not a command of the MC1451A; write SET_POS"),
@@ -477,11 +485,11 @@ MISTAKES = [  # the line, the error, the end of its message
     (
         'mh.query("SET_POS")',
         "UsageError",
-        "host: SET_POS returns nothing, so there is no query; send it with command()",
+        "host: SET_POS returns nothing, so it cannot be queried; send it with command()",
     ),
     ('mh.wait("ready")', "UnknownName", "positive_limit, negative_limit, command_error, motor_on, axis_on, in_motion"),
     ("mb.host(m)", "WiringError", "host: mc1451a has a host on this channel already; use bench['host']"),
-    ('gh.ask("V1\\r\\n")', "UsageError", "host: command 'V1\\r\\n'; one at a time, the carriage return is added"),
+    ('gh.ask("V1\\r\\n")', "UsageError", "host: command 'V1\\r\\n'; expected one command without a carriage return"),
     ('gh.query("V1")', "NoSuchAttribute", "host has no 'query'; write host.ask(...)"),
     ("gb.host(g)", "WiringError", "host: host is on the line of gs_c200 already; a line takes one host"),
     (

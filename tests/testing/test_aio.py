@@ -252,7 +252,7 @@ def test_what_does_not_come_about_says_who_waits_for_what(run):
         ):
             await bench.until(bench["x"].reaches(40), timeout="2 s")
         assert bench.now == 2
-        with pytest.raises(Timeout, match="waited 1 s for every queue empty and every chip idle"):
+        with pytest.raises(Timeout, match="waited 1 s for all queues to be empty and all chips idle"):
             await bench.until_idle("1 s")
 
     run(main)

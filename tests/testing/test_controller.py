@@ -105,7 +105,9 @@ def test_straps_decide_on_address_and_checksum(gs_c200s):
 
 def test_no_answer(gs_c200s):
     gs_c200s.chip.power(False)
-    with pytest.raises(Timeout, match=r"'F': no whole answer in 5 s, received b''; gs_c200s: waiting for its supply"):
+    with pytest.raises(
+        Timeout, match=r"'F': no complete answer within 5 s, received b''; gs_c200s: waiting for its supply"
+    ):
         gs_c200s.ask("F")
 
 
@@ -118,7 +120,7 @@ def test_the_number_of_steps_and_their_direction(moving):
     moving.until_idle()
     moving.assert_steps(200, direction=+1)
     moving.assert_steps(200)
-    differs("200 steps came, expected 199", moving.assert_steps, 199)
+    differs("200 steps found, expected 199", moving.assert_steps, 199)
     first = readable(int(moving.chip.steps().times_ps[0]))
     said = f"step 1 is cw at {first}, expected ccw; 199 more are wrong"
     differs(said, moving.assert_steps, 200, direction=-1)
@@ -144,7 +146,7 @@ def test_the_steps_of_another_run(gs_c200s, slewline_module):
         start(module, steps)
         module.until_idle()
     gs_c200s.assert_steps(gs_c200s.chip.steps())
-    with pytest.raises(AssertionError, match="1 step missing at the end: 2 came, expected 3; the first is cw at 79"):
+    with pytest.raises(AssertionError, match="1 step missing at the end: 2 found, expected 3; the first is cw at 79"):
         gs_c200s.assert_steps(other.chip.steps())
 
 
@@ -154,7 +156,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
     moving.assert_steps(np.int64(200), direction=+1)
     moving.assert_steps(steps.times_ps)
     moving.assert_steps(list(steps.times_ps - since), since=since)
-    differs("200 steps came, expected 199", moving.assert_steps, np.int64(199))
+    differs("200 steps found, expected 199", moving.assert_steps, np.int64(199))
     with pytest.raises(UsageError, match="a float would be rounded"):
         moving.assert_steps(steps.times_ps / 1)
     times, levels = moving.bench.edges("gs_c200s.ramp")
@@ -163,7 +165,7 @@ def test_numbers_and_instants_may_come_out_of_arrays(moving):
 
 @pytest.mark.parametrize("what", [None, "200", 200.0], ids=repr)
 def test_what_steps_cannot_be_compared_with(gs_c200s, what):
-    with pytest.raises(UsageError, match="expected how many, their instants, or the steps of another run"):
+    with pytest.raises(UsageError, match="expected a number, instants, or the steps of another run"):
         gs_c200s.assert_steps(what)
     with pytest.raises(UsageError, match=r"assert_steps\(<gs-c200s on url: .*such as other\.chip\.steps\(\)"):
         gs_c200s.assert_steps(gs_c200s)
@@ -199,7 +201,9 @@ def test_a_lost_byte_to_the_module(gs_c200s):
 
 def test_a_lost_byte_to_the_host(gs_c200s):
     gs_c200s.faults.lost_byte(to="host", count=3)
-    with pytest.raises(Timeout, match="'F': no whole answer in 5 s, received b''; gs_c200s: waiting for a command"):
+    with pytest.raises(
+        Timeout, match="'F': no complete answer within 5 s, received b''; gs_c200s: waiting for a command"
+    ):
         gs_c200s.ask("F")
     gs_c200s.assert_reply("F", "R")
 
@@ -235,7 +239,7 @@ def test_a_garbled_byte_depends_on_the_seed_alone(slewline_module):
 def test_a_wrong_parity(gs_c200s):
     gs_c200s.faults.wrong_parity()
     gs_c200s.assert_reply("F", "E1")
-    assert gs_c200s.bench.findings[-1].text.startswith("b'FV': a parity or framing fault: this module is set to")
+    assert gs_c200s.bench.findings[-1].text.startswith("b'FV': a parity or framing error: this module is set to")
 
 
 @pytest.mark.parametrize("to", ["module", "host"])

@@ -54,10 +54,10 @@ def test_one_that_is_missing_or_too_many_does_not_make_all_others_wrong():
 def test_how_many_more_there_are():
     found = [(time + 10**6 * (n > 1), sign) for n, (time, sign) in enumerate(STEPS)]
     assert told(found) == "step 3 is 1 µs late: cw at 3.001 ms, expected cw at 3 ms; 2 more are wrong"
-    assert told(found[:4]).endswith("; 1 more are wrong; 4 steps came, expected 5")
+    assert told(found[:4]).endswith("; 1 more are wrong; 4 steps found, expected 5")
 
 
 def test_what_is_missing_at_the_end():
-    assert told(STEPS[:3]) == "2 steps missing at the end: 3 came, expected 5; the first is cw at 4 ms"
-    assert told(STEPS[:4]) == "1 step missing at the end: 4 came, expected 5; the first is cw at 5 ms"
-    assert told(STEPS, STEPS[:2]) == "3 steps too many at the end: 5 came, expected 2; the first is cw at 3 ms"
+    assert told(STEPS[:3]) == "2 steps missing at the end: 3 found, expected 5; the first is cw at 4 ms"
+    assert told(STEPS[:4]) == "1 step missing at the end: 4 found, expected 5; the first is cw at 5 ms"
+    assert told(STEPS, STEPS[:2]) == "3 steps too many at the end: 5 found, expected 2; the first is cw at 3 ms"

@@ -54,7 +54,7 @@ def test_a_part_on_a_bus_is_spoken_to_by_its_host(module, request):
     assert module.position == 10
     module.until_idle()
     module.assert_steps(30, direction=+1)
-    with pytest.raises(AssertionError, match="30 steps came, expected 31"):
+    with pytest.raises(AssertionError, match="30 steps found, expected 31"):
         module.assert_steps(31)
     assert [line.split("! ")[1] for line in module.report().splitlines() if "! " in line] == [
         "moves from 0",
@@ -86,7 +86,7 @@ def test_faults_that_take_no_line_are_there_and_the_others_are_refused(cy525, mc
     cy525.advance("10 ms")
     assert "the supply is off" in cy525.report()
     for module in (cy525, mc1451a):
-        with pytest.raises(UsageError, match=r"lost byte: \w+, a \w+, is on no serial line"):
+        with pytest.raises(UsageError, match=r"lost byte: \w+, a \w+, has no serial line"):
             module.faults.lost_byte()
 
 
@@ -102,7 +102,7 @@ def test_on_tcp_a_bus_is_reached_through_a_uart_and_a_chipset_by_its_registers(c
     cy525.assert_steps(30)
     with ChipsetHost(*mc1451a.url.rpartition("//")[2].split(":")) as host:
         assert host.query("GET_VRSN") == 0x5C11
-    with pytest.raises(UsageError, match=r'cy525 on tcp: only the program on the port can command it; on="host"'):
+    with pytest.raises(UsageError, match=r'cy525 on tcp: only the program on the port can command it; use on="host"'):
         cy525.ask("?")
 
 

@@ -63,7 +63,7 @@ def test_with_a_mistake(gs_c200s):
 """
 REPORT = [
     ">*gs_c200s.assert_steps(200)",
-    "E*AssertionError: 1 step came, expected 200",
+    "E*AssertionError: 1 step found, expected 200",
     "*- slewline: gs-c200s on url -*",
     "gs-c200s at slewline://gs-c200s[?]name=gs_c200s_*, seed 7, 1.0*, position 1",
     "gs_c200s: *enable*",

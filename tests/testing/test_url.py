@@ -58,7 +58,7 @@ def test_a_program_that_sleeps_while_the_module_is_busy_is_warned_once(opened):
     for command in (*PROGRAM, "E"):
         ask(port, command)
     asleep(port, 2)
-    with pytest.warns(UserWarning, match=r": 2.0 s of real time have passed, and no virtual time") as seen:
+    with pytest.warns(UserWarning, match=r": 2.0 s of real time have passed, but no virtual time") as seen:
         assert ask(port, "V1") == b"BR\r"
     assert seen[0].filename == __file__
     assert "call port.sleep(...) instead of time.sleep(...), or give a rate in the URL, rate=1." in str(seen[0].message)
@@ -267,7 +267,7 @@ def test_a_break_is_a_character_without_stop_bit(opened):
     assert port.bench.now_ps - began == 50 * 10**9
     port.write(b"\r")
     assert port.read_until(b"\r") == framed("E1")
-    assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing fault: this module is set to 9600")
+    assert port.bench.findings[-1].text.startswith(r"b'\x00': a parity or framing error: this module is set to 9600")
 
 
 def test_a_break_comes_behind_what_was_written(opened):
@@ -563,7 +563,7 @@ NOT_OPENED = [
     ("slewline://", {}, "no chip ''; there are: cy525, cy500, cy512, cy545, cy545b, gs-c200, gs-c200s"),
     ("slewline://cy525", {}, r"cy525: has no serial line; use bench\.host"),
     ("slewline://gs-c200s?sel9=0", {}, "no option 'sel9'; its options: store, cold, firmware"),
-    ("slewline://gs-c200s?chs=2", {}, "strap chs=2; straps put an input to 0 or 1"),
+    ("slewline://gs-c200s?chs=2", {}, "strap chs=2; a strap sets an input to 0 or 1"),
     ("slewline://gs-c200s?rate=fast", {}, "rate 'fast'; expected virtual seconds per second"),
     ("slewline://gs-c200s?chs=0&chs=1", {}, r"\?chs=0&chs=1: chs is given twice; give it once"),
     ("slewline://gs-c200s?seed=x", {}, "seed 'x'; allowed a whole number"),

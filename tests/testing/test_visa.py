@@ -147,7 +147,7 @@ def test_a_served_module_is_opened_as_a_socket(manager):
     [
         ("ASRLslewline://gs-c2000::INSTR", "did you mean gs-c200"),
         ("ASRLslewline://cy525::INSTR", "has no serial line"),
-        ("ASRLslewline://gs-c200s?chs=2::INSTR", "straps put an input to 0 or 1"),
+        ("ASRLslewline://gs-c200s?chs=2::INSTR", "a strap sets an input to 0 or 1"),
     ],
 )
 def test_a_name_that_means_no_module_is_refused(manager, name, says):
@@ -166,14 +166,14 @@ def test_a_name_that_means_nothing_is_refused_as_always(manager):
         ({}, "line-end: the host ends its lines with CR LF"),  # of PyVISA: CR LF
         ({"write_termination": ""}, "unfinished: "),
         ({"baud_rate": 4800}, "format: line is set to 4800 7O2, and gs_c200s to 9600 7O2"),
-        ({"read_termination": "\r\n"}, r"b'R\\r' has come, and no b'\\n', the termination character"),
+        ({"read_termination": "\r\n"}, r"received b'R\\r' without b'\\n', the termination character"),
         (
             {"read_termination": "\r\n", "parity": pyvisa.constants.Parity.even},
-            r"format: line is set to 9600 7E2.*; E1: .*; b'E1\\r' has come, and no b'\\n'",
+            r"format: line is set to 9600 7E2.*; E1: .*; received b'E1\\r' without b'\\n'",
         ),
         (
             {"read_termination": None, "end_input": pyvisa.constants.SerialTermination.none},
-            r"b'R\\r' has come, and noth",
+            r"received b'R\\r', and noth",
         ),
     ],
     ids=["line end", "no line end", "rate", "read end", "read end and parity", "no read end"],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from slewline.translation.proof.prove import prove
 from slewline.translation.translate import translate_text
 from slewline.translation.translation_report import LineKind
 from tests.rows import rows
@@ -29,6 +30,7 @@ def kind_of(text: str, code: str, source: str = "cy512", to: str = "cy525") -> t
         ("D", ["X"]),  # X: the run command was D
         ("E\nB\n0\nQ\nD", ["E", "B", "0", "Q", "X"]),
         ("E\nN 5\n+\nG\nT\n0\nQ\nD", ["E", "N 5", "+", "G", "T A", "0", "Q", "X"]),  # T t: has a target
+        ("O 0\nO 3", ["O 0", "O 3"]),  # O o: 0 to 3 are full steps in both
         ("B\nC\n+\n-\nN 9\nI", ["B", "C", "+", "-", "N 9", "I"]),  # all others are the same
     ],
 )
@@ -40,7 +42,16 @@ def test_a_command_that_is_new_or_modified(written: str, becomes: list[str]) -> 
 
 def test_the_half_step_is_not_possible_and_is_cited() -> None:
     kind, limit = kind_of("H\nR 50\nN 10\nG\n", "H")
-    assert kind is LineKind.IMPOSSIBLE and "half a step" in limit and "CY525" in limit
+    assert kind is LineKind.IMPOSSIBLE and "half steps" in limit and "CY525" in limit
+    kind, limit = kind_of("O 4\n", "O 4")  # here it turns all phases off
+    assert kind is LineKind.IMPOSSIBLE and "4-7 the half step after each" in limit
+
+
+def test_a_move_too_short_for_its_rate_has_a_ramp_in_the_cy525_and_the_difference_is_stated() -> None:
+    done = translate_text("A\nR 200\nS 3\nN 20\n+\nG\n", "cy512", "cy525")
+    move = done.report.lines[-1]
+    assert move.kind is LineKind.NEARLY and 0.3 < move.verdicts[0].off < 0.4
+    assert prove(done).proven
 
 
 def test_r_and_s_become_the_first_rate_the_rate_and_the_slope_of_the_same_ramp() -> None:
@@ -67,11 +78,13 @@ def test_a_factor_divides_the_rate() -> None:
     ("written", "limit"),
     [
         ("A 500", "position zero"),
-        ("H", "something stops it"),
+        ("H", "until it is stopped"),
+        ("F 90", "start and end"),
+        ("O 9", "above 3: phases off"),
     ],
 )
 def test_what_is_new_in_the_cy525_the_cy512_has_not(written: str, limit: str) -> None:
-    kind, cited = kind_of(f"{written}\n", written, "cy525", "cy512")
+    kind, cited = kind_of(f"{written}\nN 9\nG\n", written, "cy525", "cy512")
     assert kind is LineKind.IMPOSSIBLE and limit in cited
 
 

@@ -30,7 +30,7 @@ def test_pauses_are_those_from_the_last_step_to_a_change_and_to_the_next_first_s
     assert found(MOVE, later(HIGH, 3), later(NEXT, 3)).pause_off_ps == 3 * MS
     assert found(MOVE, HIGH, later(NEXT, 37)).proven  # a tenth of 302 ms, a hundredth, and 5 ms for commands
     (says,) = found(MOVE, HIGH, later(NEXT, 40)).differences
-    assert says == "302 ms before +500 steps at 1 s, at the result 342 ms"
+    assert says == "302 ms before +500 steps at 1 s, in the result 342 ms"
 
 
 def test_pauses_of_a_host_are_its_own() -> None:
@@ -54,6 +54,6 @@ def test_delays_of_what_is_read_back_are_its_pauses() -> None:
 def test_the_rate_of_a_long_move_is_compared_and_of_a_short_one_only_its_bound() -> None:
     assert found(MOVE, HIGH, replace(NEXT, rate=1025.0)).proven
     (says,) = found(MOVE, HIGH, replace(NEXT, rate=900.0)).differences
-    assert says == "+500 steps at 1 s: 1000 steps/s, at the result 900"
+    assert says == "+500 steps at 1 s: 1000 steps/s, in the result 900"
     assert found(MOVE, HIGH, replace(NEXT, rate=900.0), bounds=replace(BOUNDS, long=500)).proven
     assert not found(MOVE, HIGH, replace(NEXT, rate=2100.0), bounds=replace(BOUNDS, long=500)).proven

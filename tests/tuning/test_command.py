@@ -87,14 +87,14 @@ def test_jobs_are_processes_and_a_map_takes_all_processors(monkeypatch: pytest.M
 @pytest.mark.parametrize(("arguments", "says"), [
     (("--grid", "Q=3"), "cy525: no parameter 'Q'; there are: F, R, S, Z, ramp_unit, ramp_jumps"),
     (("--grid", "F="), "cy525: F '': no values; allowed a range such as 3..10"),
-    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 places; allowed 1000000; give fewer values, such as /12"),
+    (("--grid", "F=0..127 R=0..127 S=1..255"), "4177920 points; allowed 1000000; use fewer values, such as /12"),
     (("--perturb", "lod 20%"), "perturbation 'lod'; there are: load, inertia"),
     (("--stepping", "quarter"), "steps 'quarter'; allowed full, wave, half, and micro with a number, such as micro 8"),
-    (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 and more"),
-    (("--steps", "70000"), "none of 6 places gives a move; the first: cy525: a move of 70000 steps; allowed 1..65535"),
+    (("--steps", "0"), "cy525: a move of 0 steps; allowed 1 or more"),
+    (("--steps", "70000"), "none of 6 grid points has a move; the first: cy525: a move of 70000 steps;"),
     (("--jobs", "0"), "jobs 0; allowed 1..256 processes"),
     (("--jobs", "1", "--dask", "tcp://x:1"), "--jobs and --dask: give one of the two"),
-    (("--store", "nowhere/log.jsonl"), "nowhere/log.jsonl: there is no directory 'nowhere'; make it, or name another"),
+    (("--store", "nowhere/log.jsonl"), "nowhere/log.jsonl: no directory 'nowhere'; create it, or name another"),
     (("--plot", "found.gif"), "found.gif: give a name that ends in .svg, .png or .pdf"),
     (("--bench", "found.txt"), "found.txt: give a name that ends in .toml"),
     (("--motor", "QSH4218-51-10-94"), "motor 'QSH4218-51-10-94'; there are: "),
@@ -130,7 +130,7 @@ def test_a_bench_file_of_the_user_is_not_replaced(call: Any) -> None:
 
 def test_more_than_the_rated_current_is_said(call: Any) -> None:
     _, out, _ = call("cy525", *QUICK, "--driver", "24 V, 10 A averaged")
-    assert "note          10 A a phase, and QSH4218-51-10-049 is rated 1 A: it gets hot" in out
+    assert "note          10 A per phase, but QSH4218-51-10-049 is rated 1 A: it gets hot" in out
     _, out, _ = call("cy525", *QUICK, "--driver", "24 V, 1 A averaged")
     assert "is rated" not in out
 
@@ -140,7 +140,7 @@ def test_a_driver_with_hardly_any_current_is_the_reason_why_nothing_holds(call: 
     free = ("--motor", "QSH4218-51-10-049", "--steps", "40", "--grid", "F=6 R=8 S=199")
     status, _, err = call("cy525", *free, "--driver", driver)
     assert status == 1
-    assert "cy525: none of 1 moves holds: 0.001 A a phase, and QSH4218-51-10-049 is rated 1 A: it has 0.1% of" in err
+    assert "cy525: none of 1 moves holds: 0.001 A per phase, but QSH4218-51-10-049 is rated 1 A: it has 0.1% of" in err
 
 
 def test_where_nothing_holds(call: Any) -> None:

@@ -88,7 +88,7 @@ def test_a_cluster_that_dies_costs_nothing_of_the_log(tmp_path: Path) -> None:
         cluster.close()
     says = str(caught.value)
     assert f"Dask cluster {cluster.address!r} is gone; allowed the address of a running scheduler" in says
-    assert "tune.jsonl has all that was judged: the same command goes on there" in says
+    assert "tune.jsonl has all verdicts so far: the same command resumes there" in says
     assert monotonic() - killed[0] < 20
     kept = path.read_bytes().count(b"\n") - 1
     assert kept >= 40

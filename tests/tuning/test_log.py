@@ -114,12 +114,12 @@ def test_an_interrupt_says_what_is_kept(path: Path, stored: bool) -> None:
     with pytest.raises(KeyboardInterrupt) as caught:
         perform(made, ramps_of(made.part), store=path if stored else None, full_map=True, judge=until_interrupted)
     if stored:
-        says = f"interrupted; {path} has 30 of up to {most:,} runs: the same command goes on from there"
+        says = f"interrupted; {path} has 30 of up to {most:,} runs: the same command resumes from there"
         assert len(lines(path)) == 31
     else:
         says = (
             f"interrupted after 30 of up to {most:,} runs, which are lost; with --store F.jsonl (store=) every run is "
-            "kept, and the same command goes on from there"
+            "kept, and the same command resumes from there"
         )
     assert str(caught.value) == says
 
@@ -131,7 +131,7 @@ def test_an_interrupt_while_the_moves_are_listed_says_what_is_kept(path: Path, m
         raise KeyboardInterrupt
 
     monkeypatch.setattr("slewline.tuning.tune_ramp.Candidates", interrupt)
-    with pytest.raises(KeyboardInterrupt, match=f"has {runs:,} runs: the same command goes on from there"):
+    with pytest.raises(KeyboardInterrupt, match=f"has {runs:,} runs: the same command resumes from there"):
         sweep(path)
 
 
@@ -183,16 +183,16 @@ def test_a_line_that_is_no_run_is_named(path: Path) -> None:
     rows = path.read_bytes().splitlines(keepends=True)
     for wrong in (b"{}\n", b"nonsense\n", b'{"move": "a", "run": "b", "lost": 0, "error": "x", "worst": 1}\n'):
         path.write_bytes(b"".join([*rows[:4], wrong, *rows[4:]]))
-        with pytest.raises(UsageError, match=r"tune.jsonl, line 5: .* is no judged run; remove the line"):
+        with pytest.raises(UsageError, match=r"tune.jsonl, line 5: .* is not a run record; remove the line"):
             sweep(path)
 
 
 def test_places_where_no_log_can_be(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"there is no directory .*nowhere'; make it, or name another file"):
+    with pytest.raises(UsageError, match=r"no directory .*nowhere'; create it, or name another file"):
         sweep(tmp_path / "nowhere" / "tune.jsonl")
-    with pytest.raises(UsageError, match="is no file; name one"):
+    with pytest.raises(UsageError, match="is not a file; name"):
         sweep(tmp_path)
-    with pytest.raises(UsageError, match="is no file; name one"):
+    with pytest.raises(UsageError, match="is not a file; name"):
         sweep(Path(os.devnull))
     (tmp_path / "empty").touch()
     assert sweep(tmp_path / "empty").runs_here
@@ -212,7 +212,7 @@ def test_a_full_disk_ends_the_sweep_and_what_was_judged_is_kept(path: Path) -> N
         text=True,
         check=False,
     )
-    assert "tune.jsonl: File too large; what was judged before is kept; name a file" in ended.stderr
+    assert "tune.jsonl: File too large; earlier verdicts are kept; name a" in ended.stderr
     kept = path.read_bytes().count(b"\n") - 1
     again = sweep(path)
     assert kept > 20 and again.runs_here == again.runs - kept
@@ -263,15 +263,13 @@ def test_two_sweeps_at_once_are_refused(path: Path) -> None:
         assert process.stdout.readline() == "begun\n"
         data = path.read_bytes()
         for _ in range(2):  # what was refused lets go of the file
-            with pytest.raises(
-                UsageError, match=r"tune.jsonl: another sweep writes into it; wait until it is finished"
-            ):
+            with pytest.raises(UsageError, match=r"tune.jsonl: another sweep writes to it; wait until it is finished"):
                 sweep(path)
         ended = subprocess.run(
             [sys.executable, "-c", SWEEP, str(path)],
             env=environment | {"STAND_IN_COUNTS": os.devnull}, cwd=ROOT, capture_output=True, text=True, check=False,
         )  # fmt: skip
-        assert "another sweep writes into it" in ended.stderr and ended.returncode
+        assert "another sweep writes to it" in ended.stderr and ended.returncode
         assert path.read_bytes() == data
     finally:
         process.stdin.close()

@@ -101,5 +101,5 @@ def test_a_calculator_without_a_script_says_so() -> None:
     class Silent(type(ramps_of("cy525"))):  # type: ignore[misc]
         script = Calculator.script
 
-    with pytest.raises(UsageError, match="cy525: its calculator has no `script`, what a host sends for a move"):
+    with pytest.raises(UsageError, match="cy525: its calculator has no `script` method"):
         bench_file(replace(found("cy525", VALUES["cy525"][0])), Silent(ramps_of("cy525").sheet))

@@ -45,7 +45,7 @@ def exhausted(made: TuningTask) -> tuple[Candidates, dict[int, float | None]]:
 
 
 def by_hand(made: TuningTask) -> tuple[int, int | None]:
-    """The fastest place that holds, and the one to recommend, from the exhaustive map."""
+    """The fastest place that holds, and the recommended one, from the exhaustive map."""
     every, worst = exhausted(made)
     holds = [place for place in every.order if worst[place] is not None]
     good = [
@@ -302,7 +302,7 @@ def test_where_nothing_holds_the_killer_of_the_slowest_is_named() -> None:
 
 def test_a_part_that_refuses_every_move_says_so() -> None:
     with pytest.raises(
-        UsageError, match=r"none of 2 places gives a move; the first: .*a move of 99999999 steps; allowed"
+        UsageError, match=r"none of 2 grid points has a move; the first: .*a move of 99999999 steps; allowed"
     ):
         search(task("cy525", "F=3 R=10,20 S=100", steps=99999999))
 
@@ -310,7 +310,7 @@ def test_a_part_that_refuses_every_move_says_so() -> None:
 def test_progress_counts_down_to_the_best() -> None:
     seen: list[Any] = []
     found = search(task("gs-c200s"), on_progress=seen.append, switching=False)
-    assert {each.doing for each in seen} == {"listing the moves", "the fastest that holds", "the one to recommend"}
+    assert {each.doing for each in seen} == {"listing the moves", "the fastest that holds", "the recommended one"}
     best = [each for each in seen if each.doing == "the fastest that holds"]
     assert [each.left for each in best[:-1]] == [found.candidates - n - 1 for n in range(len(best) - 1)]
     assert best[-1].left == 0 and best[-1].best is not None and best[0].best is None

@@ -22,7 +22,7 @@ static uint8_t state_of(const struct gsc *g)
     return is_running(g) ? RUNNING : g->program.is_entering ? ENTERING : IDLE;
 }
 
-/* ---------------------------------------------------------------------------------------------------------- questions */
+/* ------------------------------------------------------------------------------------------------------------ queries */
 /* F: E5 is reported once (GSC-UND-E5). */
 static const char *feed_back(struct gsc *g)
 {
@@ -75,7 +75,7 @@ static const char *home(struct gsc *g, int32_t direction)
     return "Y";
 }
 
-/* When nothing runs, it does nothing (GSC-UND-KZ-IDLE). */
+/* Without a run, it has no effect (GSC-UND-KZ-IDLE). */
 static enum outcome kill(struct gsc *g, gsc_time *until)
 {
     *until = kill_run(g);
@@ -106,7 +106,7 @@ void finish_command(struct gsc *g)
         end_run(g);
 }
 
-/* Execute a command directly; the answer is Y but where another one is written. */
+/* Execute a command directly; the answer is Y, unless another one is written. */
 static enum outcome perform(struct gsc *g, const struct command_line *command, bool is_checked, uint8_t *answer,
                             uint8_t *length, gsc_time *until)
 {

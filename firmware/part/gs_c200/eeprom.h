@@ -4,13 +4,13 @@
 
 #include "gsc200.h"
 
-/* M: begin to write the program.  `is_checked`: the answer, which comes when it is written, has a checksum. */
+/* M: begin to write the program.  `is_checked`: the answer, which follows the write, has a checksum. */
 void write_program(struct gsc *g, bool is_checked);
 
-/* X: load the program.  Return whether there is a valid one; else the memory is unchanged. */
+/* X: load the program.  Return whether there is a valid program; if not, the memory is unchanged. */
 bool recall_program(struct gsc *g);
 
-/* The timer has come.  Return whether the write is over; `is_good` says how. */
+/* Process the timer.  Return whether the write has ended; `is_good` is set to its success. */
 bool eeprom_timed(struct gsc *g, bool *is_good);
 
 #endif

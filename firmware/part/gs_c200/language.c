@@ -26,7 +26,7 @@ static bool is_same_head(const struct row *one, const struct row *other)
 }
 
 /* ------------------------------------------------------------------------------------------------------------- read */
-/* What is left of a string. */
+/* The rest of a string. */
 struct rest {
     const uint8_t *at, *end;
 };
@@ -57,11 +57,11 @@ static bool take_argument(const struct arg *arg, struct rest *rest, int64_t *val
 
     if (has_sign)
         rest->at++;
-    if (arg->sign == SIGN_ALONE || arg->sign == SIGN_IF_ANY) { /* without it, + is meant */
+    if (arg->sign == SIGN_ALONE || arg->sign == SIGN_IF_ANY) { /* a missing sign means + */
         *value = is_negative ? -1 : 1;
         return has_sign || arg->sign == SIGN_IF_ANY;
     }
-    if (arg->sign == WITH_SIGN && !has_sign) /* a move has no letters: it has been read by its sign */
+    if (arg->sign == WITH_SIGN && !has_sign) /* a move has no letters: its sign selects the row */
         return false;
     for (*value = 0, digits = rest->at; !is_over(rest) && is_digit(*rest->at); rest->at++)
         *value = *value * 10 + (*rest->at - '0');
@@ -80,7 +80,7 @@ static bool take_tail(const struct row *row, struct rest *rest)
     return true;
 }
 
-/* Between two arguments is a comma, unless the first is a sign alone. */
+/* Two arguments are separated by a comma, unless the first is only a sign. */
 static bool take_arguments(const struct row *row, struct rest *rest, int64_t *values)
 {
     for (uint8_t i = 0; i < row->args; i++) {

@@ -22,7 +22,7 @@ uint8_t spell_number(int32_t number, bool has_plus, uint8_t *text);
 /* Write an instruction as bytes: opcode, arguments with the low byte first, as many locations as the sheet counts. */
 void pack_instruction(const struct command_line *instruction, uint8_t *bytes);
 
-/* Read the instruction that begins with some bytes, of which there are so many.  Return false if there is none. */
+/* Read the instruction at the start of some bytes.  Return false if there is none. */
 bool unpack_instruction(const struct gsc *g, const uint8_t *bytes, uint8_t length, struct command_line *found);
 
 #endif

@@ -9,9 +9,9 @@ enum phase {
     SETTING_UP,    /* DIR has its level, the first step follows */
     STEPPING,      /* the next step follows */
     HELD,          /* by ENABLE */
-    RELEASED,      /* the step that was held follows */
+    RELEASED,      /* the held step follows */
     LAST_PULSE,    /* the last step has begun */
-    LAST_INTERVAL  /* and its pulse is over */
+    LAST_INTERVAL  /* and its pulse has ended */
 };
 enum homing { NO_HOMING, TO_EOT, TO_HOME };
 
@@ -23,7 +23,7 @@ uint32_t room_ahead(const struct gsc *g, int8_t direction)
     return (uint32_t)(direction > 0 ? C200_MOST - g->position : g->position);
 }
 
-/* Past an end the counter of a GS-C200S wraps; that of a GS-C200 has room for the step.  A homing is not counted
+/* Beyond its limits the counter of a GS-C200S wraps; that of a GS-C200 has room for the step.  A homing is not counted
    (GSC-UND-H-COUNTER). */
 static void count_step(struct gsc *g)
 {
@@ -36,7 +36,7 @@ static void count_step(struct gsc *g)
         g->position = C200S_MOST;
 }
 
-/* --------------------------------------------------------------------------------------------------- begin and end */
+/* --------------------------------------------------------------------------------------------------- start and end */
 static void set_out(struct gsc *g)
 {
     set_pin(g, GSC_DIR, g->motion.direction > 0);
@@ -88,8 +88,8 @@ static bool is_at_switch(const struct gsc *g)
     return !is_high(g, g->motion.homing == TO_EOT ? GSC_EOT : GSC_HOME);
 }
 
-/* Out to EOT, back to HOME, where the counter is cleared; a switch that is low already needs no way.  Return whether the
-   homing is over. */
+/* Out to EOT, back to HOME, where the counter is cleared; a switch that is already low needs no travel.  Return whether
+   the homing is complete. */
 static bool go_home(struct gsc *g)
 {
     if (g->motion.homing == TO_EOT) {
@@ -117,7 +117,7 @@ bool begin_homing(struct gsc *g, int8_t direction, uint16_t speed)
 }
 
 /* ---------------------------------------------------------------------------------------------------------- the steps */
-/* A motion without end counts no further than a stop needs to know. */
+/* An endless motion counts only as far as a stop needs. */
 static void advance_step(struct gsc *g)
 {
     if (g->motion.steps != OPEN || g->motion.step <= g->motion.up)
@@ -138,7 +138,7 @@ static void make_step(struct gsc *g)
     start_timer_at(g, GSC_RUN_TIMER, g->motion.phase == LAST_PULSE ? g->motion.pulse_end : g->motion.end);
 }
 
-/* Just before a step: is there one to be made?  Return whether the motion is over instead. */
+/* Just before a step: check whether it is due.  Return whether the motion has ended instead. */
 static bool sample(struct gsc *g)
 {
     if (g->motion.homing && is_at_switch(g))
@@ -147,7 +147,7 @@ static bool sample(struct gsc *g)
         g->motion.is_stopping = true;
         g->motion.is_stopped = plan_stop(g);
     }
-    if (g->motion.step == g->motion.steps) { /* it comes to rest where it is */
+    if (g->motion.step == g->motion.steps) { /* it stops at its present position */
         end_motion(g);
         return true;
     }
@@ -170,7 +170,7 @@ bool motion_timed(struct gsc *g)
     return false;
 }
 
-/* A held step comes 5 us after ENABLE is high again (GSC-UND-ENABLE-LATENCY); an order to come to rest may end the
+/* A held step follows 5 us after ENABLE is high again (GSC-UND-ENABLE-LATENCY); a stop request may end the
    motion here. */
 bool motion_settled(struct gsc *g)
 {
@@ -184,7 +184,7 @@ bool motion_settled(struct gsc *g)
     return g->motion.is_stop && !g->motion.is_stopping && sample(g);
 }
 
-/* An order to come to rest leaves a step only where there is a ramp down. */
+/* After a stop request there is a further step only if there is a ramp down. */
 bool is_step_ahead(const struct gsc *g)
 {
     bool is_next = g->motion.phase == SETTING_UP || g->motion.phase == STEPPING || g->motion.phase == RELEASED;

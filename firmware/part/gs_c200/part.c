@@ -4,10 +4,10 @@
  *     2  a received character                                             gsc_receive()
  *     3  inputs                                                           gsc_set_inputs()
  *     4  strings of the host   the new levels                             settle()
- *     5  what waits for a level
+ *     5  waits for a level
  *     6  outputs
  *
- * docs/explanation/simultaneous.md has what follows from it.
+ * docs/explanation/simultaneous.md lists the consequences.
  */
 #include "eeprom.h"
 #include "gsc200.h"
@@ -94,7 +94,7 @@ bool gsc_next(const struct gsc *g, gsc_time *due)
     return is_any;
 }
 
-/* Let everything happen that is due before an instant, and what is timed in it. */
+/* Process all events before an instant, and the timed events in it. */
 static void pass(struct gsc *g, gsc_time now)
 {
     gsc_time due;

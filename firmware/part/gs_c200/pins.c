@@ -22,7 +22,7 @@ bool is_user_input_high(const struct gsc *g, uint8_t number)
     return (g->inputs & (unsigned)GSC_UI1 << (number - 1)) != 0;
 }
 
-/* Of several changes in one instant only the last one is an edge. */
+/* Of several changes in one instant only the last is an edge. */
 void show_pins(struct gsc *g)
 {
     uint16_t changed = g->levels ^ g->shown;
@@ -61,7 +61,7 @@ void stop_timer(struct gsc *g, enum gsc_timer timer)
     g->timer[timer].is_on = false;
 }
 
-/* The pulse is completed, whatever ends what asked for it. */
+/* The pulse is completed even if the requesting command is ended. */
 void pulse_reset(struct gsc *g)
 {
     set_pin(g, GSC_RESET, false);

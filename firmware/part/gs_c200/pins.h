@@ -1,10 +1,10 @@
-/* The pins of the module, its timers, and RDY: what every other file uses. */
+/* The pins of the module, its timers, and RDY, which every other file uses. */
 #ifndef PINS_H
 #define PINS_H
 
 #include "gsc200.h"
 
-/* What the module works on; RDY is low meanwhile (pin 14). */
+/* Activities of the module, during which RDY is low (pin 14). */
 enum work { LINE_WORK = 1, PROGRAM_WORK = 2, EEPROM_WORK = 4, START_WORK = 8 };
 
 void begin_work(struct gsc *g, enum work work);

@@ -11,7 +11,7 @@ static uint32_t least(uint32_t one, uint32_t other)
     return one < other ? one : other;
 }
 
-/* Of a step at a speed in units of 10 steps/s, rounded. */
+/* Interval of a step at a speed in units of 10 steps/s, rounded. */
 static uint64_t period(uint16_t speed)
 {
     uint32_t rate = RATE_UNIT * speed;
@@ -19,8 +19,8 @@ static uint64_t period(uint16_t speed)
     return (SECOND + rate / 2) / rate;
 }
 
-/* Interval k of the way up, k below R.  These are the operations of the model, each rounded as IEEE 754 says, so that
-   the result is the same to the last bit; the last one is to the nearest picosecond, a half to the even one. */
+/* Interval k of the ramp up, k below R.  These are the operations of the model, each rounded by IEEE 754, so
+   the result is the same to the last bit; the last one rounds to the nearest picosecond, half to even. */
 static uint64_t ramp_interval(const struct gsc *g, uint32_t k)
 {
     double low = (double)(RATE_UNIT * g->motion.start_stop), high = (double)(RATE_UNIT * g->motion.top_speed);
@@ -74,15 +74,15 @@ void plan_homing(struct gsc *g, uint16_t speed)
     plan(g, OPEN, speed);
 }
 
-/* As many ramp steps as it took to get so fast, or the rest of the ramp down. */
+/* As many ramp steps as the acceleration has taken so far, or the rest of the ramp down. */
 bool plan_stop(struct gsc *g)
 {
-    uint32_t room = g->motion.steps - g->motion.step; /* of a motion without end, more than is ever left */
+    uint32_t room = g->motion.steps - g->motion.step; /* in an endless motion, more than is ever needed */
     uint32_t left = least(g->motion.step, g->motion.up + 1U);
 
     if (g->motion.is_flat)
         left = 0;
-    else if (!g->motion.is_endless) /* a move goes no further than it was to go */
+    else if (!g->motion.is_endless) /* a move does not exceed its target */
         left = least(left, room);
     g->motion.up = 0;
     g->motion.down = (uint16_t)(left ? left - 1 : 0);

@@ -7,16 +7,16 @@
 
 enum phase {
     NOTHING_RUNS,
-    BEGINS_HOMING,   /* with what else begins in this instant */
-    FETCHING,        /* the time of an instruction passes, then it acts */
-    REPEATING,       /* U: it passes once more before the first one */
+    BEGINS_HOMING,   /* together with other events of this instant */
+    FETCHING,        /* the time of an instruction passes, then it takes effect */
+    REPEATING,       /* U: that time passes once more before the first instruction */
     PAUSING,         /* D, or the RESET pulse of I */
     WAITING,         /* W */
     MOVING,
     KILLED           /* until the pulse in progress is over */
 };
 
-/* -------------------------------------------------------------------------------------------------- begin and end */
+/* -------------------------------------------------------------------------------------------------- start and end */
 bool is_running(const struct gsc *g)
 {
     return g->program.phase != NOTHING_RUNS;
@@ -57,13 +57,13 @@ static void pass(struct gsc *g, enum phase phase, gsc_time delay_ps)
     start_timer(g, GSC_RUN_TIMER, delay_ps);
 }
 
-/* U at location 0 has found its input high; it repeats the program while it is (GSC-UND-U-FIRST). */
+/* U at location 0 has found its input high; repeat the program while it is high (GSC-UND-U-FIRST). */
 static bool is_repeated(const struct gsc *g)
 {
     return g->program.until && is_user_input_high(g, g->program.until);
 }
 
-/* Go on with the next instruction, after the last one with what U says.  A jump into an instruction, or past the last
+/* Continue with the next instruction, or after the last as U requires.  A jump into an instruction, or past the last
    one, ends the program (GSC-UND-JUMP-INSIDE, GSC-UND-JUMP-PAST). */
 static void go_on(struct gsc *g)
 {
@@ -114,7 +114,7 @@ static void end_homing(struct gsc *g)
 }
 
 /* ------------------------------------------------------------------------------------------------------------ motions */
-/* Each returns whether the instruction goes on: a motion has begun. */
+/* Each returns whether the instruction continues, because a motion has begun. */
 static bool overflow(struct gsc *g)
 {
     g->registers.is_over = g->program.is_ending = true;
@@ -143,7 +143,7 @@ static bool move_by(struct gsc *g, int32_t steps)
     return true;
 }
 
-/* The input is sampled once in an instruction time (GSC-UND-GX-STOP). */
+/* The input is sampled once per instruction time (GSC-UND-GX-STOP). */
 static bool run_endless(struct gsc *g, int8_t direction, uint8_t watched)
 {
     uint32_t limit = room_ahead(g, direction);
@@ -243,14 +243,14 @@ static void wait_for_input(struct gsc *g)
         pass(g, WAITING, INSTRUCTION_PS);
 }
 
-/* Obey an instruction whose time has passed. */
+/* Execute an instruction whose time has passed. */
 static void act(struct gsc *g)
 {
     struct command_line found;
     int32_t first, second;
     bool is_moving = false;
 
-    instruction_at(g, g->program.at, &found); /* nothing changes the program while it runs */
+    instruction_at(g, g->program.at, &found); /* the program does not change while it runs */
     first = found.values[0], second = found.values[1];
     g->program.next = (uint8_t)(g->program.at + found.row->size);
     switch ((enum command)found.row->command) {
@@ -288,7 +288,7 @@ static void act(struct gsc *g)
         go_on(g);
 }
 
-/* ------------------------------------------------------------------------------------------------------------ in time */
+/* ------------------------------------------------------------------------------------------------------------- timers */
 void run_timed(struct gsc *g)
 {
     switch ((enum phase)g->program.phase) {

@@ -10,9 +10,9 @@
 
 enum phase {
     NOTHING_COMES,
-    TURNING_ROUND, /* the carriage return has come */
-    IS_DUE,        /* the string is obeyed with the other changes of this instant */
-    OBEYING,       /* and takes its time */
+    TURNING_ROUND, /* the carriage return has arrived */
+    IS_DUE,        /* the string is executed with the other changes of this instant */
+    OBEYING,       /* during its time */
     ANSWERING
 };
 
@@ -45,7 +45,7 @@ static void send_character(struct gsc *g)
     start_timer(g, GSC_SERIAL_TIMER, rates[g->serial.rate].character_ps);
 }
 
-/* Send what is in `answer`. */
+/* Send `answer`. */
 static void begin_answer(struct gsc *g, uint8_t length, bool is_checked)
 {
     uint8_t *answer = g->serial.answer;
@@ -120,7 +120,7 @@ static bool has_right_checksum(const struct gsc_line *line)
     return line->text[length] == checksum(line->text, length);
 }
 
-/* Is the string for this module?  One whose address came with a fault is for none (GSC-UND-ADDR-FAULT, GSC-UND-EMPTY). */
+/* Return whether the string is for this module; one with a faulty address is not (GSC-UND-ADDR-FAULT, GSC-UND-EMPTY). */
 static bool is_meant(const struct gsc *g, const struct gsc_line *line)
 {
     if (!g->serial.address)
@@ -151,7 +151,7 @@ static void answer(struct gsc *g, uint8_t length)
 static void finish(struct gsc *g)
 {
     finish_command(g);
-    answer(g, 1); /* Y, which is there since it began */
+    answer(g, 1); /* Y, which was prepared at its start */
 }
 
 static void obey(struct gsc *g)
@@ -212,7 +212,7 @@ void serial_timed(struct gsc *g)
     }
 }
 
-/* A carriage return ends the string; what comes beyond 11 characters makes it too long (GSC-UND-MAXLEN). */
+/* A carriage return ends the string; more than 11 characters make it too long (GSC-UND-MAXLEN). */
 void receive_character(struct gsc *g, uint8_t character, uint8_t faults, gsc_time end)
 {
     struct gsc_line *line = &g->serial.coming;

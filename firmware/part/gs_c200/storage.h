@@ -1,4 +1,4 @@
-/* The program memory (the program storage area): 119 locations, as many as the sheet counts for each instruction. */
+/* The program memory (the program storage area): 119 locations; the sheet has the number for each instruction. */
 #ifndef STORAGE_H
 #define STORAGE_H
 
@@ -12,8 +12,8 @@ bool load_program(struct gsc *g, const uint8_t *program, int size);        /* re
 /* Read the instruction at a location up to the end of the program; return false if there is none. */
 bool instruction_at(const struct gsc *g, uint8_t at, struct command_line *found);
 
-bool is_speed_missing(const struct gsc *g); /* would a motion of the program lack S, T or R (GSC-UND-DEFAULTS)? */
-uint16_t homing_speed(const struct gsc *g); /* in units of 10 steps/s; 0: there is none (GSC-UND-H-NO-S) */
+bool is_speed_missing(const struct gsc *g); /* whether a motion of the program would lack S, T or R (GSC-UND-DEFAULTS)? */
+uint16_t homing_speed(const struct gsc *g); /* in units of 10 steps/s; 0: not set (GSC-UND-H-NO-S) */
 bool begins_with_start_stop(const struct gsc *g);
 
 bool is_start_of_instruction(const struct gsc *g, uint8_t location);

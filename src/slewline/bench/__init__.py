@@ -1,4 +1,4 @@
-"""The bench: the one place that joins chips, parts and recorders."""
+"""The bench, which joins chips, parts and recorders."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def load(path: str, *, anywhere: bool = False, allow_code: bool = False, **optio
 
     Raises:
         BenchFileError: the file cannot be read, or does not describe a bench; the message has file, line and key.
-        ProgramError: a script has lines that cannot be run.
+        ProgramError: a script has lines that cannot be executed.
     """
     from .file import BenchFile
 

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 SHOWN = 8  # chips and parts in the text of a bench
 
-FIXED = {  # what a bench is made with, or has of itself, and what to do instead of setting it
+FIXED = {  # arguments and attributes of a bench, with the remedy for setting them
     "seed": "give it when the bench is made: slewline.Bench(seed=...)",
     "journal": "give it when the bench is made: slewline.Bench(journal=...)",
     **dict.fromkeys(("on_finding", "on_input", "on_commit"), "add a listener: .add(function)"),
@@ -59,7 +59,7 @@ FIXED = {  # what a bench is made with, or has of itself, and what to do instead
 
 
 def _check_made_with(journal: object, shuffle: object, stores: object) -> None:
-    """Check what a bench is made with, besides its seed."""
+    """Check the arguments of a bench, except its seed."""
     for name, given, fits, allowed in (
         ("journal", journal, isinstance(journal, (str, PathLike)), "the name of a file"),
         ("shuffle", shuffle, whole(shuffle) is not None, "a whole number, the seed of the task order"),
@@ -74,7 +74,7 @@ R = TypeVar("R")
 
 
 def delegate(to: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """Return a method of a bench that calls one of an object it has; signature and docstring are those of that."""
+    """Return a method of a bench that calls the one of its attribute `to`, with the same signature and docstring."""
     owner, answered = attrgetter(to), answering(f"{method.__name__}()")(method)
 
     @wraps(method)
@@ -95,8 +95,8 @@ class Bench:
         stores: a function that returns the non-volatile memory of a chip, by the name of the chip; by default this
             memory is lost with the bench.
         keep: how far back the past is kept, for endless runs: positions of axes and shafts, recorded pins (unless
-            `record(keep=)` says otherwise), findings, what hosts have received; None keeps everything, 1 to 4 KB a
-            move: hundreds of megabytes in an hour of short moves.
+            `record(keep=)` overrides it), findings, data received by hosts; None keeps everything, 1 to 4 KB per move:
+            hundreds of megabytes in an hour of short moves.
 
     Attributes:
         chips: the chips, by name, in the order in which they were added.
@@ -123,7 +123,7 @@ class Bench:
         *("on_finding", "on_input", "on_commit"),
     )
     _to_set: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("now", "now_ps"), 'time passes: bench.run("1 ms"), or bench.run_to("5 ms")'
+        ("now", "now_ps"), 'let time pass: bench.run("1 ms"), or bench.run_to("5 ms")'
     )
 
     @answering("Bench()", '; a chip is put on it by add("cy525")')
@@ -160,7 +160,7 @@ class Bench:
         self.on_commit = kernel.on_commit
 
     def __setattr__(self, name: str, value: object) -> None:
-        if name[0] != "_" and "on_commit" in vars(self):  # which is the last that it is given when it is made
+        if name[0] != "_" and "on_commit" in vars(self):  # the last attribute set by the constructor
             if name in FIXED and vars(self)[name] is not value:
                 raise NoSuchAttribute(f"bench: {name} cannot be set; {FIXED[name]}")
             if type(self) is Bench and name not in vars(self) and not hasattr(Bench, name):
@@ -200,7 +200,7 @@ class Bench:
         return any(name in owners for owners in (self.chips, self.parts))
 
     def __iter__(self) -> Iterator[str]:
-        """The names of chips and parts, in the order in which they came."""
+        """Yield the names of chips and parts, in the order in which they were added."""
         return iter([*self.chips, *self.parts])
 
     def __repr__(self) -> str:
@@ -212,7 +212,7 @@ class Bench:
     _ipython_key_completions_ = __iter__  # bench["
 
     def __getitem__(self, name: str) -> Chip | Part:
-        """A chip or part by name."""
+        """Return a chip or part by name."""
         return self._circuit[name]
 
     # ------------------------------------------------------------------------------------------------------------- time
@@ -262,7 +262,7 @@ class Bench:
         """Draw the motions of the axes, with recorded pins below; return a matplotlib Figure.
 
         There is one column of panels, whatever the number of axes: velocity and position, for chips that have them also
-        acceleration and jerk.  An axis that does not move is left out when others do.
+        acceleration and jerk.  An axis that does not move is left out if another one moves.
 
         Args:
             title: the title; by default the names of the chips and their part numbers.
@@ -270,8 +270,8 @@ class Bench:
             start, stop: the window; by default the motion, and a twentieth of its length before and after.
             axes: the axes: their numbers, from 1, names of chips, or names such as "x axis 2"; by default all.
             parts: the parts whose quantities are drawn, by name, or single quantities such as "driver.current"; by
-                default those of all parts around the chips that change; [] for none.
-            runs: further benches, by the names that the picture shows; each is drawn over this one, shifted so that the
+                default all changing quantities of parts around the chips; [] for none.
+            runs: further benches, by the names for the legend; each is drawn over this one, shifted so that the
                 motions begin together, and `start` and `stop` count from there.  Measured steps are allowed as well,
                 such as `read_vcd(path).steps("pulse")`, shifted so that the first steps coincide.
             over: measured traces of pins, such as {"x.slew": measured.trace("slew", shift="-3 ms")}: each is drawn over
@@ -300,7 +300,7 @@ class Bench:
         stop: Time | None = None,
         **options: Unpack[PictureOptions],
     ) -> None:
-        """Draw what `figure` draws into a file: SVG, PNG or PDF, by its suffix.  The same run gives the same bytes.
+        """Draw the picture of `figure` into a file: SVG, PNG or PDF, by its suffix.  Equal runs produce equal bytes.
 
         Raises:
             UsageError: an unknown suffix, a path that cannot be written, or as `figure`.
@@ -309,7 +309,7 @@ class Bench:
         self._pictures.plot(path, {"title": title, "pins": pins, "start": start, "stop": stop, **options})
 
     def show(self, *args: Any, **options: Any) -> None:
-        """Show what `figure` draws, with the same arguments: in a window, or in the notebook.
+        """Show the picture of `figure`, with the same arguments: in a window, or in the notebook.
 
         The call returns when the window is closed.
 
@@ -322,7 +322,7 @@ class Bench:
         show(self.figure(*args, **options))
 
     def _repr_svg_(self) -> str | None:
-        """Return what a notebook shows, the plot; None, and it shows the `repr`: there is nothing to draw yet."""
+        """Return the plot for a notebook; None if there is nothing to draw yet: the notebook then shows the `repr`."""
         return self._pictures.svg()
 
     readings = delegate("_pictures", Pictures.readings)
@@ -353,7 +353,9 @@ missing(
     **dict.fromkeys(
         ("wait_until", "run_idle", "until_is_idle"), "bench.run_until(x.reaches(40)) or bench.run_until_idle()"
     ),
-    **dict.fromkeys(("remove", "delete", "reset", "clear"), "a bench only grows: make a new one, slewline.Bench()"),
+    **dict.fromkeys(
+        ("remove", "delete", "reset", "clear"), "nothing can be removed from a bench: make a new one, slewline.Bench()"
+    ),
     **dict.fromkeys(("time", "time_ps", "clock"), "bench.now, or bench.now_ps"),
     **dict.fromkeys(("save", "export", "write_vcd", "vcd"), 'bench.save_vcd("run.vcd"), save_csv or save_steps'),
     **dict.fromkeys(

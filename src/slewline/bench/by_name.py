@@ -1,1 +1,1 @@
-"""The types of what `bench.add`, `bench.part` and `bench.host` return, name by name: see the stub beside this file."""
+"""The return types of `bench.add`, `bench.part` and `bench.host` by name: see the stub next to this file."""

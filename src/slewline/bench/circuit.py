@@ -1,4 +1,4 @@
-"""The circuit of a bench: chips, parts and the wires between them, put there before time passes or later."""
+"""The circuit of a bench: chips, parts and the wires between them, added before time passes or later."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Circuit:
     """Chips, parts and wires.
 
     Args:
-        stores: gives the memory of a chip or part that keeps one, by its name.
-        keep_ps: chips, parts and hosts forget what was before that; None: they keep everything.
+        stores: a function that returns the memory of a chip or part, by its name.
+        keep_ps: the length of the past that chips, parts and hosts keep; None: they keep everything.
     """
 
     def __init__(self, kernel: Kernel, stores: Callable[[str], Any] | None, keep_ps: int | None) -> None:
@@ -45,7 +45,7 @@ class Circuit:
         self.chips: dict[str, Chip] = {}
         self.parts: dict[str, Part] = {}
         self.on_finding: Hook[[Finding]] = Hook()  # of any chip or part
-        self._new: list[Chip | Part] = []  # what has been put on the bench since time passed last
+        self._new: list[Chip | Part] = []  # chips and parts added since time last passed
 
     def add(
         self,
@@ -57,9 +57,9 @@ class Circuit:
         bare: bool = False,
         **options: Any,
     ) -> Chip:
-        """Put a chip on the bench, at any time; it powers up at once.
+        """Put a chip on the bench, at any time; it powers up immediately.
 
-        Open strap pins read as the data sheet says: a GS-C module receives at 110 baud, with checksums.  The command
+        Open strap pins read as the data sheet states: a GS-C module receives at 110 baud, with checksums.  The command
         line, slewline:// and the pytest plugin strap it for 9600 baud (a table in docs/reference/api.md).
 
         Args:
@@ -72,7 +72,7 @@ class Circuit:
             options: options of the part, such as rate=80 or stepwise=True.
 
         Raises:
-            UnknownName: there is no such part, or it has no such pin to strap; the message lists those there are.
+            UnknownName: there is no such part, or it has no such pin to strap; the message lists the existing ones.
             UsageError: the name is taken, a crystal, strap or option is out of range, or the module cannot be imported.
         """
         if not isinstance(bare, bool):
@@ -85,7 +85,7 @@ class Circuit:
             raise UnknownName(f"{error}; {part} is a part: bench.part({part!r})") from None
         if not (isinstance(cls, type) and issubclass(cls, Chip)):
             raise UsageError(f"add({part!r}): expected a part number such as 'cy525', or the class of a chip")
-        sheet_of(cls)  # which it must have
+        sheet_of(cls)  # the neighbour is required
         name = self.new_name(name, cls.sheet.part.replace("-", "_"))
         hz = None if crystal is None else crystal_for(cls.sheet, crystal)
         if self.stores is not None and cls.sheet.keeps:
@@ -129,7 +129,7 @@ class Circuit:
                 module, or the class itself.
             name: the name on the bench; by default the kind, or the name of the class in lower case, with a number if
                 there are several.
-            to: a chip or part; the pins of the new part are wired to those of its pins that have the matching roles.
+            to: a chip or part; the pins of the new part are wired to its pins with the matching roles.
             on: the part on whose shaft the new part is mounted: a motor, a gear, a carriage.
             options: options of the part.
 
@@ -181,9 +181,9 @@ class Circuit:
         return part
 
     def _witnessed(self, name: str, options: dict[str, Any]) -> Callable[[], dict[str, Any]]:
-        """Return what reads the content of a store among options, for listeners to inputs; a journal gets its faults.
+        """Return a function that reads the content of a store among options, for listeners to inputs.
 
-        It is asked when the owner of the store is ready.
+        A journal gets the faults of the store.  Call the function when the owner of the store is ready.
         """
         store = options.get("store")
         if store is None or not (self.outside.on_input or self.outside.write):
@@ -194,12 +194,12 @@ class Circuit:
         return lambda: {"store": list(store.read())}
 
     def _tell_journal(self, name: str, **what: Any) -> None:
-        """What a store has refused or lost goes into the journal of the moment."""
+        """Record a fault of a store in the present journal."""
         if self.outside.write is not None:
             self.outside.write("store", {"of": name} | what)
 
     def _mounted(self, kind: str, sits: str, name: str, on: Part | str | None) -> dict[str, Shaft]:
-        """The shaft that a new part sits on, as an argument of its constructor; none, if it sits on none."""
+        """Return the shaft that a new part is mounted on, as an argument of its constructor; empty: it needs none."""
         if on is None:
             if sits == "must":
                 raise UsageError(f"{name}: this {kind} needs a shaft; name its part, on=motor or on='its name'")
@@ -217,7 +217,7 @@ class Circuit:
         return {"on": shaft}
 
     def _there(self, neighbour: Chip | Part | str) -> Chip | Part:
-        """A chip or part of this bench, which is named or given itself."""
+        """Return a chip or part of this bench, given as its name or as the object."""
         if isinstance(neighbour, str):
             return self[neighbour]
         if not any(neighbour is owner for owner in self.owners()):
@@ -225,7 +225,7 @@ class Circuit:
         return neighbour
 
     def place(self, part: Part) -> Part:
-        """Put a part that was made by its class on the bench; its pins can be wired from now on.
+        """Put an existing part on the bench; its pins can be wired from now on.
 
         Raises:
             UsageError: the name of the part is taken.
@@ -239,12 +239,12 @@ class Circuit:
         if isinstance(owner, Part):
             limit_kept(owner, self.keep_ps)
         owner.on_finding.add(self.on_finding)
-        if not self._new and self.kernel.running:  # put there in mid-run: it counts from the next round on
+        if not self._new and self.kernel.running:  # added during a run: it counts from the next round on
             self.kernel.call_at(self.kernel.now, self.finish_wiring)
         self._new.append(owner)
 
     def finish_wiring(self) -> None:
-        """Let what is new on the bench see how it is wired, before time passes."""
+        """Notify new chips and parts that their wiring is complete, before time passes."""
         if not self._new:
             return
         new, self._new = self._new, []
@@ -256,7 +256,7 @@ class Circuit:
                 owner.check_wiring()
 
     def new_name(self, name: str | None, stem: str) -> str:
-        """Return a name that is free, by default the stem, numbered if need be."""
+        """Return a free name, by default the stem, numbered if necessary."""
         taken = {**self.chips, **self.parts}
         if name is None:
             name = free_name(stem, taken)
@@ -268,7 +268,7 @@ class Circuit:
         return name
 
     def __getitem__(self, name: str) -> Chip | Part:
-        """A chip or part by name."""
+        """Return a chip or part by name."""
         for owners in (self.chips, self.parts):
             if name in owners:
                 return owners[name]
@@ -279,7 +279,7 @@ class Circuit:
         """Return a pin by its full name, for example "x.slew".
 
         Raises:
-            UnknownName: there is no such chip, part or pin; the message lists those there are.
+            UnknownName: there is no such chip, part or pin; the message lists the existing ones.
         """
         owner, dot, pin = name.partition(".") if isinstance(name, str) else (repr(name), "", "")
         if not dot:
@@ -287,7 +287,7 @@ class Circuit:
         return self[owner].pin(pin)
 
     def _pin_like(self, name: str) -> str:
-        """The full name of a pin of this bench that is called so, or of any."""
+        """Return the full name of a pin of this bench with the given short name, or else of any pin."""
         pins = [f"{owner.name}.{pin}" for owner in self.owners() for pin in owner.pins]
         return next((full for full in pins if full.endswith(f".{name}")), next(iter(pins), "x.slew"))
 
@@ -295,17 +295,17 @@ class Circuit:
     def wire(self, a: str, b: str, invert: bool = False) -> None:
         """Connect two pins, at any time; with `invert` an inverter drives the second from the first.
 
-        "x.db" and "y.db" are whole buses ("x.hostdata" on a chip whose manual names it so).
+        "x.db" and "y.db" are whole buses ("x.hostdata" on a chip whose manual uses that name).
 
         Raises:
-            UnknownName: there is no such pin; the message lists those there are.
+            UnknownName: there is no such pin; the message lists the existing ones.
             WiringError: one is a bus and the other a single pin, or a pin carries no signal.
         """
         if not isinstance(invert, bool):
             raise UsageError(f"wire {a} to {b}: invert {invert!r}; allowed True, False")
         first, second = self.net(a), self.net(b)
         if first is second:
-            raise WiringError(f"wire {a} to {b}: both are the same; give two pins")
+            raise WiringError(f"wire {a} to {b}: both are the same pin or bus; give two")
         if isinstance(first, Bus) != isinstance(second, Bus):
             raise WiringError(f"wire {a} to {b}: a bus of eight wires does not fit a single pin; wire bus to bus")
         self.outside.tell("wire", a=a, b=b, invert=invert)
@@ -332,12 +332,12 @@ class Circuit:
 
     @property
     def findings(self) -> list[Finding]:
-        """Of all chips and parts, in order of time; parts that are lazy catch up first."""
+        """The findings of all chips and parts, in order of time; parts that are lazy catch up first."""
         return sorted((found for owner in self.owners() for found in owner.findings), key=lambda found: found.time_ps)
 
     @property
     def title(self) -> str:
-        """The chips and their part numbers: the title of a picture that has none of its own."""
+        """The chips and their part numbers: the default title of a picture."""
         parts = [(chip.name, chip.sheet.part.upper()) for chip in self.chips.values()]
         return parts[0][1] if len(parts) == 1 else ", ".join(f"{name}: {part}" for name, part in parts)
 
@@ -353,13 +353,13 @@ class Circuit:
 
     @property
     def since(self) -> int:
-        """The instant from which on the past is kept, in ps."""
+        """The instant from which on the past is kept, ps."""
         return 0 if self.keep_ps is None else max(self.kernel.seen - self.keep_ps, 0)
 
     def forget(self) -> None:
-        """Drop what was before the time that is kept.
+        """Drop the past beyond the length that is kept.
 
-        An axis that moves does so by itself; one at rest, whose encoder is turned or whose register is loaded, not.
+        A moving axis does so by itself; an axis at rest, whose encoder is turned or whose register is loaded, does not.
         """
         if self.keep_ps is None:
             return
@@ -375,14 +375,14 @@ class Circuit:
     def catch_up(self) -> None:
         """Let parts that compute only on demand do so, up to now; listeners are called with the findings that result.
 
-        `findings`, pictures, files and the end of a replay do this by themselves.
+        `findings`, pictures, files and the end of a replay call it.
         """
         for part in self.parts.values():
             part.be_caught_up()
 
 
 def crystal_for(sheet: Sheet, crystal: str | int) -> int:
-    """Return a crystal that a part can be fitted with, in hertz.
+    """Return an allowed crystal of a part, in hertz.
 
     Raises:
         UsageError: the part has none to choose, or it is far outside the sheet's range.

@@ -1,20 +1,20 @@
-"""Bench files: chips and what is around them, as TOML.
+"""Bench files: chips and the parts around them, as TOML.
 
-    [bench]                         # all of it may be left out
+    [bench]                         # optional, like all its keys
     seed = 0
     until = "2 s"                   # how long `slewline run` runs; else until everything is idle ...
     timeout = "60 s"                # ... but no longer than this
 
     [[chip]]
-    part = "cy525"                  # or a guest: the name of an entry point, or "my_lab.mx10:Mx10", if that is allowed
-    name = "x"                      # the part number, if left out
+    part = "cy525"                  # or a plug-in: the name of an entry point, or "my_lab.mx10:Mx10", if allowed
+    name = "x"                      # by default the part number
     crystal = "11 MHz"
     straps = { ascii_binary = 0 }   # fixed levels of inputs
     bare = false                    # true: without the standard wiring (ABORT high, STEP INHIBIT low ...)
-    options = { rate = 80 }         # of the part: what the registers hold at power-up, stepwise, cold
+    options = { rate = 80 }         # of the part: values of registers at power-up, stepwise, cold
 
     [[part]]                        # anything else with pins; further keys are its own options
-    kind = "inverter"               # or a guest, as above
+    kind = "inverter"               # or a plug-in, as above
     name = "not"                    # file = "dump.hex": the image of a memory, in this folder or below
 
 
@@ -24,12 +24,12 @@
     invert = false
 
     [[host]]                        # a host computer; script: a run script (slewline run --help), text or list of lines
-    chips = ["x"]                   # the only chip, if left out; several share a bus or a serial line
-    delay = "100 us"                # before each byte on a bus; on a serial line give baud = 300, or nothing
+    chips = ["x"]                   # by default the only chip; several share a bus or a serial line
+    delay = "100 us"                # before each byte on a bus; on a serial line use baud = 300, or nothing
     file = "weld.cy525"             # the script from a file in this folder or below; or: script = "A 0"
 
     [[serve]]                       # for slewline serve: chips on a port; several modules share a line
-    chips = ["x"]                   # the only chip, if left out
+    chips = ["x"]                   # by default the only chip
     tcp = "127.0.0.1:4001"          # or: rfc2217 = "127.0.0.1:4001", serial = "/dev/ttyUSB0", or pty = "x": a link in
                                     # this folder or below
     framing = false                 # true: lines of text with read-back, for a chip on a bus
@@ -46,7 +46,7 @@
 
 Times are text with a unit, or whole picoseconds.
 
-A bench file comes from anybody: whatever it names passes its gate (`gate.py`).
+A bench file may come from anybody: all names in it pass its gate (`gate.py`).
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ ALLOWED = {  # by key, or by type
 
 
 class PortRequest(NamedTuple):
-    """A port that is asked for: number of its table, chips, kind, where; how they are spoken to there."""
+    """The request for a port: number of its table, chips, kind, place, and the protocol there."""
 
     number: int
     chips: list[Chip]
@@ -114,7 +114,7 @@ class PortRequest(NamedTuple):
 
 # -------------------------------------------------------------------------------------------------------------- reading
 class BenchFile:
-    """A bench file that was read: `tables`, and where they are in the text."""
+    """A bench file in memory: `tables`, and their positions in the text."""
 
     def __init__(self, path: str | PathLike[str], anywhere: bool = False, allow_code: bool = False) -> None:
         self.path, self.gate = Path(path), FileGate(path, anywhere, allow_code)
@@ -122,8 +122,8 @@ class BenchFile:
             raise BenchFileError("load: this is the text of a bench file; give the name of a file")
         if self.path.suffix[1:].lower() in CHIPS.ours:
             raise BenchFileError(
-                f"{path}: is a program by its name, not a bench file; slewline run plays it, and on a bench a "
-                f'host does: [[host]] with file = "{self.path.name}"'
+                f"{path}: a program, by its extension, not a bench file; run it with slewline run, or on a bench "
+                f'with a host: [[host]], file = "{self.path.name}"'
             )
         self.text = read_text(path)
         self.data = read_toml(path, self.text)
@@ -132,7 +132,7 @@ class BenchFile:
         except ValidationError as error:
             raise self.explained(str(error)) from None
 
-    # -------------------------------------------------------------------------------------------------- what is wrong
+    # --------------------------------------------------------------------------------------------------------- errors
     def error(self, place: Place, says: str) -> BenchFileError:
         """Return an error with file, line and key."""
         line = self.line_of(place)
@@ -140,7 +140,7 @@ class BenchFile:
         return BenchFileError(f"{at}: {_named(place)}{': ' if place else ''}{says}")
 
     def line_of(self, place: Place) -> int | None:
-        """Return the line of a key, or of its table; None where the text is written in another way."""
+        """Return the line of a key, or of its table; None if the text writes it in another form."""
         if not place:
             return None
         many = len(place) > 1 and isinstance(place[1], int)
@@ -158,7 +158,7 @@ class BenchFile:
         return found
 
     def explained(self, message: str) -> BenchFileError:
-        """Return what msgspec found as an error in our words."""
+        """Return an error of msgspec in our words."""
         says, _, path = message.partition(" - at `")
         place = [int(index) if index else key for key, index in re.findall(r"\.(\w+)|\[(\d+)\]", path)]
         unknown = re.match(r"Object contains unknown field `(.*)`", says)
@@ -178,21 +178,21 @@ class BenchFile:
         return self.error(place, f"found {found!r}; allowed {allowed}")
 
     def allowed(self, place: Place, key: str) -> str:
-        """Return what a key may be, in words; straps by those of the chip at hand."""
+        """Return the allowed values of a key, in words; for straps, the pins of the chip in question."""
         if "straps" in place:
             pins = self.straps_of(place[:2])
             return f"0, 1 for a pin, such as {{ {pins[0]} = 0 }}; its inputs: {', '.join(pins)}" if pins else ""
         return ALLOWED.get(key, "")
 
     def as_option(self, place: Place, key: str) -> str:
-        """Return the remedy where a key of a [[chip]] is an option of its part; "" where it is not."""
+        """Return the remedy for a key of a [[chip]] that is an option of its part; "" if it is not."""
         part = self.value(place).get("part") if len(place) == 2 and place[0] == "chip" else ""
         known = [row.name for row in sheet_of(part).options] if part in CHIPS.ours else []
         found = f"options = {{ {key} = {self.value(place)[key]!r} }}"
         return f"; it is an option of the part: {found}" if key in known else ""
 
     def straps_of(self, place: Place) -> list[str]:
-        """Return the inputs of the chip of a table, those first that set the rate of its line."""
+        """Return the inputs of the chip of a table, the ones that set the rate of its line first."""
         part = self.value(place).get("part", "") if len(place) == 2 else ""
         if part not in CHIPS.ours:
             return []
@@ -209,7 +209,7 @@ class BenchFile:
 
     @contextmanager
     def at(self, *place: str | int) -> Iterator[None]:
-        """Report whatever goes wrong inside with file, line and key."""
+        """Report any error inside with file, line and key."""
         try:
             yield
         except ProgramError:
@@ -219,7 +219,7 @@ class BenchFile:
 
     # ------------------------------------------------------------------------------------------------------- the bench
     def load(self, prepare: Callable[[Bench], object] | None = None, **options: Any) -> Bench:
-        """Return a bench as the file describes it, its scripts queued.
+        """Return the bench that the file describes, with its scripts queued.
 
         Args:
             prepare: called with the bench, before the scripts are queued.
@@ -234,7 +234,7 @@ class BenchFile:
         return bench
 
     def staged(self, **options: Any) -> tuple[Bench, list[tuple[Host, Script]]]:
-        """Return a bench as the file describes it, and its hosts with the scripts that they are to play."""
+        """Return the bench that the file describes, and its hosts with their scripts."""
         self.check_times()
         programs = self.programs()
         bench = Bench(seed=self.tables.bench.seed, **options)
@@ -244,14 +244,14 @@ class BenchFile:
         return bench, [(host, program_script(*one, host.chip.sheet)) for host, one in zip(hosts, programs, strict=True)]
 
     def check_times(self) -> None:
-        """Times that are used later must be good now."""
+        """Check times that are only used later."""
         for key in ("until", "timeout"):
             time = getattr(self.tables.bench, key)
             with self.at("bench", key):
                 picoseconds(0 if time is None else time)
 
     def programs(self) -> list[tuple[str, str]]:
-        """Return what each host plays: the text, and the name of its place."""
+        """Return the script of each host: the text, and its place for messages."""
         found = []
         for number, host in enumerate(self.tables.host):
             if host.file is not None and host.script is not None:
@@ -294,7 +294,7 @@ class BenchFile:
         return self.error(("part", number, key), says)
 
     def part_options(self, cls: type[Part], part: dict[str, Any]) -> dict[str, Any]:
-        """Return the options of a [[part]]; `file` names a file with the image of one that has an image."""
+        """Return the options of a [[part]]; `file` names the image of a part with an image."""
         options = {key: value for key, value in part.items() if key != "kind"}
         if "file" in options and any(row.name == "image" for row in cls.options):
             if "image" in options:
@@ -313,7 +313,7 @@ class BenchFile:
         return found
 
     def chips_of(self, bench: Bench, key: str, number: int, names: list[str]) -> list[Chip]:
-        """Return the chips that a table names; the only one, if it names none."""
+        """Return the chips that a table names; by default the only chip."""
         names = names or (list(bench.chips) if len(bench.chips) == 1 else [])
         if not names:
             raise self.error((key, number), f'no chip named; write chips = ["{next(iter(bench.chips), "x")}"]')
@@ -327,7 +327,7 @@ class BenchFile:
         return [bench.chips[name] for name in names]
 
     def served(self, bench: Bench) -> list[PortRequest]:
-        """Return what [[serve]] tables ask for."""
+        """Return the ports requested by [[serve]] tables."""
         found: list[PortRequest] = []
         taken = [
             (name, channel_over(bench.chips[name], host.over))
@@ -358,7 +358,7 @@ class BenchFile:
         return found
 
     def wire(self, bench: Bench) -> None:
-        """Wires, recorders and what drives pins from outside."""
+        """Connect wires, start recorders, and drive pins from outside."""
         for number, wire in enumerate(self.tables.wire):
             with self.at("wire", number):
                 bench.wire(wire.from_, wire.to, wire.invert)
@@ -371,7 +371,7 @@ class BenchFile:
 
 
 def _named(place: Place) -> str:
-    """("chip", 0, "crystal") is [[chip]] 1, crystal."""
+    """Return a place in words: ("chip", 0, "crystal") is [[chip]] 1, crystal."""
     if len(place) > 1 and isinstance(place[1], int):
         return ", ".join([f"[[{place[0]}]] {place[1] + 1}", *(str(part) for part in place[2:])])
     return " ".join([f"[{place[0]}]", *(str(part) for part in place[1:])]) if place else ""

@@ -1,4 +1,4 @@
-"""Hosts of a bench: which one a channel has, and how it is wired to its chips."""
+"""Hosts of a bench: the host for each channel, and its wiring to the chips."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ OnBus = TypeVar("OnBus", "BusHost", "PacketHost", "FlowHost")
 
 
 class HostRequest(NamedTuple):
-    """A host that is asked for, on some chips of a circuit, over a channel that they have."""
+    """The request for a host, on some chips of a circuit, over a channel that they have."""
 
     circuit: Circuit
     chips: Sequence[Any]
@@ -40,15 +40,15 @@ class HostRequest(NamedTuple):
     over: str | None
 
     def new_name(self) -> str:
-        """Return what the host is called."""
+        """Return the name of the host."""
         return self.circuit.new_name(self.name, "host")
 
     def connections(self) -> list[Connection]:
-        """Return what the host is handed of its chips."""
+        """Return the connections of the host to its chips."""
         return [connection(chip, self.channel) for chip in self.chips]
 
     def of(self, kind: type[Host]) -> tuple[Host, list[str]] | None:
-        """Return the host of a kind that some of the chips have already, and their names; None: there is none."""
+        """Return an existing host of a kind on some of the chips, and their names; None: there is none."""
         for other in self.circuit.parts.values():
             taken = [chip.name for chip in self.chips if isinstance(other, kind) and chip.name in other.chips]
             if isinstance(other, kind) and taken:
@@ -56,13 +56,17 @@ class HostRequest(NamedTuple):
         return None
 
     def refuse_second(self, kind: type[Host]) -> None:
-        """Refuse a second host where there is one."""
+        """Refuse a second host on the same chip.
+
+        Raises:
+            WiringError: a chip has one already.
+        """
         if found := self.of(kind):
             name, taken = found[0].name, ", ".join(found[1])
             raise WiringError(f"host: {taken} has a host on this channel already; use bench[{name!r}]")
 
     def refuse_several(self, kind: type[Host]) -> None:
-        """Refuse a host of several chips, or a second one, where one host belongs to one chip."""
+        """Refuse a host of several chips, or a second one, on a channel with one host per chip."""
         if len(self.chips) > 1:
             names = ", ".join(chip.name for chip in self.chips)
             raise UsageError(f"host: {names} over one {kind.__name__}; give each chip a host of its own")
@@ -70,7 +74,7 @@ class HostRequest(NamedTuple):
 
     def tell(self, name: str, **what: Any) -> None:
         """Report the host as an input from outside."""
-        asked = {} if self.over is None else {"over": self.over}  # journals of a part with one channel stay as they are
+        asked = {} if self.over is None else {"over": self.over}  # journals of a part with one channel are unchanged
         self.circuit.outside.tell("host", name=name, chips=[chip.name for chip in self.chips], **what, **asked)
 
     def place(self, host: Host, pairs: Sequence[tuple[Terminal, Terminal]]) -> None:
@@ -106,8 +110,8 @@ def host(
         over: "bus", "serial", "port" or "parallel", for a chip with several channels; by default its first one.
 
     Raises:
-        UsageError: no chip is given, one of them does not have the channel, they take commands in different ways, or an
-            argument does not fit them.
+        UsageError: no chip is given, one of them does not have the channel, their channels differ, or an argument does
+            not fit them.
         WiringError: the serial line of a chip has a host already, or a chip of your own has no pins for one.
     """
     if not chips:
@@ -121,7 +125,7 @@ def host(
     channels = [channel_over(chip, over) for chip in chips]
     kinds = sorted({channel.says for channel in channels})
     if len(kinds) > 1:
-        raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; one host takes one kind")
+        raise UsageError(f"host: some of these chips have {', some '.join(kinds)}; use one host for each kind")
     channel = channels[0]
     if isinstance(channel, SerialLine | AdaptiveLine):
         if picoseconds(delay):
@@ -135,14 +139,14 @@ def host(
 
 
 def _bus_host(request: HostRequest) -> BusHost:
-    """A host on a bus, which its chips share."""
+    """Return a host on a bus, which its chips share."""
     from ..parts.hosts.bus_host import BusHost
 
     return _on_bus(request, BusHost)
 
 
 def _packet_host(request: HostRequest) -> PacketHost:
-    """A host that sends packets over a bus, which its chips share."""
+    """Return a host that sends packets over a bus, which its chips share."""
     from ..parts.hosts.packet_host import PacketHost
 
     request.refuse_second(PacketHost)
@@ -150,7 +154,7 @@ def _packet_host(request: HostRequest) -> PacketHost:
 
 
 def _flow_host(request: HostRequest) -> FlowHost:
-    """A host on a bus that works both ways."""
+    """Return a host on a bidirectional bus."""
     from ..parts.hosts.flow_host import FlowHost
 
     request.refuse_several(FlowHost)
@@ -164,20 +168,20 @@ def _on_bus(request: HostRequest, kind: type[OnBus]) -> OnBus:
     for chip in request.chips[1:]:
         request.chips[0].bus.join(chip.bus)
     host = kind(request.circuit.kernel, name, request.connections(), delay_ps)
-    request.tell(name, delay_ps=delay_ps)  # once it is sure that there will be one
+    request.tell(name, delay_ps=delay_ps)  # only now: the host can be made
     request.circuit.place(host)
     request.circuit.kernel.settle()
     return host
 
 
 def _adaptive_host(request: HostRequest) -> AdaptiveHost:
-    """A host on a serial line whose rate the chip finds, with CTS."""
+    """Return a host on a serial line whose rate the chip detects, with CTS."""
     from ..parts.hosts.adaptive_host import AdaptiveHost
 
     chip = request.chips[0]
     if request.line is not None:
         raise UsageError(
-            f"host: line={request.line.name}; the serial side of {chip.name} has TTL levels, no RS-232 line"
+            f"host: line={request.line.name}; the serial side of {chip.name} has TTL levels, not RS-232; omit line="
         )
     request.refuse_several(AdaptiveHost)
     name = request.new_name()
@@ -193,7 +197,7 @@ def _adaptive_host(request: HostRequest) -> AdaptiveHost:
 
 
 def _serial_host(request: HostRequest) -> SerialHost:
-    """A host on an RS-232 line, wired to every module on it."""
+    """Return a host on an RS-232 line, wired to every module on it."""
     from ..parts.hosts.serial_host import SerialHost
 
     line = request.line
@@ -214,7 +218,7 @@ def _serial_host(request: HostRequest) -> SerialHost:
     return host
 
 
-HOSTS: Mapping[type[Channel], Callable[[HostRequest], Host]] = {  # what makes the host of a channel
+HOSTS: Mapping[type[Channel], Callable[[HostRequest], Host]] = {  # the function that makes the host of a channel
     BusHandshake: _bus_host,
     SerialLine: _serial_host,
     HostPort: _packet_host,
@@ -258,7 +262,7 @@ def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
         names = ", ".join(chip.name for chip, own in zip(chips, addresses, strict=True) if own == address)
         what = "have the same address on one line" if address else "have no address on a shared line"
         pins = chips[0].sheet.channel(SerialLine).address_pins
-        apart = f"; strap {', '.join(pins)} apart" if pins else ""
+        apart = f"; strap {', '.join(pins)} differently" if pins else ""
         connector.finding("same-address", f"{names} {what}: all of them answer{apart}")
     downs = [chip.pins[down.name].net for chip in chips if (down := chip.sheet.role("serial_pull_down"))]
     if downs and not any(down.root is rxd.root for down in downs):
@@ -267,7 +271,7 @@ def _connect(circuit: Circuit, connector: Part, chips: Sequence[Any]) -> None:
 
 
 def connection(chip: Chip, channel: Channel) -> Connection:
-    """Return what a host is handed of a chip that it reaches over a channel."""
+    """Return the connection of a host to a chip over a channel."""
     from ..parts.hosts.connection import Connection
 
     straps = getattr(chip, "straps", None)
@@ -292,7 +296,7 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
     """Return the channel of a chip by its name, or its first one.
 
     Raises:
-        UsageError: it has none, or none of this name; the message lists those there are.
+        UsageError: it has none, or none of this name; the message lists the existing ones.
     """
     channels = chip.sheet.channels
     found = channels[:1] if over is None else [channel for channel in channels if channel.name == over]
@@ -303,6 +307,6 @@ def channel_over(chip: Chip, over: str | None) -> Channel:
 
 
 def _else_over(chip: Chip) -> str:
-    """Return the remedy where a chip has a serial line among its other channels."""
+    """Return the remedy for a chip with a serial line among its other channels."""
     others = [channel.name for channel in chip.sheet.channels if isinstance(channel, SerialLine | AdaptiveLine)]
     return f" here; over={others[0]!r} is one" if others else ""

@@ -1,4 +1,4 @@
-"""The external memory of a chip that keeps its programs there, where the user has not given one."""
+"""The external program memory of a chip, for benches where the user has not added one."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ NAME = "memory"
 
 
 def is_outside(sheet: Sheet) -> bool:
-    """Return whether a part keeps its programs in a memory outside itself, on a bus of its own."""
+    """Return whether a part stores its programs in an external memory, on a bus of its own."""
     return sheet.role("memory_select") is not None
 
 
 def put_memory(
     bench: Bench, chip: Chip, image: str | PathLike[str] | None = None, *, store: Store | None = None
 ) -> Any:
-    """Put the external memory of a chip on the bench, 64K bytes of RAM or, where it is kept, of EEPROM.
+    """Put the external memory of a chip on the bench, 64K bytes of RAM or, if it has a store, of EEPROM.
 
     Args:
-        image: a file that is loaded into it, a binary dump or Intel HEX, whatever the store holds.
-        store: what keeps it without power; by default what the bench has for its memories, if it has any.
+        image: a file that is loaded into it, a binary dump or Intel HEX, even if the store has content.
+        store: its non-volatile store; by default the one that the bench has for its memories, if any.
 
     Returns:
-        The part; None, where the chip has no memory outside.
+        The part; None if the chip has no external memory.
 
     Raises:
-        UsageError: there is an image, and the chip has no memory outside.
+        UsageError: there is an image, and the chip has no external memory.
         BenchFileError: the image cannot be read.
     """
     if not is_outside(chip.sheet):

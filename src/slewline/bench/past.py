@@ -1,25 +1,25 @@
-"""The past of a bench that writes a journal: `Past.at(t)` brings it back, in one process.
+"""The past of a bench that writes a journal: `Past.at(t)` restores it, in the same process.
 
     past.at(t).rerun(inputs, now)   another bench at the present, the same before t, with other inputs from t on
-    past.go_on(bench, t)            take it in place of the present one
+    past.go_on(bench, t)            use it instead of the present one
 
-    journal   ....G....................R..........m.............. now         as it was written
+    journal   ....G....................R..........m.............. now         as recorded
     shadow    ....G....................R                                      plays the journal, a rest later
     rerun                              R..........m..............now          the same bench, with the input at m
 
-A running bench cannot be copied.  So another one plays its journal, far enough after it that no input comes before it
-any more (`Past.follow`); to go back is to let that one play on, with the new inputs among the old ones.  It
-costs what the run has cost since then, however long it was before.  Each new run needs a shadow of its own.
+A running bench cannot be copied.  So another one plays its journal, with a delay after which no earlier inputs are
+possible (`Past.follow`).  Going back lets that one play on, with the new inputs among the old ones.  The cost is that
+of the run since then, however long it was before.  Each new run needs a shadow of its own.
 
-A server has a second way back, into a process of its own: `links/time/server_past.py`.
+A server can also go back in another process: `links/time/server_past.py`.
 
 The journal of the new bench begins as the old one does, has the new inputs among the entries that follow, and is then
-written on.  It is what the new bench has played: another replay gives the same run, to the bit.
+continued.  It records exactly what the new bench has played: another replay has the same run, to the bit.
 
-Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  After `go_on` the
-file is its own; it is written only if it holds something else: what was stored in the past that is undone, and is
-stored again in the same way, is not written twice, what the new run did not store is no longer there, and what only it
-has stored is there then.  What a disk has refused is refused again, at the same call of the owner.
+Memories.  A shadow keeps the memory of a chip or part in the model, and never touches the file.  With `go_on` it takes
+over the file, which is written only if the content differs: data stored in the undone past, and stored again in the
+same manner, is not written twice; data that the new run did not store is removed, and data that only it has stored is
+added.  A write that a disk has refused is refused again, at the same call of the owner.
 """
 
 from __future__ import annotations
@@ -48,22 +48,22 @@ Listener = Callable[[Bench], object]
 
 
 class TooLong(UsageError):
-    """Going back would cost more time than is allowed; nothing was done."""
+    """Going back would take more time than allowed; nothing was changed."""
 
 
 def driven(pin: str, level: int | None, at_ps: int) -> dict[str, Any]:
-    """Return the entry of a pin that is driven from outside, or released (None), in the first round of an instant."""
+    """Return the entry for a pin that is driven from outside, or released (None), in the first round of an instant."""
     return {"do": "drive", "t": at_ps, "round": 1, "pin": pin, "level": level}
 
 
 def given(part: str, verb: str, args: Sequence[Any], at_ps: int) -> dict[str, Any]:
-    """Return the entry of an input of a chip or a part, in the first round of an instant."""
+    """Return the entry for an input of a chip or a part, in the first round of an instant."""
     plain = [list(arg) if isinstance(arg, bytes) else arg for arg in args]
     return {"do": "input", "t": at_ps, "round": 1, "part": part, "verb": verb, "args": plain}
 
 
 class ShadowBench:
-    """A bench that plays a journal while that is still being written."""
+    """A bench that plays a journal while the journal is still being written."""
 
     def __init__(self, path: Path, prepare: Listener) -> None:
         self.path, self.prepare = path, prepare
@@ -73,14 +73,14 @@ class ShadowBench:
 
     @property
     def now_ps(self) -> int:
-        """The instant that it has reached (ps); -1: it has not begun."""
+        """The instant that it has reached (ps); -1: it has not started."""
         return -1 if self.player is None else self.player.bench.now_ps
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Play on up to an instant; return False, before that, when `enough` does not return false after an entry.
+        """Play on up to an instant; return False, before that, as soon as `enough` returns true after an entry.
 
         Raises:
-            BenchFileError: an entry that cannot be done.
+            BenchFileError: an entry that cannot be executed.
         """
         found = Entries(self.path, self.offset, self.lines)
         with closing(found.file):
@@ -104,7 +104,7 @@ class ShadowBench:
     def _learn(self, more: Survey) -> None:
         known = self.known
         for owner, faults in more.faults.items():
-            known.faults.setdefault(owner, {}).update(faults)  # a memory that is there already gets them, too
+            known.faults.setdefault(owner, {}).update(faults)  # an existing memory gets them, too
         known.chips.update(more.chips)
         known.behaviours.update(more.behaviours)
         if not self.offset:
@@ -116,21 +116,21 @@ class ShadowBench:
 
 
 class Past:
-    """The past of a bench that has a journal, from which others begin.
+    """The past of a bench with a journal, from which other runs can start.
 
     Args:
-        bench: the present one; that of `go_on` later.
-        shadows: how many times one can go back before a shadow has to begin again.
+        bench: the present one; later the one passed to `go_on`.
+        shadows: how many times one can go back before a shadow has to start again.
     """
 
     def __init__(self, bench: Bench, shadows: int = 3) -> None:
         self.bench, self.most = bench, shadows
         self.shadows: list[ShadowBench] = []
-        self.entry_s = ENTRY_S  # what an entry costs; who has a clock knows better
+        self.entry_s = ENTRY_S  # the time per entry; a caller with a clock may correct it
 
     @property
     def path(self) -> Path:
-        """The journal, which is still written.
+        """The journal, which is still being written.
 
         Raises:
             UsageError: there is none.
@@ -144,15 +144,15 @@ class Past:
         return Instant(self, ps)
 
     def listen(self, bench: Bench) -> object:
-        """Follow what a bench does that plays the past, before it does anything; return what accompanies it."""
+        """Observe a bench that plays the past, before it begins; return its `Companion`, if any."""
 
     def follow(self, to_ps: int, enough: Callable[[], bool] = lambda: False) -> bool:
-        """Let the shadows play on up to an instant after which alone inputs may have to be put in, such as a rest.
+        """Let the shadows play on up to an instant before which no inputs will be inserted any more, such as a rest.
 
-        It must be over: the journal has all that it will ever have of it.
+        The instant must be over: all its entries are in the journal.
 
         Args:
-            enough: asked after each entry whether the rest has to wait for another call.
+            enough: called after each entry; true: the rest waits for another call.
 
         Returns:
             False: the rest waits.
@@ -167,16 +167,16 @@ class Past:
 
     @property
     def since_ps(self) -> int:
-        """The instant at which a shadow is ready, the latest one (ps); -1: there is none."""
+        """The latest instant at which a shadow is ready (ps); -1: there is none."""
         return max((each.now_ps for each in self.shadows), default=-1)
 
     @property
     def played(self) -> int:
-        """How many entries the shadows have played, all together."""
+        """The number of entries that the shadows have played, all together."""
         return sum(each.lines for each in self.shadows)
 
     def entries(self) -> Iterator[tuple[int, Entry]]:
-        """Yield what is in the journal since the latest shadow, each entry with the byte at which its line begins."""
+        """Yield the entries of the journal since the latest shadow, each with the byte at which its line begins."""
         at = max((each.offset for each in self.shadows), default=0)
         with open(self.path, "rb") as file:
             file.seek(at)
@@ -185,12 +185,12 @@ class Past:
                 at += len(line)
 
     def go_on(self, bench: Bench, since_ps: int = 0) -> None:
-        """Go on with another bench, which did the same as the present one before an instant (ps).
+        """Continue with another bench, which is identical to the present one before an instant (ps).
 
-        It gets what that one has outside: its memories, and the name of its journal, where the system can rename it.
+        It takes over the memories outside, and the name of the journal, if the system can rename it.
 
         Raises:
-            OSError: a memory has refused its content; nothing has changed.
+            OSError: a memory could not be written; nothing has changed.
         """
         _take_over(bench, self.bench)
         self.bench = bench
@@ -200,7 +200,7 @@ class Past:
 
 
 class Instant:
-    """An instant of the past of a bench (ps), from which on another run goes on."""
+    """An instant of the past of a bench (ps), from which another run can continue."""
 
     def __init__(self, past: Past, ps: int) -> None:
         self.past, self.ps = past, ps
@@ -216,20 +216,20 @@ class Instant:
     ) -> Bench:
         """Return another bench at the present, as if there had been other inputs from this instant on.
 
-        Everything is as the journal says, with these inputs at their instants: those of the first round of an instant
-        come before what was put in after it.  The present bench is unchanged, and so are memories in files.
+        Everything follows the journal, with these inputs at their instants: inputs in the first round of an instant
+        come before inputs recorded after it.  The present bench is unchanged, and so are memories in files.
 
         Args:
             inputs: entries of a journal, as `driven` and `given` make them.
             to_ps: the present.
-            copy: the journal of the new bench, by default beside the present one.
+            copy: the journal of the new bench, by default next to the present one.
             without: entries of the journal that are left out, each by the byte at which its line begins.
-            allowed_s: seconds of a usual machine that it may cost.
+            allowed_s: the time that it may take on a usual machine, in seconds.
 
         Raises:
-            TooLong: it would cost more.
+            TooLong: it would take longer.
             UsageError: no input, or one that is not between the beginning and the present.
-            BenchFileError: an entry cannot be done, an old one perhaps because of the new ones; or `copy` is a file
+            BenchFileError: an entry cannot be executed, an old one perhaps because of the new ones; or `copy` is a file
                 that is not a journal, or cannot be written.
         """
         more = sorted(inputs, key=lambda entry: int(entry["t"]))
@@ -246,7 +246,7 @@ class Instant:
         if allowed_s is not None and seconds > allowed_s:
             raise TooLong(
                 f"going back to {readable(first)}: {entries} inputs ({len(rest)} bytes of journal) would "
-                f"have to be done again, about {seconds:.3f} s; allowed {allowed_s:.3f} s"
+                f"have to be repeated, about {seconds:.3f} s; allowed {allowed_s:.3f} s"
             )
         replaced(other)
         past.shadows = [each for each in past.shadows if each is not shadow]
@@ -263,12 +263,12 @@ class Instant:
         bench = cast("Player", shadow.player).bench
         bench.catch_up()
         journal = Journal.continued(other, bench.kernel)
-        object.__setattr__(bench, "journal", journal)  # users may not
+        object.__setattr__(bench, "journal", journal)  # not possible for users
         bench.kernel.outside.write = journal.write
         return bench
 
     def _first(self, inputs: Iterable[Entry], without: Iterable[int], to_ps: int) -> int:
-        """The instant from which on the other bench differs: of the earliest input (ps), given or left out."""
+        """Return the instant from which on the other bench differs: that of the first input added or left out (ps)."""
         marks = [self.ps, *(int(entry["t"]) for entry in inputs), *map(self._instant, without)]
         for at in marks:
             if not 0 < at <= to_ps:
@@ -276,7 +276,7 @@ class Instant:
         return min(marks)
 
     def _instant(self, offset: int) -> int:
-        """The instant of an entry of the journal (ps)."""
+        """Return the instant of an entry of the journal (ps)."""
         with open(self.past.path, "rb") as file:
             file.seek(offset)
             return int(json.loads(file.readline())["t"])
@@ -295,17 +295,17 @@ def merged(rest: bytes, at: int, more: list[Entry], without: Collection[int]) ->
 
 
 def place(entry: Entry) -> tuple[int, bool]:
-    """Return what entries are sorted by: the instant, and whether it is not in its first round."""
+    """Return the sort key of an entry: the instant, and whether it is not in its first round."""
     return int(entry.get("t", 0)), entry.get("round") != 1
 
 
 def spelled(entry: Entry) -> bytes:
-    """Return the line of an entry."""
+    """Return an entry as a line of a journal."""
     return json.dumps(dict(entry), separators=(",", ":")).encode("ascii") + b"\n"
 
 
 def _take_over(bench: Bench, old: Bench) -> None:
-    """Let a bench have what another one has outside, as `Past.go_on` describes."""
+    """Pass the memories and the journal of a bench to another one, as described in `Past.go_on`."""
     attached: list[tuple[JournaledStore, Any, Any, bytes]] = []
     try:
         for name in (*bench.chips, *bench.parts):

@@ -1,4 +1,4 @@
-"""The ramp calculator from Python: what parameters give, and which parameters give what is wanted.
+"""The ramp calculator from Python: the ramp of given parameters, and the parameters for a required ramp.
 
 ramp = slewline.ramp("cy525", F=3, R=127, S=200, Z=1)
 ramp.time_ps, ramp.steps, ramp.move(5000).time_ps
@@ -58,14 +58,14 @@ def find_ramps(
 
     Free parameters are S and Z of the CY525, R of the GS-C modules, and SET_ACC or one of SET_MAX_ACC and SET_JERK of
     the MC1451A family, unless a value is given.  Of two ramps that are equally near, the slower one comes first.  Of
-    several ramps with the same goal value one is returned: the slowest, then that with the least Z, then the least S,
-    R, acceleration or jerk.
+    several ramps with the same goal value one is returned: the slowest, then the one with the least Z, then the least
+    S, R, acceleration or jerk.
 
     Args:
         part, crystal, options, values: as for `ramp`.
         time, acceleration, steps: the goal, exactly one of the three: the time of the ramp, such as "0.5 s", or ps; its
             mean acceleration, steps/s^2; its number of steps.
-        count: how many ramps to return, 1 or more.
+        count: the number of ramps to return, 1 or more.
 
     Raises:
         UnknownName: there is no such part or parameter.
@@ -87,7 +87,7 @@ def find_ramps(
 
 
 def _wanted(goals: dict[Goal, float | None]) -> Wanted:
-    """The one goal that is given."""
+    """Return the one goal that is given."""
     given = [(goal, value) for goal, value in goals.items() if value is not None]
     if len(given) != 1:
         raise UsageError("no single goal for the ramp; give one of time, acceleration and steps")

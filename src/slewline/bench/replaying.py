@@ -1,7 +1,7 @@
-"""Playing a journal again: its entries are read, checked against the laws of today, and done at their instants.
+"""Replay of a journal: its entries are read, checked against the present laws, and executed at their instants.
 
-`journal.py` describes its lines.  A journal may come from anybody: it calls methods that are declared as inputs, and
-what it names passes its gate (`gate.py`).
+`journal.py` describes its lines.  A journal may come from anybody: it can only call methods that are declared as
+inputs, and all names in it pass its gate (`gate.py`).
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from .files.journal import Journal
 if TYPE_CHECKING:
     from ..core.chip import Chip
 
-STRANGE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)  # what comes of entries of no sense
-CALLS = ("change_rate", "live", "read_position", "run_program", "verify")  # of a host on a bus, in journals of 0.1.0
+STRANGE = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)  # errors of invalid entries
+CALLS = ("change_rate", "live", "read_position", "run_program", "verify")  # of a bus host, in journals of 0.1.0
 
 
 class Survey(NamedTuple):
-    """What must be known of a journal before anything is done."""
+    """The facts about a journal that are needed before any entry is executed."""
 
     seed: int
     maker: str
@@ -49,10 +49,10 @@ class Survey(NamedTuple):
 
 
 def survey(found: Entries, gate: FileGate) -> Survey:
-    """Read a journal once; nothing is done.
+    """Read a journal once, without executing it.
 
     Raises:
-        BenchFileError: a chip or part is not there, or is named as module:Class and that is not allowed; with its line.
+        BenchFileError: a chip or part does not exist, or is named as module:Class, which is not allowed; with its line.
     """
     known = Survey(0, "", 0, {}, {}, {})
     entry: dict[str, Any] = {"t": 0}
@@ -75,7 +75,7 @@ def survey(found: Entries, gate: FileGate) -> Survey:
 
 
 def differing(known: Survey) -> str:
-    """Return in words which parts of a journal behaved by other laws than here; "": none."""
+    """Return which parts of a journal had other laws than here, in words; "": none."""
     here = {part: cls.sheet.behaviour for part, cls in known.chips.items()}
     different = [(part, known.behaviours[part]) for part in here if here[part] != known.behaviours[part]]
     return ", ".join(f"{part} had behaviour {had} and has {here[part]}" for part, had in different)
@@ -97,11 +97,11 @@ def replay(
         path: the journal.
         until: the instant at which to stop, by default the end of the run.  All inputs at this instant are included; to
             leave them out, stop a picosecond earlier.  After the end of the journal time passes without inputs.  The
-            bench that is returned can be run on.
+            bench that is returned can be run further.
         shuffle: run the tasks of a round in random order, with this seed: the results must not change.
         prepare: a function that is called with the bench before time passes: to record pins, for example.
         other_laws: replay even if the behaviour of a part has changed since; the run may then differ, and the warning
-            OtherLaws is given.
+            OtherLaws is issued.
         allow_code: allow the journal to name chips and parts as module:Class, whose import runs the code of the module.
 
     Raises:
@@ -117,13 +117,13 @@ def replay(
 
 
 def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: str | PathLike[str]) -> None:
-    """Let a bench that stands where a journal was so many bytes long go on to an instant (ps), with what comes in it.
+    """Let a bench in the state at byte `begin` of a journal play its further entries, up to an instant (ps).
 
-    From there on it has a journal of its own, `copy`, which begins like that one.  The memories of its chips and parts
-    are no longer those outside; they fail as the journal says.
+    From then on it has a journal of its own, `copy`, which begins like that one.  The memories of its chips and parts
+    are separated from those outside; they fail as recorded in the journal.
 
     Raises:
-        BenchFileError: an entry that makes no sense.
+        BenchFileError: an invalid entry.
     """
     outside = bench.kernel.outside
     outside.write = None
@@ -143,7 +143,7 @@ def go_on(bench: Bench, path: str | PathLike[str], begin: int, stop: int, copy: 
 
 
 def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
-    """How many bytes of a journal are about instants up to one (ps); `begin`: where a line begins."""
+    """Return the length of a journal up to its last entry not after an instant (ps); `begin`: where a line begins."""
     with open(path, "rb") as file:
         file.seek(begin)
         while line := file.readline():
@@ -154,21 +154,21 @@ def _length_at(path: str | PathLike[str], begin: int, stop: int) -> int:
 
 @runtime_checkable
 class Companion(Protocol):
-    """What follows a bench that plays a journal, and does there what no entry says."""
+    """An object that accompanies a bench that plays a journal, and acts on it without an entry."""
 
     def done(self, entry: Mapping[str, Any], result: Any) -> None:
-        """Take notice of an entry that has been done, and of what an input has returned."""
+        """Handle an entry that has been executed, and the result of its input."""
 
     def due(self, to_ps: int) -> tuple[int, Callable[[], object]] | None:
-        """Return what is to be done next, and when, if that is before the next entry and up to an instant (ps)."""
+        """Return the next action and its instant, if that is before the next entry and not after an instant (ps)."""
 
 
 class Player:
-    """Does the entries of a journal on a bench, each at its instant; what is to be done early waits in the kernel.
+    """Executes the entries of a journal on a bench, each at its instant; entries of a first round wait in the kernel.
 
     Args:
-        prepare: called with the bench, before time passes; what it returns accompanies what is done (`Companion`).
-        kept: makes a memory of a chip or part of what it is called and what it holds.
+        prepare: called with the bench, before time passes; may return a `Companion`.
+        kept: makes a memory of a chip or part from its name and its content.
     """
 
     def __init__(
@@ -184,7 +184,7 @@ class Player:
         ] = {}  # in the first round of an instant
 
     def take(self, found: Entries, known: Survey, number: int, entry: dict[str, Any]) -> None:
-        """Do the next entry; time passes up to it."""
+        """Execute the next entry; time passes up to it."""
         bench, at = self.bench, entry["t"]
         if self.prepare is not None and (entry["do"] == "run" or at > 0):
             self.begin()
@@ -200,7 +200,7 @@ class Player:
             self._do(found, known, number, entry)
 
     def begin(self) -> None:
-        """Let what prepares the bench do so."""
+        """Call `prepare`, if it has not been called."""
         if self.prepare is not None:
             found = self.prepare(self.bench)
             self.prepare = None
@@ -214,7 +214,7 @@ class Player:
             self.bench.run_to(f"{stop} ps")
 
     def _pass(self, to_ps: int) -> None:
-        """Let time pass, with what is done on the way besides entries."""
+        """Let time pass, with the actions of the companion that are due meanwhile."""
         while self.companion is not None and (due := self.companion.due(to_ps)) is not None:
             at, act = due
             if at > self.bench.now_ps:
@@ -235,7 +235,7 @@ class Player:
 
 
 def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Callable[[Bench], object] | None) -> Bench:
-    """Let a bench repeat a journal, up to an instant."""
+    """Let a bench repeat a journal, up to an instant; return the bench."""
     player, number = Player(bench, prepare), 0
     for number, entry in found:
         if entry["t"] > stop:
@@ -248,10 +248,10 @@ def _played(found: Entries, known: Survey, bench: Bench, stop: int, prepare: Cal
 
 
 def held(content: Any) -> bytes:
-    """Return what a memory holds, from what an entry has of it: a number a byte.
+    """Return the content of a memory, from an entry: one number per byte.
 
     Raises:
-        UsageError: it is something else; a whole number would be taken for so many bytes.
+        UsageError: the content is anything else; Python would read a whole number as a length.
     """
     if not (isinstance(content, list) and len(content) <= LARGEST and all(type(byte) is int for byte in content)):
         raise UsageError(
@@ -260,23 +260,27 @@ def held(content: Any) -> bytes:
     try:
         return bytes(content)
     except ValueError:
-        raise UsageError("store: found a number that is no byte; allowed 0 to 255") from None
+        raise UsageError("store: found a number that is not a byte; allowed 0 to 255") from None
 
 
 @contextmanager
 def _located(found: Entries, number: int, what: str) -> Iterator[None]:
-    """Tell with file and line what comes of an entry that makes no sense."""
+    """Report errors of an invalid entry with file and line."""
     try:
         yield
     except BenchFileError:
         raise  # with its line
     except STRANGE as error:
-        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be done: {error!r}"
+        says = str(error) if isinstance(error, SlewlineError) else f"{what}: cannot be executed: {error!r}"
         raise found.error(number, says) from error
 
 
 def _check_laws(path: str | PathLike[str], known: Survey, allowed: bool) -> None:
-    """Refuse a journal that was made by other laws, or warn of it."""
+    """Refuse a journal with other laws, or warn about it.
+
+    Raises:
+        BenchFileError: the laws differ, and that is not allowed.
+    """
     different = differing(known)
     if not different:
         return
@@ -294,9 +298,9 @@ def apply(
     known: Survey,
     kept: Callable[[str, ReplayedStore], Any] = lambda _name, memory: memory,
 ) -> Any:
-    """Repeat an entry, and return what an input returns.
+    """Repeat an entry, and return the result of an input.
 
-    `kept` makes a memory of a chip or part of what it is called and what it holds.
+    `kept` makes a memory of a chip or part from its name and its content.
     """
     do = entry["do"]
     named: Callable[[str], Any] = bench.__getitem__
@@ -343,7 +347,7 @@ def apply(
 
 
 def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
-    """Repeat a call of a host: a script, or, as up to 0.1.0, everything else."""
+    """Repeat a call of a host: a script, or, up to 0.1.0, any other."""
     host: Any = bench[name]
     if not isinstance(host, Host):
         raise UsageError(f"{name} is not a host")
@@ -356,10 +360,10 @@ def tell(bench: Bench, name: str, do: str, args: list[Any]) -> None:
         verb, chip, *more = args
         if not isinstance(host, BusHost) or verb not in CALLS:
             raise UsageError(f"{name}: call {verb!r}; allowed {', '.join(CALLS)}")
-        with bench.kernel.outside.queued():  # the journal itself has how time passed
+        with bench.kernel.outside.queued():  # the journal itself records how time passed
             getattr(host.to(chip), verb)(*more)
     elif do == "script":
-        from .scripts.script import run_script  # a bench without scripts does not load their language
+        from .scripts.script import run_script  # a bench without scripts does not load the script language
 
         chip, text, where = args
         run_script(bench, host.to(chip), text, where)

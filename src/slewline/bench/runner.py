@@ -1,4 +1,4 @@
-"""How the time of a bench passes: by a duration, or until a condition is met; in a call, or in a task of asyncio."""
+"""Time of a bench: it passes for a duration, or until a condition is met; in a call, or in an asyncio task."""
 
 from __future__ import annotations
 
@@ -23,44 +23,48 @@ SLICE_PS = 100_000_000_000  # while a VCD file is streamed, time passes in slice
 
 
 class TimedStream(Protocol):
-    """What is written as time passes."""
+    """A file that is written as time passes."""
 
     def check_entered(self) -> None:
-        """Raise a UsageError if time is not to pass yet."""
+        """Check that time may pass.
+
+        Raises:
+            UsageError: not yet.
+        """
 
     def feed(self, ps: int) -> None:
-        """Write what has happened up to an instant (ps)."""
+        """Write all changes up to an instant (ps)."""
 
 
 def _seen(_net: Net) -> None:
-    """An observer that only makes promised edges instants."""
+    """Do nothing: an observer whose presence makes promised edges instants of the run."""
 
 
 @dataclass
 class Wait:
-    """A wait for a condition, up to an instant; `done` is called with whether it was met."""
+    """A wait for a condition, up to an instant; `done` is called with True if it was met, else with False."""
 
     met: Callable[[], bool]
     limit_ps: int
     done: Callable[[bool], object] = bool
     when: Callable[[], int | None] | None = None  # the instant that follows from the present promises
     nets: Iterable[Net] = ()
-    pushes: bool = False  # time that stands passes for it
-    renew: Callable[[], object] | None = None  # wait for the same on the bench that has taken the place of this one
+    pushes: bool = False  # stopped time passes for it
+    renew: Callable[[], object] | None = None  # repeat the wait on the bench that has replaced this one
 
     def begin(self) -> None:
-        """Make the promised edges of the nets instants."""
+        """Make the promised edges of the nets instants of the run."""
         for net in self.nets:
             net.watch(_seen)
 
     def end(self) -> None:
-        """Let promised edges be promises again."""
+        """Stop making promised edges of the nets instants of the run."""
         for net in self.nets:
             net.unwatch(_seen)
 
 
 class FunctionCondition(Condition):
-    """A function that returns true, as a condition."""
+    """Condition: a function returns true."""
 
     def __init__(self, met: Callable[[], bool], text: str, nets: Iterable[Net] = ()) -> None:
         self.met, self.text, self.nets = met, text, tuple(nets)  # type: ignore[method-assign]
@@ -70,14 +74,14 @@ NEVER = FunctionCondition(lambda: False, "")  # only time ends a wait for it
 
 
 class HasVirtualLoop(Protocol):
-    """A loop of asyncio in which virtual time passes while all tasks wait (testing/aio.py has such a loop)."""
+    """An asyncio loop in which virtual time passes while all tasks wait (testing/aio.py has such a loop)."""
 
     async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
-        """Wait until a condition is met, for so much of the bench's time; return whether it was."""
+        """Wait until a condition is met, at most `ps` of the bench's time; return whether it was met."""
 
 
 def virtual_loop(verb: str) -> HasVirtualLoop:
-    """Return the loop that runs here.
+    """Return the running loop, which must have virtual time.
 
     Raises:
         UsageError: it follows the wall clock.
@@ -94,19 +98,19 @@ def virtual_loop(verb: str) -> HasVirtualLoop:
 
 
 def waiting_for(chips: Iterable[Chip], parts: Iterable[Part]) -> list[str]:
-    """Return what each chip and part waits for that is not idle."""
+    """Return the waits of all chips and parts that are not idle, in words."""
     found = [chip.waiting for chip in chips if not chip.idle or chip.unfinished]
     return found + [part.waiting for part in parts if not part.idle]
 
 
 class Runner:
-    """What lets time pass on a circuit."""
+    """The methods that let time pass on a circuit."""
 
     def __init__(self, circuit: Circuit) -> None:
         self.circuit, self.kernel, self.outside = circuit, circuit.kernel, circuit.outside
         self.chips, self.parts = circuit.chips, circuit.parts
         self.streams: list[TimedStream] = []  # written as time passes
-        self._idle = FunctionCondition(self._all_idle, "every queue empty and every chip idle")
+        self._idle = FunctionCondition(self._all_idle, "all queues to be empty and all chips idle")
         self._busy: Chip | Part | None = None  # the first busy one at the last check
         self._forget_ps = NEVER_PS if circuit.keep_ps is None else circuit.keep_ps  # when the past is dropped next
 
@@ -125,7 +129,9 @@ class Runner:
         if not callable(function):
             raise UsageError(f"at {readable(ps)}: {function!r}; expected a function")
         if wrong := misfit(function):
-            raise UsageError(f"at {readable(ps)}: {wrong}; the function takes nothing: lambda: x.pin('abort').drive(0)")
+            raise UsageError(
+                f"at {readable(ps)}: {wrong}; the function must take no arguments: lambda: x.pin('abort').drive(0)"
+            )
         if ps < self.kernel.now:
             raise UsageError(f"at: {readable(ps)} is in the past; the time is {readable(self.kernel.now)}")
         self.kernel.call_at(ps, function)
@@ -178,7 +184,7 @@ class Runner:
         self.kernel.settle()
 
     def _advance(self, ps: int) -> None:
-        """Let time pass; streams are fed on the way."""
+        """Let time pass, and feed the streams meanwhile."""
         while self.streams and self.kernel.now < ps:
             self.kernel.run(min(ps, self.kernel.now + SLICE_PS))
             for stream in self.streams:
@@ -189,7 +195,7 @@ class Runner:
         self.kernel.run(ps)
 
     def _pass(self, over: Callable[[], bool] | None, until: int) -> bool:
-        """Do as `kernel.run_while`; in a long run, drop on the way what need not be kept."""
+        """Like `kernel.run_while`, but drop data beyond the kept past during a long run."""
         kernel = self.kernel
         while self._forget_ps < until:
             if not kernel.run_while(over, self._forget_ps):
@@ -202,7 +208,7 @@ class Runner:
             self._forget(self.kernel.now)
 
     def _forget(self, now: int) -> None:
-        """Drop what need not be kept, and do so again when as much time has passed after an instant (ps)."""
+        """Drop data beyond the kept past, and again when as much time has passed after an instant (ps)."""
         self.circuit.forget()
         self._forget_ps = now + (self.circuit.keep_ps or NEVER_PS)
 
@@ -238,17 +244,17 @@ class Runner:
         self._until(self._condition("run_until", condition), timeout)
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Run until what a call of a host waits for is met."""
+        """Run until the condition of a host's call is met."""
         self._until(FunctionCondition(met, what), timeout)
 
     def conclude(self) -> None:
-        """Let chips report, as findings, what a host has begun and not finished, such as a setting without its update.
+        """Let chips report incomplete commands of hosts, such as a setting without its update, as findings.
 
-        `run_until_idle`, the fixtures of tests, `slewline run`, and a server when its host disconnects, do this by
-        themselves.  Nothing is reported while a host still has something to send.
+        `run_until_idle`, the fixtures of tests, `slewline run`, and a server when its host disconnects, call it.
+        Nothing is reported while a host still has data to send.
         """
         if all(part.idle for part in self.parts.values() if part.queue is not None) and any(
-            [chip.conclude() for chip in self.chips.values()]  # of every one
+            [chip.conclude() for chip in self.chips.values()]  # no short circuit
         ):
             self.outside.tell("conclude")
 
@@ -262,7 +268,7 @@ class Runner:
         return True
 
     def _condition(self, verb: str, condition: Condition | Callable[[], bool]) -> Condition:
-        """A condition whose wait begins; a function is called after every step of every motor."""
+        """Return a condition and begin its wait; a function is called after every step of every motor."""
         if isinstance(condition, Condition):
             if not condition.belongs(self.kernel):
                 raise UsageError(
@@ -273,18 +279,20 @@ class Runner:
         if callable(condition):
             what = getattr(condition, "__name__", "the condition")
             if wrong := misfit(condition):
-                raise UsageError(f"{verb}({what}): {wrong}; the function takes nothing: lambda: x.position > 40")
+                raise UsageError(
+                    f"{verb}({what}): {wrong}; the function must take no arguments: lambda: x.position > 40"
+                )
             return FunctionCondition(condition, what, self._instants())
         raise UsageError(f"{verb}({condition!r}): expected a condition such as x.reaches(40), or a function")
 
     def _instants(self) -> list[Net]:
-        """Return the nets whose edges are instants while a function is asked: steps, and what may go by value."""
+        """Return the nets whose edges are instants while a function is called: steps, and exchanges by value."""
         steps = [net for chip in self.chips.values() for net in step_nets(chip)]
         pins = [each.pins for each in self.chips.values()] + [each.pins for each in self.parts.values()]
         return steps + [pin.net for each in pins for pin in each.values() if pin.net.ends or pin.net.readers]
 
     def _until(self, condition: Condition, timeout: Time) -> None:
-        """Let instant after instant pass until a condition is met."""
+        """Run instant by instant until a condition is met."""
         self._start()
         kernel = self.kernel
         wait = Wait(condition.met, kernel.now + picoseconds(timeout), when=condition.foreseen, nets=condition.nets)
@@ -324,7 +332,7 @@ class Runner:
 
     # --------------------------------------------------------------------------------------------------------- asyncio
     async def until(self, condition: Condition | Callable[[], bool], timeout: Time = "60 s") -> None:
-        """Wait until a condition is met, in an asyncio task: `run_until` for programs that do several things at once.
+        """Wait until a condition is met, in an asyncio task: `run_until` for programs with concurrent tasks.
 
         The event loop must be one of virtual time: `slewline.testing.aio.run(main())`.
 

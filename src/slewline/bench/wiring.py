@@ -1,8 +1,8 @@
-"""The standard wiring: which pins of a part meet which pins of a neighbour.
+"""The standard wiring: which pins of a part are connected to which pins of a neighbour.
 
-A part names, for each of its pins, the role of the pin that it needs (Part.wiring); what has a pin in that role is a
-neighbour for it, chip or part.  A pin that drives meets one that does not; a pin that listens also shares the wire of
-another one that does.
+A part names, for each of its pins, the role of the pin that it needs (Part.wiring); a chip or part with a pin in that
+role can be its neighbour.  A pin that drives is connected to one that does not; an input also shares the wire of
+another input.
 
     translator      wiring         cy525          gs-c200        mc1451a, axis 2
     pulse           step           pulse (fall)   clock (rise)   pulse2 (fall)
@@ -26,11 +26,11 @@ from ..parts.base.part import Part
 
 
 def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal, Terminal]]:
-    """Return what the standard wiring joins: pins of the part, and the pins of the neighbour that they meet.
+    """Return the connections of the standard wiring: pins of the part, each with the pin of the neighbour.
 
     Raises:
-        WiringError: the neighbour lacks a pin that the part needs, or one does not fit; or the part has
-            no standard wiring.
+        WiringError: the neighbour lacks a pin that the part needs, or one does not fit; or the part has no standard
+            wiring.
     """
     if not part.wiring:
         remedy = f"connect {', '.join(part.pins)} with bench.wire" if part.pins else "it has no pins; leave out to="
@@ -52,11 +52,11 @@ def joints(kind: str, part: Part, neighbour: Chip | Part) -> list[tuple[Terminal
 def _elsewhere(role: str) -> str:
     """Return which chips have a pin in a role, for a message; "": none."""
     found = [part for part in CATALOGUE.ours if any(row.plays(role, 1) for row in sheet_of(part).pins)]
-    return f", as {', '.join(found)} {'has' if len(found) == 1 else 'have'}" if found else ""
+    return f"; {', '.join(found)} {'has' if len(found) == 1 else 'have'} one" if found else ""
 
 
 def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal | None:
-    """Return the pin in a role that a pin of a part meets; None: there is none."""
+    """Return the pin in a role to which a pin of a part is connected; None: there is none."""
     way = own.row.way
     found = [pin for pin in neighbour.pins.values() if pin.row.plays(role, axis)]
     found = [pin for pin in found if (way, pin.row.way) != ("out", "out")]
@@ -64,7 +64,7 @@ def met(own: Terminal, role: str, axis: int, neighbour: Chip | Part) -> Terminal
 
 
 def as_needed(row: Pin) -> Pin:
-    """Return a pin as a part that is attached to it sees it: `active` is the level at which its role holds."""
+    """Return a pin as a part attached to it needs it: `active` is the level at which its role is active."""
     return replace(row, active=row.sense)
 
 
@@ -88,7 +88,7 @@ def _check(part: Part, own: Terminal, theirs: Terminal) -> None:
 
 
 def _wanted(role: str, axis: int) -> str:
-    """A pin that is needed, in words."""
+    """Return a required pin, in words."""
     return f"a pin that {ROLES[role]}{f' (axis {axis})' if role in AXIS_ROLES and axis != 1 else ''}"
 
 
@@ -97,10 +97,10 @@ def _called(neighbour: Chip | Part) -> str:
 
 
 def stem_of(kind: str, cls: type[Part]) -> str:
-    """Return how a part of a kind is called by default, but for its number."""
+    """Return the default name of a part of a kind, without its number."""
     return cls.__name__.lower() if ":" in kind else kind.replace("-", "_")
 
 
 def free_name(stem: str, taken: Container[str]) -> str:
-    """Return a name that is not taken: the stem, numbered if need be."""
+    """Return a name that is not taken: the stem, numbered if necessary."""
     return next(name for name in chain((stem,), (f"{stem}_{number}" for number in count(2))) if name not in taken)

@@ -177,7 +177,7 @@ def ramps_of(part: str | type[Chip], options: Mapping[str, Any] | None = None) -
     if not isinstance(found, Calculator):
         wrong = "has no ramp calculator" if found is None else f"ramps: found {found!r}"
         raise UsageError(
-            f"{_called(part)}: {wrong}; a class names one as `ramps`, a Calculator of language/ramp_answers.py"
+            f"{_called(part)}: {wrong}; set `ramps` of the class to a Calculator of language/ramp_answers.py"
         )
     return found
 
@@ -213,7 +213,5 @@ def _sheet(cls: type[Chip]) -> Sheet:
     found = getattr(cls, "sheet", None)
     if not isinstance(found, Sheet):
         wrong = "has no sheet" if found is None else f"sheet: found {found!r}"
-        raise UsageError(
-            f"{CATALOGUE.name_of(cls)}: {wrong}; a class of a chip names its data sheet: sheet = Sheet(...)"
-        )
+        raise UsageError(f"{CATALOGUE.name_of(cls)}: {wrong}; set it in the class: sheet = Sheet(...)")
     return found

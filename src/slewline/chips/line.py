@@ -370,5 +370,5 @@ def serial_line(sheet: Sheet) -> SerialLine:
     """
     port = sheet.channel(SerialLine)
     if port is None:
-        raise UsageError(f"{sheet.part}: a chip that takes lines needs a SerialLine among its channels")
+        raise UsageError(f"{sheet.part}: a chip with a line interface needs a SerialLine among its channels")
     return port

@@ -162,7 +162,7 @@ def named(calculator: Calculator, parameters: Sequence[str]) -> dict[str, str]:
             raise UsageError(f"{parameter!r}: give a parameter and its value, such as R=100")
         known = calculator.quantity(name).name
         if known in values:
-            raise UsageError(f"{calculator.sheet.part}: {name} twice; give one value")
+            raise UsageError(f"{calculator.sheet.part}: {name} is given twice; give one value")
         values[known] = value
     return values
 

@@ -192,7 +192,7 @@ class Chip(Component, OneAxis):
         return NameHelp(self._of_part, "pin", to_drive, names, roles)
 
     def _known(self, registers: Mapping[str, int], axis: int = 0) -> Known[int]:
-        """Return registers as users read them, of one axis if there are several."""
+        """Return registers for users to read, those of one axis if there are several."""
         found = Known(registers)
         found.name_help = partial(self._registers_told, axis=axis) if axis else self._registers_told
         return found
@@ -229,7 +229,7 @@ class Chip(Component, OneAxis):
         for strap, strap_level in straps.items():
             terminal = self.pin(strap)
             if strap_level not in (0, 1) or terminal.row.way not in ("in", "both"):
-                raise UsageError(f"{self.name}: strap {strap}={strap_level!r}; straps put an input to 0 or 1")
+                raise UsageError(f"{self.name}: strap {strap}={strap_level!r}; a strap sets an input to 0 or 1")
             terminal.net.tie = strap_level
             terminal.net.rest()
 
@@ -386,7 +386,7 @@ class Chip(Component, OneAxis):
     def _open_entry(self) -> tuple[str, str]:
         """Return the finding that a host has begun program entry and has not ended it."""
         enter = self.sheet.enter.form if self.sheet.enter is not None else ""
-        text = f"program entry is open since {enter}: commands are stored and not executed"
+        text = f"program entry has been open since {enter}: commands are stored, not executed"
         return "unfinished", f"{text}; {' or '.join(row.form for row in self.sheet.leave)} ends it"
 
     def conclude(self) -> bool:
@@ -423,7 +423,7 @@ class Chip(Component, OneAxis):
         self.on_power(self, on)
 
     def _conflict(self, net: Net) -> None:
-        """Report a conflict as a finding of the first chip on the wire, and again after CONFLICT_HOLDOFF_PS."""
+        """Report a conflict as a finding, unless the last one on the wire was less than CONFLICT_HOLDOFF_PS ago."""
         now, last = self.kernel.now, net.last_conflict_ps
         net.last_conflict_ps = now
         if last is not None and now - last < CONFLICT_HOLDOFF_PS:
@@ -433,7 +433,7 @@ class Chip(Component, OneAxis):
 
     # ------------------------------------------------------------------------------------------- waits of a firmware
     def sync(self) -> None:
-        """Move to the next clock tick at or after this instant of the kernel."""
+        """Set the tick count to the first clock tick at or after the present instant of the kernel."""
         self.tick = self.clock.ticks_from(self.kernel.now)
 
     def sync_forward(self) -> None:

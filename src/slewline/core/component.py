@@ -134,5 +134,5 @@ def forget_findings(owner: Component, before: int, remedy: str) -> None:
     last = findings[old - 1].time_ps
     forgotten.update(found.code for found in findings[bool(forgotten) : old])
     codes = ", ".join(f"{code} {count}" for code, count in forgotten.items())
-    text = f"{forgotten.total()} up to {readable(last)} are not kept any more: {codes}; {remedy}"
+    text = f"{forgotten.total()} up to {readable(last)} are no longer kept: {codes}; {remedy}"
     findings[:old] = [Finding(last, owner.name, "forgotten", text)]

@@ -33,7 +33,7 @@ class ChipContext(Protocol):
     tick: int  # the chip's own count of clocks: every sleep adds to it, so it does not drift
 
     def sync(self) -> None:
-        """Move to the next clock tick at or after this instant of the kernel."""
+        """Set the tick count to the first clock tick at or after the present instant of the kernel."""
 
     def sync_forward(self) -> None:
         """Like `sync`, but do nothing if the tick count is already ahead of this instant."""

@@ -60,7 +60,7 @@ class InstructionCondition(Condition):
         self.text = f"{chip.name} at {'its next instruction' if at is None else f'instruction {at}'}"
 
     def begin(self) -> None:
-        """Listen for instructions from now on."""
+        """Watch the instructions from now on."""
         self.hit = False
         if self.begun not in self.chip.on_instruction.listeners:
             self.chip.on_instruction.add(self.begun)
@@ -80,7 +80,7 @@ class InstructionCondition(Condition):
         if self.address is None or any(row.address == self.address for row in rows):
             return self.text
         there = f"there are {', '.join(str(row.address) for row in rows)}" if rows else "no program is stored"
-        return f"{self.text}, where there is none: {there}"
+        return f"{self.text}, where none begins: {there}"
 
     def met(self) -> bool:
         return self.hit

@@ -80,8 +80,7 @@ class Feeder:
         shortest: the least interval between two steps, in ticks.
         put: called with outputs that change while the motor is at rest, or between steps too close for a pause.
         half: returns whether the chip makes half steps now.
-        ways: yields the steps of a stretch in pieces: first, end, stop ramp from the first, change per step
-            (`WayPiece`).
+        ways: yields the steps of a stretch in pieces (`WayPiece`): first, end, stop ramp, its change per step.
         wake: called before a motion is started.
     """
 

@@ -1,4 +1,4 @@
-"""A motor record on Channel Access: where it listens, and how long."""
+"""A motor record on Channel Access: its addresses, port and lifetime."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def interfaces() -> list[str]:
 
 
 def port_of_server() -> int | None:
-    """Return the port that EPICS_CAS_SERVER_PORT, or else EPICS_CA_SERVER_PORT, names; None: the library's own.
+    """Return the port in EPICS_CAS_SERVER_PORT, or else EPICS_CA_SERVER_PORT; None for the library's default.
 
     Raises:
-        UsageError: one of them is no port.
+        UsageError: the value is not a port.
     """
     named = None
     for name in ("EPICS_CA_SERVER_PORT", "EPICS_CAS_SERVER_PORT"):
@@ -45,14 +45,14 @@ async def serve(record: MotorRecord, addresses: Sequence[str], began: Callable[[
     """Serve a record until the task is cancelled.
 
     Args:
-        addresses: of this machine, to listen on.
+        addresses: addresses of this machine to listen on.
         began: called with the port when clients can connect.
-        every_s: how often a motor at rest is asked where it is.
+        every_s: how often the position of a motor at rest is queried.
     """
-    if all(address.startswith("127.") for address in addresses):  # nothing goes out into the network
+    if all(address.startswith("127.") for address in addresses):  # no packets into the network
         os.environ.setdefault("EPICS_CAS_AUTO_BEACON_ADDR_LIST", "NO")
         os.environ.setdefault("EPICS_CAS_BEACON_ADDR_LIST", LOOPBACK)
-    log = logging.getLogger("caproto")  # it would print a traceback for every put that is refused
+    log = logging.getLogger("caproto")  # it would print a traceback for every refused put
     log.propagate = False
     log.addHandler(logging.NullHandler())
     port = port_of_server()

@@ -1,6 +1,6 @@
-"""What puts into the fields of a motor record do: a method for each `put` of the table, which returns when it is done.
+"""Effects of puts into the fields of a motor record: one method for each `put` of the table; it returns at completion.
 
-A put that has no effect here is an error, and the client gets it as one.
+A put without an effect here is an error, which the client receives.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class Effects:
         self.owner, self.motions = owner, motions
 
     def at_rest(self, name: str) -> None:
-        """Refuse what is not done while a motion is wanted or under way."""
+        """Refuse an action that is not allowed while a motion is requested or in progress."""
         if not self.motions.idle:
-            raise UsageError(f"{name}: a motion is under way, or waits for SPMG; allowed at rest; stop it first")
+            raise UsageError(f"{name}: a motion is in progress, or waits for SPMG; allowed at rest only; stop it first")
 
     # ---------------------------------------------------------------------------------------------------- positions
     async def drive(self, name: str, value: float) -> None:
-        """Move to a position, or say that the motor is there; return when that is over."""
+        """Move to a position, or define the present position; return at completion."""
         state = self.owner.state
         if name in ("TWF", "TWR") and not value:
             return
@@ -47,7 +47,7 @@ class Effects:
         user = {"VAL": value, "RLV": state.val + value, "TWF": state.val + tweak, "TWR": state.val - tweak}.get(name)
         if dial is None and user is not None:
             dial = state.dial(user)
-        assert dial is not None  # noqa: S101  # these are all names that drive it
+        assert dial is not None  # noqa: S101  # these are all the names that reach this method
         if state.setting:
             await self.redefine(name, state.user(dial) if user is None else user, dial)
             return
@@ -60,7 +60,7 @@ class Effects:
         await self.motions.begin(RecordMotion(dial))
 
     async def redefine(self, name: str, user: float, dial: float) -> None:
-        """Say where the motor is: by OFF, or by the position of the module."""
+        """Define the present position: by OFF, or by the position of the module."""
         state, motor = self.owner.state, self.owner.motor
         self.at_rest(name)
         frozen = bool(state.kept["FOFF"])
@@ -68,7 +68,7 @@ class Effects:
             steps = state.raw(dial)
             await self.motions.within(lambda: motor.preset(steps))
             state.position = motor.position
-            if not frozen:  # the user's position stays
+            if not frozen:  # the user position is unchanged
                 state.offset = state.val - dial * state.sign
             state.dval, state.val = dial, state.user(dial)
         else:
@@ -79,7 +79,7 @@ class Effects:
         await self.pulse()
 
     async def pulse(self) -> None:
-        """Let DMOV fall and rise, as for every put of a position."""
+        """Post DMOV 0 and 1, as for every put of a position."""
         if self.motions.idle:
             for done in (False, True):
                 self.owner.state.done = done
@@ -88,7 +88,7 @@ class Effects:
             await self.owner.publish()
 
     async def sync(self, name: str, value: int) -> None:
-        """Let the wanted position be that where the motor is."""
+        """Set the target position to the present position."""
         if value:
             self.at_rest(name)
             self.owner.state.settle()
@@ -101,7 +101,7 @@ class Effects:
         state.val = state.user(state.dval)
 
     async def direction(self, _name: str, value: int) -> None:
-        """Turn user coordinates round: VAL stays, unless OFF is frozen."""
+        """Reverse user coordinates: VAL is unchanged, unless OFF is frozen."""
         state = self.owner.state
         state.sign = -1 if value else 1
         if not state.kept["FOFF"]:
@@ -109,16 +109,16 @@ class Effects:
         state.val = state.user(state.dval)
 
     async def switch(self, name: str, value: int) -> None:
-        """Keep a switch that other puts and motions look at."""
+        """Store a switch that other puts and motions use."""
         self.owner.state.kept[name] = value
 
     async def preset_switch(self, name: str, _value: int) -> None:
-        """Set a switch by a field of its own."""
+        """Set a switch through its own field."""
         switch, to = PRESET[name]
         self.owner.state.kept[switch] = to
 
     async def limit(self, name: str, value: float) -> None:
-        """Set a limit; what is beyond it now violates it, and is stopped."""
+        """Set a limit; a motion that now goes beyond it violates it, and is stopped."""
         state = self.owner.state
         dial = value if name.startswith("D") else state.dial(value)
         upper = name.endswith("HLM") == (name.startswith("D") or state.sign > 0)
@@ -133,10 +133,10 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- rates
     async def rate(self, name: str, value: float) -> None:
-        """Set a rate, or the time or acceleration of a ramp, as near as the part can."""
+        """Set a rate, or the time or acceleration of a ramp, to the part's nearest value."""
         state, motor, law = self.owner.state, self.owner.motor, {**self.owner.state.law}
         if name == "HVEL" and motor.homing is None:
-            motor.home(1)  # which says why it cannot
+            motor.home(1)  # its message states why it cannot
         if name in ("JVEL", "JAR"):
             self._can_jog()
             if state.button in ("JOGF", "JOGR"):
@@ -160,7 +160,7 @@ class Effects:
         state.law = law
 
     def fitted(self, law: Mapping[str, float]) -> dict[str, Ramp]:
-        """Return the ramps that come nearest to rates and times."""
+        """Return the ramps nearest to rates and times."""
         motor, scale, first = self.owner.motor, abs(self.owner.state.resolution), law["VBAS"]
         jog_s = (law["JVEL"] - first) / law["JAR"] if law["JAR"] else law["ACCL"]
         wanted = {
@@ -173,7 +173,7 @@ class Effects:
 
     # ---------------------------------------------------------------------------------------------------- numbers
     async def number(self, name: str, value: float) -> None:
-        """Keep a number that motions look at."""
+        """Store a number that motions use."""
         state = self.owner.state
         if name == "RDBD":
             value = max(value, abs(state.resolution))
@@ -183,23 +183,23 @@ class Effects:
         state.kept[name] = value
 
     async def disable(self, _name: str, value: int) -> None:
-        """Refuse puts into other fields from now on, or no more."""
+        """Refuse puts into other fields from now on, or accept them again."""
         self.owner.state.kept["DISP"] = value
 
     async def text(self, name: str, value: str) -> None:
-        """Keep a text."""
+        """Store a text."""
         if len(value) > LONGEST[name]:
             raise UsageError(f"{name} of {len(value)} characters; allowed {LONGEST[name]}")
         self.owner.state.kept[name] = value
 
     # ---------------------------------------------------------------------------------------------------- buttons
     async def stop(self, _name: str, value: int) -> None:
-        """Stop, and forget what was to come; return when the motor is at rest."""
+        """Stop, and discard requested motions; return when the motor is at rest."""
         if value:
             await self.motions.stop()
 
     async def mode(self, _name: str, value: int) -> None:
-        """Stop, pause, make one motion, or go on; return when no motion is under way that may go on."""
+        """Stop, pause, make one motion, or continue; return when all motions that may run are complete."""
         state, before = self.owner.state, self.owner.state.kept["SPMG"]
         state.kept["SPMG"] = value
         try:
@@ -215,18 +215,18 @@ class Effects:
             await self.motions.over()
 
     async def home(self, name: str, value: int) -> None:
-        """Home; return when that is over."""
+        """Home; return at completion."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
             raise UsageError(f"{name} {value}; allowed 1; STOP ends a homing")
         self._no_setting(name)
         if motor.homing is None:
-            motor.home(1)  # which says why it cannot
+            motor.home(1)  # its message states why it cannot
         forward = (name == "HOMF") == (state.resolution > 0)
         await self.motions.begin(RecordMotion(homing=1 if forward else -1, button=name))
 
     async def jog(self, name: str, value: int) -> None:
-        """Move towards a limit until the field is 0; return when that is over."""
+        """Move towards a limit until the field is 0; return at completion."""
         state = self.owner.state
         if not value:
             if state.button == name or (self.motions.wanted is not None and self.motions.wanted.button == name):
@@ -248,14 +248,14 @@ class Effects:
     def _can_jog(self) -> None:
         motor = self.owner.motor
         if motor.stopping is None:
-            motor.stop()  # which says why it cannot: a jog would not end
+            motor.stop()  # its message states why it cannot: a jog would not end
 
     def _no_setting(self, name: str) -> None:
         if self.owner.state.setting:
             raise UsageError(f"{name}: SET is Set, in which no motor moves; set it to Use first")
 
     async def update(self, name: str, value: int) -> None:
-        """Ask the module where it is."""
+        """Query the position of the module."""
         state, motor = self.owner.state, self.owner.motor
         if value != 1:
             raise UsageError(f"STUP {value}; allowed ON")

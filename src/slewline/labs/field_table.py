@@ -1,8 +1,8 @@
 """The fields of a motor record: name, type, access, meaning.  The record, its page and the tests read this table alone.
 
-A row with a `put` is written by clients: the method of `Effects` with that name takes it, and a value without effect is
-refused.  A row without one is read only, unless it is `fixed`: then clients may put the value that it has, as programs
-do that restore a whole list of fields, and any other one is refused.
+A row with a `put` can be written by clients: the method of `Effects` with that name handles it, and refuses a value
+without effect.  A row without one is read only, unless it is `fixed`: then clients may put its present value, as
+programs do that restore a whole list of fields, and any other value is refused.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ STATUS = (
 STOP, PAUSE, MOVE, GO = range(4)  # of SPMG
 SWITCH = ("Stop", "Pause", "Move", "Go")
 
-LIMITED = {  # fields whose control limits are those of other fields: lower, upper
+LIMITED = {  # fields whose control limits are other fields: lower, upper
     "VAL": ("LLM", "HLM"),
     "RBV": ("LLM", "HLM"),
     "DVAL": ("DLLM", "DHLM"),
@@ -36,13 +36,13 @@ class FieldRow(NamedTuple):
     """A field of the record.
 
     Attributes:
-        name: of the field; with "_" at its start, that of a record of its own beside the motor record.
-        kind: of the value, as Channel Access has it: double, float, long, short, string or enum.
-        says: what it is, and what a put does, for the page.
-        put: the method of `Effects` that takes a put; "": none.
-        fixed: it has one value, which may be put.
-        value: that it begins with; of a field that the state computes it is not used.
-        words: of an enum.
+        name: the name of the field; one that begins with "_" is a record of its own next to the motor record.
+        kind: the type of the value, as in Channel Access: double, float, long, short, string or enum.
+        says: the meaning of the field and of a put, for the page.
+        put: the method of `Effects` that handles a put; "" for none.
+        fixed: True if the field has one value, which may be put.
+        value: the initial value; not used if the state computes the field.
+        words: the words of an enum.
         unit: the unit, with {} for that of the motor.
     """
 
@@ -57,7 +57,7 @@ class FieldRow(NamedTuple):
 
     @property
     def access(self) -> str:
-        """What clients may do: read, put, or put its own value."""
+        """Access for clients: read, put, or put of its own value only."""
         return "put" if self.put else "fixed" if self.fixed else "read"
 
 
@@ -78,20 +78,20 @@ _LINK = "no link to another record"
 _NO_SWITCH = "the module does not report its limit switches"
 _NO_ENCODER = "the module has no encoder"
 _UNUSED = "not used by the motor record either"
-_OPEN_LOOP = "the module counts the steps that it makes: there is nothing to try again"
+_OPEN_LOOP = "the module counts its own steps: there are no retries"
 
 FIELDS: tuple[FieldRow, ...] = (
-    # positions that are wanted
-    _put("VAL", "double", "drive", "wanted position, user coordinates; moves the motor"),
-    _put("DVAL", "double", "drive", "wanted position, dial coordinates; moves the motor"),
-    _put("RVAL", "long", "drive", "wanted position in steps; moves the motor"),
-    _put("RLV", "double", "drive", "moves by a distance, and is 0 again"),
-    _put("TWF", "short", "drive", "1 moves forward by TWV, and it is 0 again"),
-    _put("TWR", "short", "drive", "1 moves back by TWV, and it is 0 again"),
+    # target positions
+    _put("VAL", "double", "drive", "target position, user coordinates; moves the motor"),
+    _put("DVAL", "double", "drive", "target position, dial coordinates; moves the motor"),
+    _put("RVAL", "long", "drive", "target position in steps; moves the motor"),
+    _put("RLV", "double", "drive", "moves by a distance, then returns to 0"),
+    _put("TWF", "short", "drive", "1 moves forward by TWV, then returns to 0"),
+    _put("TWR", "short", "drive", "1 moves back by TWV, then returns to 0"),
     _put("TWV", "double", "number", "distance of TWF and TWR"),
-    _put("SYNC", "short", "sync", "1 sets VAL, DVAL and RVAL to where the motor is, and it is 0 again; at rest"),
-    # positions where it is
-    _read("RBV", "double", "position where the motor was at rest last, user coordinates"),
+    _put("SYNC", "short", "sync", "1 sets VAL, DVAL and RVAL to the present position, then returns to 0; at rest"),
+    # present positions
+    _read("RBV", "double", "last position at rest, user coordinates"),
     _read("DRBV", "double", "the same, dial coordinates"),
     _read("RRBV", "long", "the same, in steps"),
     _read("RMP", "long", "the same as RRBV"),
@@ -101,14 +101,14 @@ FIELDS: tuple[FieldRow, ...] = (
     _read("LVAL", "double", "VAL of the last move"),
     _read("LDVL", "double", "DVAL of the last move"),
     _read("LRVL", "long", "RVAL of the last move"),
-    _read("LRLV", "double", "0, as RLV is"),
+    _read("LRLV", "double", "0, like RLV"),
     # coordinates
-    _put("OFF", "double", "offset", "VAL = DVAL * DIR + OFF; a put changes VAL, RBV, HLM and LLM, and no motor moves"),
-    _put("DIR", "enum", "direction", "direction of user coordinates; no motor moves", words=("Pos", "Neg")),
-    _put("FOFF", "enum", "switch", "Frozen: SET and DIR leave OFF alone", words=("Variable", "Frozen")),
+    _put("OFF", "double", "offset", "VAL = DVAL * DIR + OFF; a put changes VAL, RBV, HLM and LLM, without motion"),
+    _put("DIR", "enum", "direction", "direction of user coordinates; a put causes no motion", words=("Pos", "Neg")),
+    _put("FOFF", "enum", "switch", "Frozen: SET and DIR do not change OFF", words=("Variable", "Frozen")),
     _put("FOF", "short", "preset_switch", "any put sets FOFF to Frozen"),
     _put("VOF", "short", "preset_switch", "any put sets FOFF to Variable"),
-    _put("SET", "enum", "switch", "Set: what would move the motor says where it is", words=("Use", "Set")),
+    _put("SET", "enum", "switch", "Set: puts define the position instead of moving the motor", words=("Use", "Set")),
     _put("SSET", "short", "preset_switch", "any put sets SET to Set"),
     _put("SUSE", "short", "preset_switch", "any put sets SET to Use"),
     _put("IGSET", "short", "number", "1: SET has no effect"),
@@ -122,13 +122,13 @@ FIELDS: tuple[FieldRow, ...] = (
     _fixed("URIP", "enum", 0, f"No: {_LINK}", words=("No", "Yes")),
     _fixed("RSTM", "enum", 0, "Never: the position is that of the module", words=RESTORE),
     # rates
-    _put("VELO", "double", "rate", "highest rate of moves, the nearest that the part can have", unit=RATE),
-    _put("VBAS", "double", "rate", "first rate of every ramp, the nearest that the part can have", unit=RATE),
-    _fixed("VMAX", "double", 0.0, "highest rate that the part has", unit=RATE),
+    _put("VELO", "double", "rate", "highest rate of moves, the part's nearest", unit=RATE),
+    _put("VBAS", "double", "rate", "first rate of every ramp, the part's nearest", unit=RATE),
+    _fixed("VMAX", "double", 0.0, "highest rate of the part", unit=RATE),
     _put("S", "double", "rate", "VELO in revolutions", unit=SPEED),
     _put("SBAS", "double", "rate", "VBAS in revolutions", unit=SPEED),
     _fixed("SMAX", "double", 0.0, "VMAX in revolutions", unit=SPEED),
-    _put("ACCL", "double", "rate", "time from VBAS to VELO, the nearest that the part can have", unit=TIME),
+    _put("ACCL", "double", "rate", "time from VBAS to VELO, the part's nearest", unit=TIME),
     _put("ACCS", "double", "rate", "(VELO - VBAS) / ACCL", unit=ACCELERATION),
     _put("ACCU", "enum", "switch", "which of ACCL and ACCS a new VELO or VBAS keeps", words=("Use ACCL", "Use ACCS")),
     _put("BDST", "double", "number", "moves end in its direction: first to DVAL - BDST, then to DVAL; 0: one move"),
@@ -138,11 +138,11 @@ FIELDS: tuple[FieldRow, ...] = (
     _put("JVEL", "double", "rate", "highest rate of JOGF and JOGR; at rest", unit=RATE),
     _put("JAR", "double", "rate", "acceleration from VBAS to JVEL", unit=ACCELERATION),
     _put("HVEL", "double", "rate", "rate of HOMF and HOMR: the first rate of their ramp", unit=RATE),
-    _fixed("FRAC", "float", 1.0, "a move goes the whole way"),
+    _fixed("FRAC", "float", 1.0, "a move covers the whole distance"),
     # limits
     _put("HLM", "double", "limit", "highest VAL; DHLM or DLLM follows"),
     _put("LLM", "double", "limit", "lowest VAL; DLLM or DHLM follows"),
-    _put("DHLM", "double", "limit", "highest DVAL; with both of 0 there is no limit but that of the part"),
+    _put("DHLM", "double", "limit", "highest DVAL; if both are 0, only the limits of the part apply"),
     _put("DLLM", "double", "limit", "lowest DVAL"),
     _read("RHLM", "double", "highest RVAL"),
     _read("RLLM", "double", "lowest RVAL"),
@@ -155,16 +155,16 @@ FIELDS: tuple[FieldRow, ...] = (
     _fixed("LOPR", "double", 0.0, _UNUSED),
     # buttons
     _put("SPMG", "enum", "mode", "Stop: as STOP; Pause: stops until Go; Move: one motion, then Pause", words=SWITCH),
-    _read("LSPG", "enum", "SPMG that is obeyed", value=GO, words=SWITCH),
-    _put("STOP", "short", "stop", "1 stops along the ramp, VAL is RBV then, and it is 0 again"),
+    _read("LSPG", "enum", "SPMG in effect", value=GO, words=SWITCH),
+    _put("STOP", "short", "stop", "1 stops along the ramp and sets VAL to RBV, then returns to 0"),
     _put("HOMF", "short", "home", "1 homes forward, in dial coordinates; 0 again at the end"),
     _put("HOMR", "short", "home", "1 homes back, in dial coordinates; 0 again at the end"),
     _put("JOGF", "short", "jog", "1 moves forward until 0, or to JVEL * 1 s before HLM"),
     _put("JOGR", "short", "jog", "1 moves back until 0, or to JVEL * 1 s before LLM"),
-    _put("STUP", "enum", "update", "ON asks the module where it is, at rest, and it is OFF again", words=UPDATE),
+    _put("STUP", "enum", "update", "ON queries the position of the module, at rest, then returns to OFF", words=UPDATE),
     _put("NTM", "enum", "switch", "NO: a motion is not stopped for a new position", value=1, words=NO_YES),
-    _fixed("NTMF", "long", 2, "no position while the motor moves, to which it would apply"),
-    # what it does
+    _fixed("NTMF", "long", 2, "no effect: the position is not known while the motor moves"),
+    # state
     _fixed("LOCK", "enum", 0, "NO: for soft channels", words=NO_YES),
     _read("RCNT", "short", f"0: {_OPEN_LOOP}"),
     _read("MISS", "short", "1: a move has ended RDBD or more from DVAL"),
@@ -176,21 +176,21 @@ FIELDS: tuple[FieldRow, ...] = (
     _read("MIP", "long", "motion in progress: 0 none, 1 JOGF, 2 JOGR, 8 HOMF, 16 HOMR, 32 a move"),
     _read("PP", "short", "0"),
     _read("MOVN", "short", "1: the motor moves"),
-    _read("DMOV", "short", "0: a motion is to be done, or under way; 1/0/1 for every put of a position", value=1),
+    _read("DMOV", "short", "0: a motion is requested or in progress; 1/0/1 for every put of a position", value=1),
     # accuracy
     _put("RDBD", "double", "number", "distance from DVAL at which MISS is 1; at least MRES"),
-    _fixed("SPDB", "double", 0.0, "a move of one step is made"),
+    _fixed("SPDB", "double", 0.0, "even a move of one step is made"),
     _fixed("RTRY", "short", 0, _OPEN_LOOP),
     _fixed("RMOD", "enum", 0, _OPEN_LOOP, words=RETRY),
-    _put("DLY", "double", "number", "time at rest, until DMOV is 1", unit=TIME),
-    # what the module does not have
-    _fixed("CNEN", "enum", 0, "Disable: no torque that can be switched", words=("Disable", "Enable")),
+    _put("DLY", "double", "number", "time at rest before DMOV is 1", unit=TIME),
+    # missing functions of the module
+    _fixed("CNEN", "enum", 0, "Disable: the torque cannot be switched", words=("Disable", "Enable")),
     _fixed("PCOF", "double", 0.0, "no position loop", unit=NONE),
     _fixed("ICOF", "double", 0.0, "no position loop", unit=NONE),
     _fixed("DCOF", "double", 0.0, "no position loop", unit=NONE),
-    _fixed("INIT", "string", "", "no command that is passed on"),
-    _fixed("PREM", "string", "", "no command that is passed on"),
-    _fixed("POST", "string", "", "no command that is passed on"),
+    _fixed("INIT", "string", "", "commands are not passed on"),
+    _fixed("PREM", "string", "", "commands are not passed on"),
+    _fixed("POST", "string", "", "commands are not passed on"),
     _fixed("OMSL", "enum", 0, _LINK, words=("supervisory", "closed_loop")),
     *(_fixed(name, "string", "", _LINK) for name in ("DOL", "RDBL", "RLNK", "DINP", "RINP", "STOO", "FLNK", "SDIS")),
     # alarms
@@ -203,10 +203,10 @@ FIELDS: tuple[FieldRow, ...] = (
     _read("SEVR", "enum", "INVALID while the module does not answer", words=SEVERITY),
     # of every record
     _put("DISP", "short", "number", "1: puts into other fields are refused", unit=NONE),
-    _put("_able", "enum", "disable", "the same, as a record of its own: NAME_able", words=("Enable", "Disable")),
+    _put("_able", "enum", "disable", "the same, as a separate record: NAME_able", words=("Enable", "Disable")),
     _fixed("DISA", "short", 0, "the record is not disabled"),
     _fixed("DISV", "short", 1, "the record is not disabled"),
-    _put("DESC", "string", "text", "a text; at first the part and its port"),
+    _put("DESC", "string", "text", "a text; initially the part and its port"),
     _put("EGU", "string", "text", "unit: `--units`"),
     _put("PREC", "short", "number", "decimals that clients show", unit=NONE),
     _read("NAME", "string", "`--record`"),
@@ -214,6 +214,6 @@ FIELDS: tuple[FieldRow, ...] = (
     _read("DTYP", "string", "slewline", value="slewline"),
     _read("OUT", "string", "@ and the port of the module"),
     _read("CARD", "short", "-1: no card", value=-1),
-    _read("VERS", "float", "version of the record that these fields are those of", value=7.3, unit=NONE),
+    _read("VERS", "float", "version of the motor record with these fields", value=7.3, unit=NONE),
 )  # fmt: skip
 ROWS = {row.name: row for row in FIELDS}

@@ -1,4 +1,4 @@
-"""Fields of a record on Channel Access: channels of caproto that take puts, and post what the record has."""
+"""Fields of a record on Channel Access: channels of caproto that accept puts, and post the record's values."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ try:
 except ImportError:
     raise SlewlineError(needs("a motor record needs", "epics")) from None
 
-__all__ = ["AlarmSeverity", "AlarmStatus", "ChannelAlarm"]  # besides what is made here
+__all__ = ["AlarmSeverity", "AlarmStatus", "ChannelAlarm"]  # keywords besides those set here
 
 Put = Callable[[Any], Awaitable[None]]
 
 
 class Field:
-    """A field of the record: what a client puts goes to `accept`; what the record has is posted."""
+    """A field of the record: puts of clients go to `accept`; values of the record are posted."""
 
     row: FieldRow
-    accept: Put | None = None  # None: clients may read alone
+    accept: Put | None = None  # None: clients may only read
 
     async def write(self, value: Any, **more: Any) -> None:
-        """Take what a client puts."""
-        if self.accept is not None:  # as `check_access` has it
+        """Handle a put of a client."""
+        if self.accept is not None:  # as in `check_access`
             await self.accept(self.preprocess_value(value))  # type: ignore[attr-defined]
 
     async def post(self, value: Any) -> None:
@@ -47,15 +47,15 @@ class Field:
         await super().write(value, verify_value=False)  # type: ignore[misc]
 
     def plain(self, value: Any) -> Any:
-        """Return the value of a put as Python has it.
+        """Return the value of a put as a Python value.
 
         Raises:
-            UsageError: no value of such a field.
+            UsageError: the value is not valid for this field.
         """
         return value.item() if hasattr(value, "item") else value
 
     def check_access(self, hostname: str, username: str) -> AccessRights:
-        """Return what a client may do."""
+        """Return the access rights of a client."""
         return AccessRights.READ | (AccessRights.WRITE if self.accept is not None else 0)
 
 
@@ -63,7 +63,7 @@ class NumberField(Field):
     """A number."""
 
     def plain(self, value: Any) -> Any:
-        """Return the value of a put, which is finite."""
+        """Return the value of a put, a finite number."""
         number = super().plain(value)
         if not math.isfinite(number):
             raise UsageError(f"{self.row.name} {number}; allowed a number")
@@ -71,15 +71,15 @@ class NumberField(Field):
 
 
 class DoubleField(NumberField, ChannelDouble):
-    """A number of the unit of the motor, or of seconds."""
+    """A number in the unit of the motor, or in seconds."""
 
 
 class FloatField(NumberField, ChannelFloat):
-    """A number of less precision."""
+    """A number of single precision."""
 
 
 class ShortField(NumberField, ChannelShort):
-    """A flag, or something to be done."""
+    """A flag, or a button."""
 
 
 class LongField(NumberField, ChannelInteger):
@@ -95,14 +95,14 @@ class TextField(Field, ChannelString):
 
 
 class EnumField(Field, ChannelEnum):
-    """One of some words, by its number."""
+    """One of a list of words, by its number."""
 
     async def post(self, value: Any) -> None:
         """Post a word to clients."""
         await super().post(self.row.words[value])
 
     def plain(self, value: Any) -> int:
-        """Return the number of the word that is put."""
+        """Return the number of the word in a put."""
         words = self.row.words
         text = value.decode("latin-1") if isinstance(value, bytes) else value
         number = words.index(text) if text in words else super().plain(value)
@@ -120,17 +120,17 @@ KINDS: dict[str, Callable[..., Any]] = {
     "enum": EnumField,
 }
 NUMBERS = ("double", "float", "short", "long")
-UNIT_ENDS = 7  # characters of a unit, which Channel Access has room for
-TEXT_ENDS = 39  # ... of a text
+UNIT_ENDS = 7  # longest unit in Channel Access, characters
+TEXT_ENDS = 39  # longest text, characters
 
 
 def unit_of(row: FieldRow, unit: str) -> str:
-    """Return the unit of a field, by that of the motor; as long as it may be."""
+    """Return the unit of a field, from that of the motor, cut to the permitted length."""
     return row.unit.format(unit)[:UNIT_ENDS]
 
 
 def bounds_of(row: FieldRow, values: Mapping[str, float]) -> dict[str, float]:
-    """Return what a field may be, by the values of all fields: metadata of its channel."""
+    """Return the limits of a field from the values of all fields, as metadata of its channel."""
     if row.name not in LIMITED:
         return {}
     low, high = (round(values[name]) if row.kind == "long" else values[name] for name in LIMITED[row.name])
@@ -139,7 +139,7 @@ def bounds_of(row: FieldRow, values: Mapping[str, float]) -> dict[str, float]:
 
 
 def field_of(row: FieldRow, values: Mapping[str, Any], alarm: ChannelAlarm) -> Any:
-    """Return the channel of a field that begins with the values of all fields."""
+    """Return the channel of a field, with its initial value from the values of all fields."""
     more: dict[str, Any] = {}
     value = values[row.name]
     if row.kind == "enum":

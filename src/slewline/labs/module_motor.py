@@ -1,14 +1,14 @@
-"""A motor behind a real module: moves to positions, homings, stops, as the sheet of the part says how.
+"""A motor on a real module: moves to positions, homings, stops, with the commands of the part's sheet.
 
     motor = ModuleMotor(module, calculator, {"S": 10, "T": 100, "R": 50})
     motor.move(1200)                     # or motor.move(1200, motor.fitted(100, 2000, 0.05)): with another ramp
-    while not motor.at_rest():           # lets some milliseconds pass
+    while not motor.at_rest():           # waits some milliseconds
         ...
     motor.position
 
-A part that takes a move only in a program gets one for each move: entered, run, and kept until the next one.  A part
-that says whether it is busy is asked for that; of another one the position is asked for when the move should be over by
-its law of motion, since it may not listen before.
+If a part only moves in a program, each move is one: entered, run, and kept until the next one.  If a part reports
+whether it is busy, its state is queried; otherwise the position is queried when the move should be over by its law of
+motion, because the part may not receive before.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ if TYPE_CHECKING:
     from ..language.ramp_answers import Calculator, Ramp, RampParameter, Value, Values
     from ..modules.module import Module
 
-LOOK_S = 0.05  # between two questions whether it is at rest
-LOOKS = 40  # ... for one that makes no motion
-SETTLED_S = 0.1  # after a move, until a part listens again
-LATE_S = 5.0  # how much longer than by its law a move may take, until the module must answer
-LONGER = 2.0  # ... and as many times as long, since its clock may be another one
+LOOK_S = 0.05  # between two queries whether it is at rest
+LOOKS = 40  # queries for a program without motion
+SETTLED_S = 0.1  # after a move, until a part receives again
+LATE_S = 5.0  # delay of a move beyond its law, until the module must answer
+LONGER = 2.0  # and factor, because its clock may differ
 
 
 class ModuleMotor:
-    """A motor behind a module.
+    """A motor on a module.
 
     Args:
-        module: which may be moved.
-        calculator: of ramps of the part.
+        module: the module, which may be moved.
+        calculator: the ramp calculator of the part.
         values: parameters of a ramp, such as {"T": 100} or {"T": "1000 steps/s"}; all that the part has.
-        crystal_hz: of the part; None: that of its sheet.
+        crystal_hz: the crystal of the part; None for that of its sheet.
 
     Raises:
-        UsageError: a parameter that is missing, wrong or unknown; or a part that moves to no position.
+        UsageError: a parameter is missing, wrong or unknown; or the part cannot move to positions.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class ModuleMotor:
         self.values, _ = read(calculator, values, self.crystal_hz, search=False)
         self.goto = next(iter(self.sheet.acting("goto")), None)
         if self.goto is None:
-            raise UsageError(f"{self.sheet.part}: no command moves it to a position; allowed a part that has one")
+            raise UsageError(f"{self.sheet.part}: has no command that moves to a position; use a part with one")
         self.homing = next((row for row in self.sheet.acting("home") if row.args[0].sign == "alone"), None)
         self.presetting = next(iter(self.sheet.acting("preset")), None)
         stops = {row.at_once: row for row in self.sheet.commands if row.at_once}
@@ -70,10 +70,10 @@ class ModuleMotor:
         self.position = 0
         self.look()
 
-    # ------------------------------------------------------------------------------------------------------ what it is
+    # ------------------------------------------------------------------------------------------------------ properties
     @property
     def limits(self) -> tuple[int, int]:
-        """The positions to which a command can move it."""
+        """The lowest and highest position of a move by command."""
         assert self.goto is not None  # noqa: S101  # the constructor has refused that
         return self.goto.args[0].low, self.goto.args[0].high
 
@@ -90,16 +90,16 @@ class ModuleMotor:
 
     @property
     def fastest(self) -> float:
-        """The highest rate that its parameter may set (steps/s)."""
+        """The highest rate that its parameter can set (steps/s)."""
         _, top = self.rates
         highest = self.calculator.arg(top.name).high
         return self.calculator.ramp({**self.values, top.name: highest}, self.crystal_hz).top
 
     def fitted(self, start: float, top: float, time_s: float) -> Ramp:
-        """Return a ramp with other rates (steps/s), as near as the part can, that takes a time as near as it can.
+        """Return the ramp nearest to two rates (steps/s) and a time (s).
 
         Raises:
-            UsageError: a rate that it cannot have.
+            UsageError: the part cannot have one of the rates.
         """
         rates = zip(self.rates, (start, top), strict=True)
         values = {**self.values}
@@ -110,7 +110,7 @@ class ModuleMotor:
         return nearest(self.calculator, Search(wanted, values, free, self.crystal_hz, best=1))[0]
 
     def foreign_program(self) -> int:
-        """Return how many lines of a program that is not one of ours the next move would replace."""
+        """Return how many lines of another program the next move would overwrite."""
         (listing, *_) = (*self.sheet.acting("list"), None)
         if not self.entered or listing is None:
             return 0
@@ -124,7 +124,7 @@ class ModuleMotor:
         """Begin a move to a position, by default with its own ramp.
 
         Raises:
-            ModuleFailure: the module does not do it.
+            ModuleFailure: the module does not execute it.
         """
         assert self.goto is not None  # noqa: S101  # the constructor has refused that
         ramp = self.ramp if ramp is None else ramp
@@ -135,7 +135,7 @@ class ModuleMotor:
         self.late_s = LATE_S + self.left_s * LONGER
 
     def _program(self, ramp: Ramp, *moving: str) -> list[str]:
-        """Set the parameters of a ramp, and move: as a program, where the part takes moves in no other way."""
+        """Return the commands that set the parameters of a ramp and move, as a program if the part requires one."""
         settings = [self._spelled(row, value) for row, value in self._settings(ramp.values).items()]
         commands = [*settings, *moving]
         if self.entered:
@@ -151,7 +151,7 @@ class ModuleMotor:
         return commands
 
     def _settings(self, values: Values) -> dict[Row, int]:
-        """The commands that set the parameters of a ramp, with their values."""
+        """Return the commands that set the parameters of a ramp, with their values."""
         rows = {row.form: row for row in self.sheet.commands}
         return {rows[name]: value for name, value in values.items() if isinstance(value, int) and name in rows}
 
@@ -159,7 +159,7 @@ class ModuleMotor:
         return dialect_of(self.sheet).spell(row, (value,))
 
     def _leave_entry(self) -> None:
-        """End program entry, if it is open, without a run, where the part can."""
+        """End open program entry without a run, if the part can."""
         row = self.sheet.leave[-1]
         if self.module.entering and not row.starts:
             with suppress(ModuleFailure):
@@ -169,26 +169,26 @@ class ModuleMotor:
         """Begin a homing, by default with its own ramp: its first rate is that of the homing.
 
         Raises:
-            UsageError: the part has none in a direction that can be chosen.
-            ModuleFailure: the module does not do it.
+            UsageError: the part has no homing with a selectable direction.
+            ModuleFailure: the module does not execute it.
         """
         if self.homing is None:
             raise UsageError(
                 f"{self.sheet.part}: has no homing in a given direction; send its own by slewline terminal"
             )
         self._program(self.ramp if ramp is None else ramp)
-        for _ in range(LOOKS):  # a program without a motion is over soon; one that is not has the homing refused
+        for _ in range(LOOKS):  # a program without a motion is over soon; another one causes a refusal of the homing
             if self.at_rest():
                 break
         self.module.ask(self._spelled(self.homing, direction))
         self.left_s = self.late_s = 0.0
 
     def preset(self, position: int) -> None:
-        """Set the position where it is, without motion.
+        """Set the position register, without motion.
 
         Raises:
-            UsageError: the part has no command for it, or not to this position.
-            ModuleFailure: the module does not do it.
+            UsageError: the part has no command for it, or not for this position.
+            ModuleFailure: the module does not execute it.
         """
         if self.presetting is None:
             raise UsageError(f"{self.sheet.part}: has no command that sets its position; shift OFF instead")
@@ -201,21 +201,21 @@ class ModuleMotor:
         self.look()
 
     def stop(self) -> None:
-        """Stop it, by a ramp where the part has one.
+        """Stop it, by a ramp if the part has one.
 
         Raises:
-            UsageError: the part takes no command while it moves.
-            ModuleFailure: the module does not do it.
+            UsageError: the part executes no command while it moves.
+            ModuleFailure: the module does not execute it.
         """
         if self.stopping is None:
-            raise UsageError(f"{self.sheet.part}: takes no command while it moves; stop it by its pins")
+            raise UsageError(f"{self.sheet.part}: accepts no command while it moves; stop it by its pins")
         self.module.ask(self.stopping.form)
 
     def at_rest(self) -> bool:
-        """Return whether it is at rest; `position` is then where.  Some time passes.
+        """Return whether it is at rest, with `position` updated.  This waits some milliseconds.
 
         Raises:
-            ModuleFailure: the module does not say it.
+            ModuleFailure: the module does not report it.
         """
         self.module.port.pause(LOOK_S)
         if self.state is None:
@@ -230,15 +230,15 @@ class ModuleMotor:
         return True
 
     def look(self) -> None:
-        """Ask a motor at rest where it is.
+        """Query the position of a motor at rest.
 
         Raises:
-            ModuleFailure: the module does not say it.
+            ModuleFailure: the module does not report it.
         """
         self.position = int(self.module.value("position"))
 
     def _has_answered(self) -> bool:
-        """Ask for the position, once it should be at rest."""
+        """Query the position, once the motor should be at rest; return whether the module has answered."""
         self.left_s -= LOOK_S
         if self.left_s > 0:
             return False

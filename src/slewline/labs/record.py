@@ -1,15 +1,15 @@
-"""A motor behind a module as a motor record of EPICS, on Channel Access.
+"""A motor on a module as a motor record of EPICS, on Channel Access.
 
     field_table.py     the fields: types, access, meaning
-    record_state.py    what they are: positions, limits, rates, switches
-    effects.py         what a put does
-    record_motions.py  one motion after the other, in the thread that speaks to the module
+    record_state.py    their values: positions, limits, rates, switches
+    effects.py         the effects of puts
+    record_motions.py  one motion after the other, in the thread that communicates with the module
     fields.py          channels of caproto
 
-A put into any of them goes to its effect; then every field that has changed is posted, RBV before DMOV, and the put
-completes.  A put of a position completes when all motions are over.  A client that dies leaves the motion to go on.
+A put into a field has its effect; then every field that has changed is posted, RBV before DMOV, and the put completes.
+A put of a position completes when all motions are over.  If a client dies, the motion continues.
 
-A module tells its position at rest alone, so RBV stays while the motor moves.
+A module reports its position at rest only, so RBV is constant while the motor moves.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ if TYPE_CHECKING:
     from .module_motor import ModuleMotor
 
 LOST_BY = (PortLost, NoAnswer, EndlessInput, DamagedAnswer)
-NEWS_S = 0.03  # in which caproto sends what was posted, which a client is to have before its put completes
-RETRY_S = 2.0  # between two attempts to find a module that is lost
+NEWS_S = 0.03  # time for caproto to send posted values to a client before its put completes
+RETRY_S = 2.0  # between two attempts to find a lost module
 SPEAKING = ("drive", "home", "jog", "update")  # puts that need the module
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_:;<>\[\]{}+-]+")
 LONGEST_NAME = 55  # characters: NAME_able is the name of a record as well, which has up to 60
 
 
 def check_name(name: str) -> None:
-    """Refuse the name of a record that no client could find.
+    """Check that a record can have a name.
 
     Raises:
-        UsageError: it is empty, too long, names a field, or has a character that names of records do not have.
+        UsageError: it is empty, too long, names a field, or has a character that is not allowed in names of records.
     """
     record, dot, field = name.partition(".")
     odd = NOT_IN_NAMES.search(name)
@@ -68,14 +68,14 @@ class MotorRecord:
     """The record.
 
     Args:
-        name: of the record; fields are NAME.VAL and so on.
-        find: finds the motor; called in another thread, again after it was lost.
-        resolution: of a step, in units.
-        units: such as "mm".
-        say: is called with what the user should know.
+        name: the name of the record; fields are NAME.VAL and so on.
+        find: finds the motor; called in another thread, again after a loss of communication.
+        resolution: units per step.
+        units: the name of the unit, such as "mm".
+        say: called with messages for the user.
 
     Raises:
-        UsageError: a name, resolution or unit that a record cannot have.
+        UsageError: a record cannot have this name, resolution or unit.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class MotorRecord:
         self.motions = RecordMotions(self, name)
         self.effects = Effects(self, self.motions)
         self.alarm = ChannelAlarm()
-        self.search: asyncio.Task[None] | None = None  # of a module that is lost
+        self.search: asyncio.Task[None] | None = None  # search for a lost module
         self.posting = asyncio.Lock()
         self.posted: dict[str, Any] = {row.name: row.value for row in FIELDS} | dict(self.state.values())
         self.fields: dict[str, Any] = {}
@@ -118,7 +118,7 @@ class MotorRecord:
 
     # ------------------------------------------------------------------------------------------------------------ puts
     async def _put(self, row: FieldRow, value: Any) -> None:
-        """Take what a client puts into a field; say here, too, what is refused."""
+        """Handle a put of a client into a field; report a refusal here, too."""
         try:
             value = self.fields[row.name].plain(value)
             if self.state.kept["DISP"] and row.name not in ("DISP", "_able"):
@@ -127,7 +127,7 @@ class MotorRecord:
                 self._same(row, value)
             else:
                 if row.put in SPEAKING and self.state.lost:
-                    raise UsageError(f"the module does not answer; it is looked for every {RETRY_S:.0f} s")
+                    raise UsageError(f"the module does not answer; the search repeats every {RETRY_S:.0f} s")
                 await getattr(self.effects, row.put)(row.name, value)
         except UsageError as error:
             self.say(f"{self.name}.{row.name} {value}: refused: {error}")
@@ -137,7 +137,7 @@ class MotorRecord:
         await asyncio.sleep(NEWS_S)
 
     def _same(self, row: FieldRow, value: Any) -> None:
-        """Take the value that a field has, refuse any other one."""
+        """Accept the present value of a field, and refuse any other one."""
         has = self.posted[row.name]
         same = math.isclose(value, has, rel_tol=1e-6) if row.kind in NUMBERS else value == has
         if not same:
@@ -145,7 +145,7 @@ class MotorRecord:
             raise UsageError(f"allowed {allowed}: {row.says}")
 
     async def publish(self) -> None:
-        """Post the fields that have changed, in the order of the state, what they may be first."""
+        """Post the fields that have changed, limits first, in the order of the state."""
         async with self.posting:
             values = self.state.values()
             for key in LIMITED:
@@ -161,7 +161,7 @@ class MotorRecord:
                     await self.fields[key].post(value)
 
     async def _describe(self) -> None:
-        """Give all fields their unit and their decimals."""
+        """Set the unit and the decimals of all fields."""
         for field in self.fields.values():
             if field.row.kind in NUMBERS:
                 unit = unit_of(field.row, self.posted["EGU"])
@@ -169,7 +169,7 @@ class MotorRecord:
 
     # ------------------------------------------------------------------------------------------------------- the module
     async def failed(self, error: Exception) -> None:
-        """Take a failure; a module that does not answer is looked for."""
+        """Report a failure; if the module does not answer, begin to search for it."""
         self.say(f"{self.name}: {error}")
         if isinstance(error, LOST_BY):
             await self._alarm(AlarmStatus.COMM, AlarmSeverity.INVALID_ALARM)
@@ -183,7 +183,7 @@ class MotorRecord:
         await self.publish()
 
     async def _look_for(self) -> None:
-        """Look for the module until it is there again."""
+        """Search for the module until it answers."""
         within = self.motions.within
         while True:
             await within(self.motor.module.port.close)
@@ -192,26 +192,26 @@ class MotorRecord:
                 self.motor = await within(self.find)
             except (SlewlineError, OSError):
                 continue
-            self.say(f"{self.name}: back")
+            self.say(f"{self.name}: the module answers again")
             self._here()
             await self._alarm(AlarmStatus.NO_ALARM, AlarmSeverity.NO_ALARM)
             return
 
     def _here(self) -> None:
-        """Take where the motor is, which nobody has moved by this record."""
+        """Adopt a position of the module that no motion of this record has caused."""
         if self.state.position != self.motor.position:
             self.state.position = self.motor.position
             self.state.settle()
 
     async def check(self, every_s: float) -> None:
-        """Ask the module at rest, over and over, where it is, so that it is known when it is gone or moved by hand."""
+        """Query the position of the module at rest periodically, to detect a lost module or a motion by hand."""
         while True:
             await asyncio.sleep(every_s)
             if not self.motions.idle or self.state.lost:
                 continue
             try:
                 await self.motions.within(self.motor.look)
-            except RefusedCommand:  # somebody else lets it move
+            except RefusedCommand:  # another program moves it
                 continue
             except ModuleFailure as error:
                 await self.failed(error)
@@ -221,6 +221,6 @@ class MotorRecord:
                 await self.publish()
 
     def close(self) -> None:
-        """Let go of the module."""
+        """Close the port of the module."""
         self.motions.thread.submit(self.motor.module.port.close)
         self.motions.thread.shutdown()

@@ -1,13 +1,13 @@
-"""The motions of a motor record: one after the other, the last one that is wanted next.
+"""The motions of a motor record: one after the other, the most recent request next.
 
                  begin(motion)                     SPMG Go
-       at rest ----------------> wanted  <------------------- paused
+       at rest ---------------> requested <------------------- paused
           ^                        |                            ^
           |     over, or STOP      v           SPMG Pause       |
-          +-------------------- under way ----------------------+
+          +------------------- in progress ---------------------+
 
-The module is spoken to in a thread of its own, one command after the other.  A new motion ends the one under way, where
-the part can stop; all puts wait until no motion is wanted any more.
+A separate thread communicates with the module, one command after the other.  A new motion ends the one in progress, if
+the part can stop; all puts wait until no motion is requested any more.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Result = TypeVar("Result")
 
 
 class RecordMotion(NamedTuple):
-    """A motion that is wanted: to a dial position, or a homing if `homing` is a direction in steps.
+    """A requested motion: to a dial position, or a homing if `homing` is a direction in steps.
 
     `button` is the field that is 1 meanwhile: that of a homing, of a jog, or "".
     """
@@ -40,7 +40,7 @@ class RecordMotion(NamedTuple):
 
 
 class Owner(Protocol):
-    """What motions need of their record."""
+    """The part of a record that its motions use."""
 
     motor: ModuleMotor
     state: RecordState
@@ -49,16 +49,16 @@ class Owner(Protocol):
         """Post the fields that have changed."""
 
     async def failed(self, error: Exception) -> None:
-        """Take a failure."""
+        """Report a failure."""
 
 
 class RecordMotions:
     """The motions of a record, which owns the motor and the state.
 
     Attributes:
-        wanted: the motion that comes next.
-        current: the one under way.
-        task: done when none is wanted any more; None: none is.
+        wanted: the next motion.
+        current: the motion in progress.
+        task: done when no motion is requested any more; None if none is.
     """
 
     def __init__(self, owner: Owner, name: str) -> None:
@@ -67,21 +67,21 @@ class RecordMotions:
         self.wanted: RecordMotion | None = None
         self.current: RecordMotion | None = None
         self.task: asyncio.Task[SlewlineError | None] | None = None
-        self.changed = asyncio.Event()  # what is wanted, or whether it may begin
-        self.halting = ""  # "stop" or "pause": the motion under way is to end
+        self.changed = asyncio.Event()  # the request, or its permission to begin
+        self.halting = ""  # "stop" or "pause": the motion in progress is to end
 
     async def within(self, call: Callable[[], Result]) -> Result:
-        """Call a function of the module, in the thread that speaks to it."""
+        """Call a function of the module, in the thread that communicates with it."""
         return await asyncio.get_running_loop().run_in_executor(self.thread, call)
 
     @property
     def idle(self) -> bool:
-        """Whether no motion is wanted or under way."""
+        """True if no motion is requested or in progress."""
         return self.task is None
 
-    # ------------------------------------------------------------------------------------------------ as puts see them
+    # -------------------------------------------------------------------------------------------------------- for puts
     async def begin(self, motion: RecordMotion) -> None:
-        """Let a motion be the next one; return when all are over.
+        """Request a motion; return when all motions are over.
 
         Raises:
             SlewlineError: one has failed.
@@ -93,16 +93,16 @@ class RecordMotions:
         await self.over()
 
     async def stop(self, pause: bool = False) -> None:
-        """Stop, and forget what is wanted, or keep it for later; return when the motor is at rest.
+        """Stop, and discard the requested motion, or keep it for later; return when the motor is at rest.
 
         Raises:
-            UsageError: the part takes no command while it moves.
+            UsageError: the part executes no command while it moves.
             SlewlineError: the motion has failed.
         """
         state = self.owner.state
         if state.moving:
             if self.owner.motor.stopping is None:
-                self.owner.motor.stop()  # which says why it cannot
+                self.owner.motor.stop()  # its message states why it cannot
             self.halting = "pause" if pause else "stop"
         if not pause:
             self.wanted = None
@@ -113,7 +113,7 @@ class RecordMotions:
             await self.changed.wait()
 
     async def over(self) -> None:
-        """Wait until no motion is wanted.
+        """Wait until no motion is requested.
 
         Raises:
             SlewlineError: one has failed.
@@ -123,7 +123,7 @@ class RecordMotions:
 
     # ------------------------------------------------------------------------------------------------------ one by one
     async def _work(self) -> SlewlineError | None:
-        """Make the motions that are wanted, one after the other; return what went wrong."""
+        """Make the requested motions, one after the other; return a failure."""
         state, failure, arrived = self.owner.state, None, True
         state.done = False
         await self.owner.publish()
@@ -148,7 +148,7 @@ class RecordMotions:
                     state.kept["SPMG"] = state.obeyed = PAUSE
                 await self.owner.publish()
                 self.changed.set()
-        finally:  # whatever has ended it: the next put begins another task
+        finally:  # after any end: the next put begins another task
             self.task = self.wanted = None
         if not arrived:
             state.settle()
@@ -157,7 +157,7 @@ class RecordMotions:
         return failure
 
     async def _motion(self, motion: RecordMotion) -> bool:
-        """Make a motion; return whether the wanted position stays, since it was a move that nobody has ended."""
+        """Make a motion; return whether the target position still holds: for a move that was not stopped."""
         state, motor, begun = self.owner.state, self.owner.motor, self.owner.state.dial_position
         state.missed, state.button = False, motion.button
         if motion.homing:
@@ -171,7 +171,7 @@ class RecordMotions:
             if target != state.position and not await self._leg(motion, begun, target > state.position, move):
                 return False
         if motion.button:
-            state.violated = True  # nobody has ended it before the limit
+            state.violated = True  # not stopped before the limit
             return False
         if state.kept["DLY"] > 0:
             state.moving = False
@@ -183,7 +183,7 @@ class RecordMotions:
         return True
 
     async def _leg(self, motion: RecordMotion, begun: float, onward: bool, start: Callable[[], None]) -> bool:
-        """Make a move or a homing; return whether it ended by itself."""
+        """Make a move or a homing; return whether it reached its own end."""
         state, motor, stopped = self.owner.state, self.owner.motor, False
         state.moving, state.forward = True, onward
         await self.owner.publish()
@@ -196,9 +196,9 @@ class RecordMotions:
         return not (stopped or self.halting)
 
     def _interrupted(self, motion: RecordMotion, begun: float) -> bool:
-        """Return whether a motion ends for the one that is wanted now.
+        """Return whether the requested motion ends the present one.
 
-        A position further on in the same direction comes when this one is over, as in the motor record.
+        A position further on in the same direction waits for the end of the present motion, as in the motor record.
         """
         new = self.wanted
         if new is None or self.owner.motor.stopping is None:

@@ -1,9 +1,9 @@
-"""The state of a motor record, and what its fields say of it.  No module is spoken to here, and nobody waits.
+"""The state of a motor record, and the values of its fields.  It does not access the module, and never waits.
 
                 MRES          DIR, OFF
     steps  <---------->  dial  <------>  user            RVAL RRBV   DVAL DRBV   VAL RBV
 
-Limits are kept in dial coordinates, as DHLM and DLLM; those of the user follow OFF and DIR.
+Limits are stored in dial coordinates, as DHLM and DLLM; those of the user follow OFF and DIR.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ class RecordState:
     """The state of a record.
 
     Args:
-        resolution: of a step, in units.
+        resolution: units per step.
         steps: the positions to which the part can move, lowest and highest.
-        position: where the motor is, in steps.
-        ramp: of its moves.
-        fastest: the highest rate that the part has (steps/s).
+        position: the position of the motor, in steps.
+        ramp: the ramp of its moves.
+        fastest: the highest rate of the part (steps/s).
 
     Attributes:
-        kept: values of fields that are what was put last.
-        val, dval: the wanted position, user and dial.
+        kept: values of fields that return the last put.
+        val, dval: the target position, user and dial.
         low, high: the limits, dial.
-        ramps: of moves, of those that take up backlash, of jogs and homings.
-        law: rates and times of the ramps as they were put; the ramps come as near as the part can.
+        ramps: the ramps of moves, of backlash moves, of jogs and homings.
+        law: rates and times of the ramps as they were put; the ramps are the part's nearest.
     """
 
     def __init__(self, resolution: float, steps: tuple[int, int], position: int, ramp: Ramp, fastest: float) -> None:
@@ -57,7 +57,7 @@ class RecordState:
         rates = dict.fromkeys(("VELO", "BVEL", "JVEL"), ramp.top * scale) | {"HVEL": ramp.start * scale}
         self.law = rates | {"VBAS": ramp.start * scale, "ACCL": time_s, "BACC": time_s}
         self.law["JAR"] = acceleration(ramp) * scale
-        self.button = ""  # that is pressed: of MOTIONS
+        self.button = ""  # the active button: one of MOTIONS
         self.forward = True  # in steps
         self.done, self.moving, self.violated = True, False, False
         self.missed = self.homed = self.lost = False
@@ -71,16 +71,16 @@ class RecordState:
         return dial * self.sign + self.offset
 
     def dial(self, user: float) -> float:
-        """Return a position of user coordinates as a dial position."""
+        """Return a user position in dial coordinates."""
         return (user - self.offset) * self.sign
 
     def raw(self, dial: float) -> int:
-        """Return the step that is nearest to a dial position."""
+        """Return the step nearest to a dial position."""
         return round(dial / self.resolution)
 
     @property
     def dial_position(self) -> float:
-        """Where the motor was at rest last, dial."""
+        """The last position at rest, dial."""
         return self.position * self.resolution
 
     @property
@@ -91,7 +91,7 @@ class RecordState:
 
     @property
     def unlimited(self) -> bool:
-        """Whether the limits are off: both are 0."""
+        """True if the limits are off: both are 0."""
         return self.low == 0 == self.high
 
     def beyond(self, dial: float) -> bool:
@@ -102,9 +102,9 @@ class RecordState:
         return soft or not least <= self.raw(dial) <= most
 
     def violates(self, dial: float) -> bool:
-        """Return whether a move to a dial position is refused; one towards the range is none.
+        """Return whether a move to a dial position is refused; one towards the range is allowed.
 
-        With a backlash distance the place from which the second move begins counts, too.
+        With a backlash distance the start of the second move counts, too.
         """
         least, most = self.steps
         ends = [leg for leg, _ in self.legs(dial)]
@@ -114,7 +114,7 @@ class RecordState:
         return not back and any(self.beyond(end) for end in ends)
 
     def legs(self, dial: float) -> list[tuple[float, Ramp]]:
-        """Return the moves that lead to a dial position, each with its ramp: two where backlash is taken up."""
+        """Return the moves that lead to a dial position, each with its ramp: two to take up backlash."""
         backlash = self.kept["BDST"]
         preferred = (dial > self.dial_position) == (backlash > 0)
         same = self.law["BVEL"] == self.law["VELO"] and self.law["BACC"] == self.law["ACCL"]
@@ -128,28 +128,28 @@ class RecordState:
     # --------------------------------------------------------------------------------------------------------- switches
     @property
     def setting(self) -> bool:
-        """Whether puts say where the motor is, and do not move it."""
+        """True if puts define the present position instead of moving the motor."""
         return bool(self.kept["SET"]) and not self.kept["IGSET"]
 
     @property
     def paused(self) -> bool:
-        """Whether no motion may begin."""
+        """True if no motion may begin."""
         return self.kept["SPMG"] in (STOP, PAUSE)
 
     @property
     def once(self) -> bool:
-        """Whether the next motion is the only one."""
+        """True if only one more motion may begin."""
         return bool(self.kept["SPMG"] == MOVE)
 
     def settle(self) -> None:
-        """Let the wanted position be the one where the motor is."""
+        """Set the target position to the present position."""
         self.dval = self.dial_position
         self.val = self.user(self.dval)
         self.last = self.val, self.dval
 
     # ----------------------------------------------------------------------------------------------------------- fields
     def values(self) -> Mapping[str, Any]:
-        """Return the values of all fields that may change, in the order in which clients get them: DMOV last."""
+        """Return the values of all variable fields, in the order in which they are posted: DMOV last."""
         return {**self.kept, **self._coordinates(), **self._rates(), **self._motion()}
 
     def _coordinates(self) -> Mapping[str, Any]:
@@ -203,5 +203,5 @@ def acceleration(ramp: Ramp) -> float:
 
 
 def digits(resolution: float) -> int:
-    """Return how many decimals a position has."""
+    """Return the number of decimals of a position."""
     return max(0, -math.floor(math.log10(abs(resolution))))

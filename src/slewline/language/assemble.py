@@ -1,7 +1,7 @@
 """Program text to program buffer, and to the byte streams that a host would send for it.
 
-A text is assembled whole or refused whole: one exception carries all problems, each with place, picture and remedy.
-What is merely odd is no reason to refuse; it is kept in `Assembly.findings`.
+A text is assembled whole or refused whole: one exception has all problems, each with place, picture and remedy.
+Warnings do not prevent assembly; they are in `Assembly.findings`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .problems import Problem, picture
 from .source import commented, mended, read
 from .statements import Block, Source, Statement
 
-SCRIPT = 1000  # bytes of a script that keep their columns in a listing
+SCRIPT = 1000  # bytes of a script that fit into their columns of a listing
 
 
 class RefusedProgram(ProgramError):
@@ -39,10 +39,10 @@ class ListingLine(NamedTuple):
 class Assembly:
     """An assembled program.
 
-    `stored` is the program buffer, `lines` says which instruction stands where, `labels` the address of each label;
-    `preset` are the commands outside program entry, which a host sends in command mode; `findings` is what was odd.
-    `framing` are the commands that begin and end program entry.  For a part that takes packets, and keeps none of them,
-    `stored` is what a host writes.
+    `stored` is the program buffer, `lines` has the address of each instruction, `labels` that of each label; `preset`
+    has the commands outside program entry, which a host sends in command mode; `findings` has the warnings.  `framing`
+    has the commands that begin and end program entry.  For a part that receives packets, and stores none of them,
+    `stored` is the output of the host.
     """
 
     sheet: Sheet
@@ -56,7 +56,7 @@ class Assembly:
 
     @property
     def base(self) -> int:
-        """The address of its first byte."""
+        """Address of its first byte."""
         return self.statements[0].address if self.statements else 0
 
     def data_of(self, statement: Statement) -> bytes:
@@ -64,7 +64,7 @@ class Assembly:
         return self.stored[statement.address - self.base : statement.end - self.base]
 
     def listing(self) -> str:
-        """Address, bytes and source of every instruction."""
+        """Return address, bytes and source of every instruction."""
         parts = ((s.address, self.data_of(s), s.text) for s in self.statements)
         return "\n".join(listed(*part, self.sheet) for part in parts)
 
@@ -73,11 +73,11 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
     """Assemble one program; return the bytes that are stored, with addresses, labels and warnings.
 
     Args:
-        text: the program, one command a line; the commands that begin and end program entry may both be left out: then
-            all of the text is the program.
+        text: the program, one command per line; without the commands that begin and end program entry, the whole text
+            is the program.
         sheet: the data sheet of the part.
         where: the name of the text in messages.
-        resolve: store addresses for labels; else letters, as the chip keeps them until the instruction is executed.
+        resolve: store addresses for labels; otherwise letters, which the chip keeps until the instruction is executed.
 
     Raises:
         ProgramError: the text has errors; `problems` of the exception has all of them.
@@ -101,7 +101,7 @@ def assemble(text: str, sheet: Sheet, where: str = "<text>", resolve: bool = Fal
 
 
 def link(source: Source) -> None:
-    """Report what shows only when a program is seen whole: labels that are nowhere, and a buffer that overflows."""
+    """Report problems of whole programs: undefined labels, and a buffer that overflows."""
     sheet, room = source.sheet, source.sheet.buffer_bytes
     dialect, section = dialect_of(sheet), sheet.sections.get("labels", "")
     for block in source.blocks:
@@ -121,40 +121,40 @@ def link(source: Source) -> None:
 
 
 def entry_and_end(sheet: Sheet) -> tuple[Row, ...]:
-    """The commands that begin and end program entry; a part without programs has none."""
+    """Return the commands that begin and end program entry; empty for a part without programs."""
     return () if sheet.enter is None else (sheet.enter, *sheet.leave[-1:])
 
 
 def units(sheet: Sheet) -> str:
-    """What the manual counts the program memory in."""
+    """Return the unit of the program memory in the manual, such as "bytes"."""
     return f"{sheet.memory_unit}s"
 
 
 def listed(address: int, data: bytes, text: str, sheet: Sheet) -> str:
-    """A line of a listing."""
+    """Return a line of a listing."""
     digits, widest = len(str((sheet.buffer_bytes or SCRIPT) - 1)), 3 * dialect_of(sheet).longest_instruction(sheet) - 1
     return f"{address:0{digits}}  {data.hex(' ').upper():<{widest}}  {text}"
 
 
 def to_ascii(assembly: Assembly, check: bool = False) -> bytes:
-    """What an ASCII host sends to enter the program, from begin to end of program entry, labels as labels.
+    """Return the characters that an ASCII host sends to enter the program, including its start and end, with labels.
 
-    `check`: every line with its checksum, on a part that has them.
+    `check`: every line with its checksum, for a part that has them.
 
     Raises:
-        UsageError: the part keeps no program.
+        UsageError: the part stores no program.
     """
     _enterable(assembly.sheet)
     return dialect_of(assembly.sheet).entered(assembly.sheet, assembly.framing, assembly.statements, check)
 
 
 def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
-    """What a binary host sends to enter the program: labels as addresses, since binary has none.
+    """Return the bytes that a binary host sends to enter the program: addresses for labels, since binary has no labels.
 
-    `single_count`: one count for all bytes after the first opcode, which are sent as they are stored.
+    `single_count`: one count for all bytes after the first opcode, which are sent as stored.
 
     Raises:
-        UsageError: the part has no binary mode, or keeps no program.
+        UsageError: the part has no binary mode, or stores no program.
     """
     _enterable(assembly.sheet)
     block = Block(list(assembly.statements), assembly.labels, base=assembly.base)
@@ -165,11 +165,11 @@ def to_binary(assembly: Assembly, single_count: bool = False) -> bytes:
 def _enterable(sheet: Sheet) -> None:
     if sheet.enter is None:
         part = sheet.part.upper()
-        raise UsageError(f"the {part} stores no program to be entered; hex and bin write what a host sends it")
+        raise UsageError(f"the {part} stores no program to be entered; hex and bin write the output of a host")
 
 
 def _resolved(statement: Statement, block: Block) -> Statement:
-    """The statement with addresses where labels were written."""
+    """Return the statement with addresses in place of labels."""
     found = (
         replace(operand, value=block.address_of(operand) or 0, label="") if operand.label else operand
         for operand in statement.operands

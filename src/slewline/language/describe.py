@@ -1,4 +1,4 @@
-"""The data sheet as Markdown: what `slewline describe` prints, and a generated page of the documentation."""
+"""The data sheet as Markdown: the output of `slewline describe`, and a generated page of the documentation."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ LEVEL = {0: "low", 1: "high", None: ""}
 
 
 def describe(sheet: Sheet, command: str | None = None) -> str:
-    """The whole sheet, or a single command by its letter or name, all forms of it.
+    """Return the whole sheet, or a single command by its letter or name, in all its forms.
 
     Raises:
-        UnknownName: the part has no such command; the message lists those that it has.
+        UnknownName: the part has no such command; the message lists its commands.
     """
     if command is not None:
         return describe_command(sheet, command)
@@ -34,7 +34,7 @@ def describe(sheet: Sheet, command: str | None = None) -> str:
 
 
 def describe_command(sheet: Sheet, command: str) -> str:
-    """One command in full: how it is written, sent and stored, what it takes, how long it lasts."""
+    """Return one command in full: how it is written, sent and stored, its arguments, its duration."""
     dialect = dialect_of(sheet)
     if command == dialect.mark and sheet.labels:
         return dialect.labels_in_full(sheet)
@@ -65,14 +65,14 @@ def _head(sheet: Sheet) -> str:
 
 
 def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
-    """The serial port: format, rates, addresses, answers."""
+    """Return the serial port: format, rates, addresses, answers."""
     format_ = f"{port.bits} data bits, {port.parity} parity, {port.stop} stop bits"
     longest = f"; lines of up to {dialect.longest} characters" if dialect.longest else ""
     check = f"; checksums while `{port.checksum_pin}` is high" if port.checksum_pin else ""
     parts = [f"## Serial port\n\n{format_}{longest}{check}. Source: {port.where}."]
     for names, what, entries in ((port.baud_pins, "baud", port.bauds), (port.address_pins, "address", port.addresses)):
         if names:
-            rows = [(*levels, value or "none: a line of its own") for levels, value in entries.items()]
+            rows = [(*levels, value or "none: a dedicated line") for levels, value in entries.items()]
             parts.append(table((*(f"`{name}`" for name in names), what), rows))
     if dialect.answers:
         parts.append(table(("answer", "meaning"), ((f"`{answer}`", says) for answer, says in dialect.answers.items())))
@@ -80,7 +80,7 @@ def _port(port: SerialLine, dialect: Dialect[Any]) -> str:
 
 
 def _sides(sheet: Sheet) -> str:
-    """The two sides of a part that is reached over a bus that works both ways and over a serial line."""
+    """Return the two interfaces of a part with a bidirectional bus and a serial line."""
     bus, line = sheet.channel(FlowBus), sheet.channel(AdaptiveLine)
     if bus is None or line is None:
         return ""
@@ -88,7 +88,8 @@ def _sides(sheet: Sheet) -> str:
     live = "takes commands, after a first request without a byte" if bus.live else "takes no commands"
     rates = ", ".join(map(str, line.bauds))
     return (
-        "## Two ways in\n\nBoth at once: a side that has begun a command has the chip until its end.\n\n"
+        "## Two host interfaces\n\n"
+        "Both work at the same time: a side that has begun a command owns the chip until its end.\n\n"
         f"- `{bus.name}`: a request and an answer for every byte; `{_named(sheet, 'flow')}` is low while the part\n"
         f"  has a message, and high again {ends}. While a program runs the part {live}.\n"
         f"- `{line.name}`: {line.bits} data bits, {line.parity} parity, {line.stop} stop bit. The rate is that of two\n"
@@ -105,8 +106,8 @@ def _pins(sheet: Sheet) -> str:
     heads = (
         "pin",
         "name",
-        "way",
-        "what it does",
+        "in/out",
+        "function",
         "role",
         "active",
         "open",
@@ -134,23 +135,25 @@ def _pins(sheet: Sheet) -> str:
         for pin in sheet.pins
     ]
     note = (
-        "A part that is wired `to` the chip finds its pins by their roles. A level after a role is the one at which\n"
-        "it holds, where that is not the active one."
+        "A part that is wired `to` the chip finds its pins by their roles. A level after a role is the level\n"
+        "of the role, if that is not the active one."
     )
     reflexes = [f"- {word}: {REFLEXES[word]}" for word in REFLEXES if any(pin.reflex == word for pin in sheet.pins)]
     if reflexes:
-        note += "\n\nA reflex is what an input does to a running motor at its active level:\n\n" + "\n".join(reflexes)
+        note += "\n\nA reflex is the effect of an input on a running motor at its active level:\n\n" + "\n".join(
+            reflexes
+        )
     return f"## Pins\n\n{table(heads, rows)}\n\n{note}" if rows else ""
 
 
 def _at_once(sheet: Sheet) -> str:
     rows = [(f"`{row.form}`", row.name, AT_ONCE[row.at_once]) for row in sheet.commands if row.at_once]
-    note = "They do not wait for the end of a motion; one that waits for an update does so with the update.\n\n"
-    return f"## Commands that act at once\n\n{note}{table(('command', 'name', 'it'), rows)}" if rows else ""
+    note = "They do not wait for the end of a motion; a command that waits for an update acts with it.\n\n"
+    return f"## Commands that act immediately\n\n{note}{table(('command', 'name', 'effect'), rows)}" if rows else ""
 
 
 def _role(pin: Pin, sheet: Sheet) -> str:
-    """What a pin is for: its role, the axis where there are several, and the level where it is not the active one."""
+    """Return the role of a pin, its axis if there are several, and its level if that is not the active one."""
     axis = f" {pin.axis}" if pin.role in AXIS_ROLES and sheet.axes > 1 else ""
     return f"`{pin.role}`{axis}{f' ({LEVEL[pin.sense]})' * (pin.sense != pin.active)}" if pin.role else ""
 
@@ -161,7 +164,7 @@ def _wires(sheet: Sheet) -> str:
 
 
 def _registers(sheet: Sheet) -> str:
-    heads = ("register", "what it holds", "loaded by", "bits", "unit", "power-up value of the model", "manual")
+    heads = ("register", "content", "loaded by", "bits", "unit", "power-up value of the model", "manual")
     rows = [
         (f"`{r.name}`", r.says, f"`{r.letter}`" if r.letter else "", r.bits, r.unit, r.default, r.where)
         for r in sheet.registers
@@ -171,7 +174,7 @@ def _registers(sheet: Sheet) -> str:
 
 def _times(sheet: Sheet) -> str:
     clocks: tuple[str, ...] = ("at MHz", "clocks") if sheet.crystal_high_hz else ()
-    heads = ("time", "what it is", "µs", *clocks, "manual", "trust")
+    heads = ("time", "meaning", "µs", *clocks, "manual", "trust")
     rows = [
         (
             f"`{name}`",
@@ -183,7 +186,7 @@ def _times(sheet: Sheet) -> str:
         )
         for name, time in sheet.times.items()
     ]
-    note = "Trust: *stated* by the manual, *derived* from what it states, or *chosen* where it is silent."
+    note = "Trust: *stated* by the manual, *derived* from its statements, or *chosen* where it is silent."
     if any(time.trust == "inferred" for time in sheet.times.values()):
         note += " *Inferred*: none of the sources states it."
     return f"## Times\n\n{table(heads, rows)}\n\n{note}" if rows else ""
@@ -200,9 +203,9 @@ def _printed(sheet: Sheet) -> str:
         )
         for limit in sheet.limits
     ]
-    note = "What `bench.check_timing()` checks. From the last such edge; with another crystal, scaled."
+    note = "The limits of `bench.check_timing()`, from the last such edge. They scale with the crystal."
     if any(limit.most is not None and limit.most < 0 for limit in sheet.limits):
-        note += " Below zero: it has to come first."
+        note += " Below zero: the second edge must come first."
     return f"## Limits\n\n{table(heads, rows)}\n\n{note}" if rows else ""
 
 
@@ -216,14 +219,18 @@ def _options(sheet: Sheet) -> str:
     says = (
         "Of `bench.add`, `options` in a bench file, `serve --option name=value`"
         + (", `slewline://` URLs" if sheet.channel(SerialLine) is not None else "")
-        + ("; what is in a table is written `table.name=value` there." if any(r.table for r in sheet.options) else ".")
+        + (
+            "; an option in a table is written `table.name=value` there."
+            if any(r.table for r in sheet.options)
+            else "."
+        )
     )
     return f"## Options\n\n{says}\n\n{option_table(sheet.options)}" if sheet.options else ""
 
 
 def option_table(options: Iterable[Option]) -> str:
-    """Options, those of tables after them, as a table."""
-    heads = ("option", "default", "allowed", "what it is")
+    """Return options, then those of tables, as a table."""
+    heads = ("option", "default", "allowed", "meaning")
     rows = [
         (
             f"`{name}`",

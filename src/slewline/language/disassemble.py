@@ -18,12 +18,12 @@ from .dialect import Command, Note, dialect_of
 from .statements import Instruction
 
 COMMENT = 16  # column of the comments
-SHOWN = 16  # equal bytes that are shown one by one
+SHOWN = 16  # equal bytes shown one by one
 NO_NAMES: Mapping[int, str] = MappingProxyType({})
 
 
 def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
-    """The buffer, cut into instructions from its first byte on.  A byte that is no opcode stands alone."""
+    """Return the buffer, cut into instructions from its first byte on; a byte that is not an opcode is separate."""
     found: list[Instruction] = []
     at = 0
     while at < len(stored):
@@ -33,19 +33,19 @@ def instructions(stored: bytes, sheet: Sheet) -> list[Instruction]:
 
 
 def instruction(stored: bytes, at: int, sheet: Sheet) -> Instruction:
-    """The instruction that begins at an address of the buffer."""
+    """Return the instruction that begins at an address of the buffer."""
     return dialect_of(sheet).cut(stored, at, sheet)
 
 
 def text_at(stored: bytes, at: int, sheet: Sheet) -> str:
-    """The instruction that begins at an address of the buffer, as it is written."""
+    """Return the text of the instruction that begins at an address of the buffer."""
     return _text(instruction(stored, at, sheet), sheet)
 
 
 def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
-    """The buffer as program text, with a line end after every line, between the commands that begin and end its entry.
+    """Return the buffer as program text, with a line end after every line, including the start and end of its entry.
 
-    `labels`: name branch targets, as far as the letters go; the text then assembles with `resolve=True`.
+    `labels`: name branch targets, while there are letters; the text then assembles with `resolve=True`.
     """
     program = instructions(stored, sheet)
     names = _names(program, sheet) if labels and sheet.labels else {}
@@ -55,24 +55,24 @@ def disassemble(stored: bytes, sheet: Sheet, labels: bool = False) -> str:
 
 
 def listing(stored: bytes, sheet: Sheet) -> str:
-    """Return a stored program as text, one instruction a line: address, bytes, text."""
+    """Return a stored program as text, one instruction per line: address, bytes, text."""
     return "\n".join(listed(row.address, row.data, row.text, sheet) for row in program_rows(stored, sheet))
 
 
 def program_rows(stored: bytes, sheet: Sheet) -> list[ProgramRow]:
-    """Return a stored program, an instruction a row."""
+    """Return a stored program, one instruction per row."""
     return [ProgramRow(each.address, each.data, _text(each, sheet)) for each in instructions(stored, sheet)]
 
 
 def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
-    """Return the commands of a binary stream, one a line, and what is wrong with it.
+    """Return the commands of a binary stream, one per line, and its problems.
 
-    A program is read as the chip keeps it: there the counts say nothing, and one count may announce all of it.
+    A program is read as the chip stores it: counts do not matter there, and one count may cover the whole program.
     """
     decoder = dialect_of(sheet).decoder(sheet)
     said: list[str] = []
-    stored: bytes | None = None  # of the program that is being entered
-    begun = 0  # of the command that is being read: which byte of the stream, counted from 0
+    stored: bytes | None = None  # of the program being entered
+    begun = 0  # of the command being read: index of the byte in the stream
     for place, byte in enumerate(stream, 1):
         found = decoder.feed(byte, False, stored is not None)
         if decoder.at_letter:
@@ -91,7 +91,7 @@ def commands(stream: bytes, sheet: Sheet) -> tuple[list[str], list[Note]]:
         rest = stream[begun:]
         more = "" if len(rest) <= 8 else " ..."
         where = f"from byte {begun} on, {_hex(rest[:8])}{more}"
-        notes.append(Note("cut-short", f"the stream ends inside a command, which is left out: {where}"))
+        notes.append(Note("cut-short", f"the stream ends inside a command, which is omitted: {where}"))
     return said + _entered(stored or b"", sheet), notes
 
 
@@ -100,7 +100,7 @@ def _entered(stored: bytes, sheet: Sheet) -> list[str]:
 
 
 def _names(program: Sequence[Instruction], sheet: Sheet) -> dict[int, str]:
-    """Letters for the branch targets at which an instruction begins, in the order of their addresses."""
+    """Return letters for the branch targets that are instructions, in the order of their addresses."""
     targets = {value for instruction in program for value in _targets(instruction)}
     starts = [instruction.address for instruction in program if instruction.address in targets]
     free = [letter for letter in sheet.labels if ord(letter) not in targets]
@@ -128,7 +128,7 @@ def _text(instruction: Instruction, sheet: Sheet, names: Mapping[int, str] = NO_
 
 
 def _hex(data: bytes) -> str:
-    """Bytes in hexadecimal; of many equal ones how many there are."""
+    """Return bytes in hexadecimal; for many equal bytes, their number."""
     if len(data) > SHOWN and len(set(data)) == 1:
         return f"{data[:1].hex().upper()} ({len(data)} times)"
     return data.hex(" ").upper()

@@ -1,4 +1,4 @@
-"""Lint rules about what a host does between its commands: the pins that it drives."""
+"""Lint rules about the pins that a host drives between its commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes a line of a program text apart; each dialect has a reader of its own."""
+"""The parser of a line of a program text; each dialect has its own."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ class Reader:
         self.text = text
 
     def spot(self, at: int, end: int) -> Place:
-        """Return the place of some of its characters."""
+        """Return the place of a range of characters."""
         return Place(self.number, self.column + at, end - at)
 
     def error(
         self, at: int, end: int, code: str, found: str, allowed: str = "", section: str = "", remedy: str = ""
     ) -> None:
-        """Report what is wrong with some of its characters."""
+        """Report an error in a range of characters."""
         place = self.spot(at, end)
         self.source.report(place, code, "error", found, allowed=allowed, section=section, remedy=remedy)
 
     def add(self, begin: int, end: int, row: Row, operands: tuple[Operand, ...], labels: tuple[str, ...]) -> None:
-        """Note a command."""
+        """Add a command."""
         place = self.spot(begin, end)
         self.source.items.append(Statement(place.line, place.column, self.text[begin:end], row, operands, labels))
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
-        """Read the commands of the line, of which the first is named by labels of the line above.
+        """Read the commands of the line; labels of the line above name the first of them.
 
         Returns:
             Labels at the end of the line, which name the first command of the next one.
@@ -42,4 +42,4 @@ class Reader:
         raise NotImplementedError
 
     def end(self, labels: tuple[str, ...]) -> None:
-        """Report labels after which no line comes."""
+        """Report labels without a line after them."""

@@ -1,7 +1,7 @@
-"""What is odd about a program text, found without running it.  Never raises, however bad the text is.
+"""The problems of a program text, found without running it.  It never raises, even for a text full of errors.
 
-The rules here hold for every part that stores programs, and read nothing but its sheet.  Its dialect has others, and
-what only one part knows (can this ramp reach this rate in this distance?) is handed in as `checks`.
+The rules here hold for every part that stores programs, and read only its sheet.  Its dialect has others, and the
+rules of a single part, for example whether a ramp reaches its rate in the distance, are passed in as `checks`.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from .statements import Block, Operand, Source, Statement
 
 __all__ = ["Check", "Problem", "Source", "branches", "explored", "lint", "reached", "render", "steps_on"]
 
-STATES = 4096  # a program that meets more registers than this is judged by the first ones
+STATES = 4096  # a program with more states of registers than this is checked with the first ones
 S = TypeVar("S")
 
 
 def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]:
     """Return the problems of a text, errors and warnings, in the order of their places.
 
-    The text is what a host sends, as for `slewline run`: only what follows a command that begins program entry is a
-    program.
+    The text is the input of a host, as for `slewline run`: only the lines after a command that begins program entry are
+    a program.
 
     Args:
         text: the text, one command a line.
@@ -43,11 +43,11 @@ def lint(text: str, sheet: Sheet, checks: Iterable[Check] = ()) -> list[Problem]
     return sorted({*found, *(problem for problem in commented(text, sheet) if problem.line not in marked)})
 
 
-# ------------------------------------------------------------------------------------------------------- where it goes
+# -------------------------------------------------------------------------------------------------------- control flow
 
 
 def steps_on(block: Block, statement: Statement) -> list[int]:
-    """The addresses at which a program may go on after an instruction; the end of the program is one of them."""
+    """Return the addresses at which a program may continue after an instruction, including the end of the program."""
     target = statement.target
     ways = {
         "n": statement.end,
@@ -60,18 +60,18 @@ def steps_on(block: Block, statement: Statement) -> list[int]:
 
 
 def explored(block: Block, address: int, states: Sequence[S], step: Callable[[Statement, S], S]) -> list[S]:
-    """Run a program from an address, through every branch both ways.
+    """Follow a program from an address, with both outcomes of every branch.
 
     Args:
-        states: what the registers may hold at first; anything that can be hashed.
-        step: the registers after an instruction.
+        states: the possible registers at the start, hashable.
+        step: returns the registers after an instruction.
 
     Returns:
-        The states in which the program ends, or if it never does, all that it meets.
+        The states in which the program ends, or all states in it if it never ends.
     """
     at = {statement.address: statement for statement in block.statements}
     todo = [(address, state) for state in states]
-    seen, ends = dict.fromkeys(todo), dict[S, None]()  # in order, so that the same text gives the same answer
+    seen, ends = dict.fromkeys(todo), dict[S, None]()  # in order, so that the same text has the same result
     while todo and len(seen) < STATES:
         here, state = todo.pop()
         statement = at.get(here)
@@ -88,7 +88,7 @@ def explored(block: Block, address: int, states: Sequence[S], step: Callable[[St
 
 
 def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
-    """Every branch, with the program that it goes to; in command mode, the program that was entered before it."""
+    """Return every branch, with the program of its target; in command mode, the program entered before it."""
     found = []
     before = None
     for statement in source.statements:
@@ -100,7 +100,7 @@ def branches(source: Source) -> list[tuple[Statement, Operand, Block]]:
 
 
 def reached(source: Source, block: Block) -> set[int]:
-    """The addresses of all instructions to which its first byte or a branch in command mode leads."""
+    """Return the addresses of all instructions reached from the first byte or from a branch in command mode."""
     at = {statement.address: statement for statement in block.statements}
     starts = [block.address_of(target) for jump, target, goal in branches(source) if goal is block and jump.block < 0]
     todo = [block.base, *(address for address in starts if address is not None)]
@@ -114,7 +114,7 @@ def reached(source: Source, block: Block) -> set[int]:
 
 
 def section(row: Row) -> str:
-    """The manual's section that describes a command."""
+    """Return the manual's section that describes a command."""
     return row.where.split("; ")[0]
 
 
@@ -122,12 +122,12 @@ def section(row: Row) -> str:
 
 
 def targets(source: Source) -> None:
-    """Branches must meet the first byte of an instruction; the chip does not check it."""
+    """Report branches to a byte that is not the first of an instruction; the chip does not check it."""
     unit = units(source.sheet).removesuffix("s")
     for statement, target, block in branches(source):
         address = block.address_of(target)
         if address is None or address > source.sheet.buffer_bytes - 1:
-            continue  # the assembler's business
+            continue  # reported by the assembler
         if statement.block < 0 and statement.row.role == "pointer":
             continue  # the next program may be anywhere
         inside = next((other for other in block.statements if other.address <= address < other.end), None)
@@ -140,13 +140,13 @@ def targets(source: Source) -> None:
         elif inside.address != address:
             found = f"{statement.row.name} to {unit} {address}, inside {inside.text} of line {inside.line}"
             starts = f"{inside.address} or {inside.end}"
-            remedy = "let a label count the bytes" if source.sheet.labels else ""
+            remedy = "use a label instead of an address" if source.sheet.labels else ""
             where = section(statement.row)
             source.report(target, "branch-middle", "warning", found, allowed=starts, section=where, remedy=remedy)
 
 
 def flow(source: Source) -> None:
-    """Every instruction is reached by some run."""
+    """Report instructions that no run reaches."""
     for block in source.blocks:
         seen = reached(source, block)
         starts = {statement.address for statement in block.statements}

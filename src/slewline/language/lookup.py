@@ -7,14 +7,14 @@ from ..core.messages.near import hint
 from ..errors import UnknownName
 from .dialect import dialect_of
 
-SIGNED = "±"  # as forms have it, and keyboards have not
+SIGNED = "±"  # used in forms, but not on keyboards
 
 
 def find(sheet: Sheet, command: str) -> list[Row]:
-    """Return the rows of a command, by letter (all forms of it), name, a line that is one, or the code of a packet.
+    """Return the rows of a command, by letter (all its forms), name, a line with it, or the code of a packet.
 
     Raises:
-        UnknownName: the part has no such command; the message says which it has.
+        UnknownName: the part has no such command; the message lists its commands.
     """
     for wanted in (command, command.upper(), command.replace("+", SIGNED).replace("-", SIGNED)):
         rows = [row for row in sheet.commands if wanted in (row.form, row.name, row.head)]

@@ -1,4 +1,4 @@
-"""Pieces of Markdown that all references are made of."""
+"""Pieces of Markdown for all references."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 def mhz(hz: float) -> str:
-    """A frequency in MHz."""
+    """Return a frequency in MHz."""
     return f"{hz / 1e6:g}"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A Markdown table."""
+    """Return a Markdown table."""
     lines = [heads, ["---"] * len(heads), *rows]
     return "\n".join(f"| {' | '.join(str(cell).replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
 
 
 def source(of: Row | Pin) -> str:
-    """Return where a row or a pin stands in the manual; marked, where it is inferred."""
+    """Return the place of a row or a pin in the manual, with a mark if it is inferred."""
     return of.where if of.trust == "stated" else f"{of.where} ({of.trust})"

@@ -1,4 +1,4 @@
-"""What is wrong with a text, where, and a picture of it.
+"""A problem of a text, its place, and a picture of it.
 
 weld.txt, line 3, column 3: RATE 200: allowed 0..127 (manual, T.V)
     R 200
@@ -21,7 +21,7 @@ class HasPlace(Protocol):
 
     @property
     def line(self) -> int:
-        """The line."""
+        """Number of the line."""
 
     @property
     def column(self) -> int:
@@ -29,7 +29,7 @@ class HasPlace(Protocol):
 
     @property
     def length(self) -> int:
-        """How many characters it has."""
+        """Number of its characters."""
 
 
 class Place(NamedTuple):
@@ -42,7 +42,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True, order=True)
 class Problem:
-    """Something about a text: where, what was found, what would be allowed, what the manual says, what to do."""
+    """A problem of a text: its place, the text found, the allowed values, the manual's section, the remedy."""
 
     line: int
     column: int
@@ -56,17 +56,17 @@ class Problem:
 
     @property
     def says(self) -> str:
-        """What was found, what is allowed, and where that is stated, in one line."""
+        """The text found, the allowed values, and their source, in one line."""
         allowed = f": allowed {self.allowed}" if self.allowed else ""
         where = f" ({self.where})" if self.where else ""
         return f"{self.found}{allowed}{where}"
 
 
 def picture(problem: Problem, text: str, name: str, severity: bool = True) -> str:
-    """One problem, with its line, carets under what is meant, and the remedy."""
+    """Return one problem, with its line, carets under its characters, and the remedy."""
     lines = text.splitlines()
     line = lines[problem.line - 1] if 0 < problem.line <= len(lines) else ""
-    blank = re.sub(r"[^\t]", " ", line[: problem.column - 1].ljust(problem.column - 1))  # tabs stay: carets line up
+    blank = re.sub(r"[^\t]", " ", line[: problem.column - 1].ljust(problem.column - 1))  # keeps tabs
     prefix = f"{problem.severity}: " if severity else ""
     shown = [
         f"{name}, line {problem.line}, column {problem.column}: {prefix}{problem.says}",
@@ -77,5 +77,5 @@ def picture(problem: Problem, text: str, name: str, severity: bool = True) -> st
 
 
 def render(problems: Iterable[Problem], text: str, name: str) -> str:
-    """All problems, each with its picture, a blank line between them."""
+    """Return all problems, each with its picture, separated by blank lines."""
     return "\n\n".join(picture(problem, text, name) for problem in problems)

@@ -1,13 +1,13 @@
-r"""What a ramp calculator asks a part, and what the part answers.  No time passes, nothing runs.
+r"""The queries of a ramp calculator to a part, and the part's answers.  No time passes, and no chip runs.
 
     rate                                      forward:  parameters -> time, steps and acceleration of the ramp,
-     top .......________                                which moves reach the rate, and how long a move takes
-              _/        \\_                    back:     a time, a number of steps or an acceleration -> the values of
-     start  _/            \\_                            the free parameters whose ramp comes nearest
+     top .......________                                the moves that reach the rate, and the time of a move
+              _/        \_                    back:     a time, a number of steps or an acceleration -> the values of
+     start  _/            \_                            the free parameters whose ramp is nearest
             |<->| time, steps
 
 A part brings a `Calculator` (its `ramps.py`): its parameters, named as the commands that set them, the `Ramp` of a set
-of values, and where to look for free ones.  The numbers are those of its law of motion (`profile.py`), never others.
+of values, and a search for free ones.  The numbers always follow its law of motion (`profile.py`).
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ ANYTHING = (float("-inf"), float("inf"))
 _WHOLE = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?\d+")
 
 
-# ------------------------------------------------------------------------------------------------------- what is asked
+# ------------------------------------------------------------------------------------------------------------- queries
 @dataclass(frozen=True, slots=True)
 class RampParameter:
     """A parameter of a ramp, a number within the range of `arg`, or one of the names in `choices`.
 
-    `default` holds where nothing is said.  A `free` one may be looked for.  `per_s` says how many times a second is in
-    the denominator of what it stands for: 1 in a rate, 2 in an acceleration.  One that is `only` for a choice, such as
+    `default` applies if no value is given.  A `free` one can be searched for.  `per_s` is the power of seconds in the
+    denominator of its quantity: 1 for a rate, 2 for an acceleration.  A parameter that is `only` for a choice, such as
     ("profile", "s-curve"), does not exist with another.
 
-    Where ramps are tried out (slewline tune), values are spaced evenly in `measure`, a number that only grows with
-    them; `tried` are those that are tried where nothing is said.
+    For trials of ramps (slewline tune), values are spaced evenly in `measure`, a number that increases with them;
+    `tried` are the default values to try.
     """
 
     name: str
@@ -65,32 +65,32 @@ class RampParameter:
 
     @property
     def allowed(self) -> str:
-        """What it may be."""
+        """Its allowed values, in words."""
         if self.arg is None:
             return ", ".join(self.choices)
         return range_of(self.arg)
 
 
 class Wanted(NamedTuple):
-    """What a ramp shall have: time in ps, acceleration in steps/s^2 (mean), or steps."""
+    """The goal of a search: time in ps, acceleration in steps/s^2 (mean), or steps."""
 
     goal: Goal
     value: float
 
     def error(self, ramp: Ramp) -> float:
-        """Return by how much a ramp misses it, in the unit of the goal."""
+        """Return the distance of a ramp from the goal, in the unit of the goal."""
         return abs(self.of(ramp) - self.value)
 
     def of(self, ramp: Ramp) -> float:
-        """Return the time, acceleration or steps of a ramp, whichever is wanted."""
+        """Return the time, acceleration or steps of a ramp, whichever is the goal."""
         return {"time": ramp.time_ps, "acceleration": ramp.acceleration, "steps": ramp.steps}[self.goal]
 
     def beyond(self, bounds: tuple[float, float]) -> float:
-        """Return by how much a ramp within some bounds misses it at least."""
+        """Return the least distance from the goal of a ramp within bounds."""
         return max(bounds[0] - self.value, self.value - bounds[1], 0.0)
 
 
-# ---------------------------------------------------------------------------------------------------- what is answered
+# ------------------------------------------------------------------------------------------------------------- answers
 class RampSegment(NamedTuple):
     """A segment of a ramp: steps at one rate, or one cycle for a part that works in cycles.
 
@@ -222,7 +222,7 @@ class Ramp(ABC):
 
     @abstractmethod
     def made(self, distance: int) -> Move:
-        """Return the move of so many steps, as many as it may have."""
+        """Return the move of a number of steps, which is within `distances`."""
 
 
 for kind in (Ramp, Move):
@@ -247,7 +247,7 @@ missing(
 
 
 class Search(NamedTuple):
-    """What is looked for: values of the `free` quantities, for the `best` ramps, those nearest to what is `wanted`."""
+    """A search for values of the `free` parameters, for the `best` (a number) ramps nearest to the goal `wanted`."""
 
     wanted: Wanted
     fixed: Values
@@ -257,24 +257,24 @@ class Search(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """Values of free parameters, and bounds of what their ramp has of what is wanted: the truth lies within them."""
+    """Values of free parameters, and bounds of the searched quantity of their ramp: its value is within them."""
 
     values: dict[str, int]
     bounds: tuple[float, float] = ANYTHING
 
 
 class Calculator(ABC):
-    """What a part brings: its parameters and its ramps."""
+    """The ramp calculator of a part: its parameters and its ramps."""
 
     sheet: Sheet
     quantities: tuple[RampParameter, ...]
-    parameter = ""  # what a stretch of a ramp calls its `parameter`
+    parameter = ""  # name of `parameter` in a segment of a ramp
 
     def quantity(self, name: str) -> RampParameter:
-        """Return the quantity of this name, whatever its case.
+        """Return the parameter with a name, in upper or lower case.
 
         Raises:
-            UnknownName: there is none; the message says which there are.
+            UnknownName: there is none; the message lists the parameters.
         """
         for quantity in self.quantities:
             if quantity.name.lower() == name.lower():
@@ -284,26 +284,26 @@ class Calculator(ABC):
         raise UnknownName(says + hint(name, names))
 
     def level(self, ramp: Ramp) -> str:
-        """Return why a ramp has no steps, where its rate is not above the first one; empty: it has some."""
+        """Return why a ramp has no steps, if its rate is not above the first one; empty if it has some."""
         if ramp.time_ps or ramp.top > ramp.start:
             return ""
         rates = [f"{each.name} {ramp.values[each.name]}" for each in self.quantities if each.per_s]
         return f"the rate is not above the first one ({', '.join(rates)})"
 
     def told(self, values: Values) -> dict[str, Value]:
-        """Return values without those that are at their default and cannot be looked for."""
+        """Return values without parameters that are at their default and cannot be searched for."""
         defaults = {quantity.name: quantity.default for quantity in self.quantities if not quantity.free}
         return {name: value for name, value in values.items() if value != defaults.get(name)}
 
     def arg(self, name: str) -> Arg:
-        """Return the range of a quantity that is a number.
+        """Return the range of a parameter that is a number.
 
         Raises:
-            UsageError: it is none.
+            UsageError: it is not a number.
         """
         arg = self.quantity(name).arg
         if arg is None:
-            raise UsageError(f"{name}: is not a number; give its row of the calculator an arg, which has a range")
+            raise UsageError(f"{name}: is not a number; set `arg`, which has a range, in its row of the calculator")
         return arg
 
     @abstractmethod
@@ -311,56 +311,57 @@ class Calculator(ABC):
         """Return the ramp of a full set of values, all within their ranges."""
 
     def fitted(self, values: Values) -> dict[str, Value | bool]:
-        """Return the options of the part that are among some values, where they are not at their defaults."""
+        """Return the options of the part among some values, if they are not at their defaults."""
         options = {option.name for option in self.sheet.options}
         truth: dict[Value, bool] = {"True": True, "False": False}
         return {name: truth.get(value, value) for name, value in self.told(values).items() if name in options}
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return what a host sends for a move of so many steps: the parameters, then what moves.
+        """Return the commands that a host sends for a move of a number of steps: the parameters, then the move.
 
         Raises:
-            UsageError: the part does not say how.
+            UsageError: the part has no such commands.
         """
         raise UsageError(
-            f"{self.sheet.part}: its calculator has no `script`, what a host sends for a move; give it one"
+            f"{self.sheet.part}: its calculator has no `script` method, which returns commands for a move; define it"
         )
 
     @abstractmethod
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the value of a quantity that comes nearest to a rate with its unit (rates.py); None: `text` is none.
+        """Return the value of a parameter nearest to a rate with its unit (rates.py); None if `text` is not a rate.
 
         Raises:
-            UsageError: the unit of another quantity, or a rate that this one cannot come near.
+            UsageError: the unit of another quantity, or a rate far outside the range.
         """
 
     @abstractmethod
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield values of the free quantities among which are the best, those with the nearest bounds first.
+        """Yield values of the free parameters that include the best, in the order of their nearest bounds.
 
         Raises:
-            UsageError: these quantities cannot be looked for together.
+            UsageError: these parameters cannot be searched for together.
         """
 
 
 # ------------------------------------------------------------------------------------------------------ reading values
 def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -> tuple[dict[str, Value], list[str]]:
-    """Check what a user has given; return all values, and the names of the quantities that are to be looked for.
+    """Check the values from a user; return all values, and the names of the parameters to search for.
 
     Args:
-        given: by name, whatever its case: whole numbers are what the command takes, text such as "4000 steps/s" too.
-        search: a `free` quantity that is not given is looked for; else it needs a value or has a default.
+        given: by name, in upper or lower case: whole numbers are arguments of the command; text such as "4000 steps/s"
+            is allowed, too.
+        search: a `free` parameter that is not given is searched for; otherwise it needs a value or has a default.
 
     Raises:
-        UnknownName: no such quantity.
-        UsageError: a value out of range or of the wrong kind, or one that is missing.
+        UnknownName: no such parameter.
+        UsageError: a value is out of range, of the wrong kind, or missing.
     """
     part = calculator.sheet.part
     named: dict[str, Value] = {}
     for name, value in given.items():
         quantity = calculator.quantity(name)
         if quantity.name in named:
-            raise UsageError(f"{part}: {name} twice; give one value")
+            raise UsageError(f"{part}: {name} is given twice; give one value")
         named[quantity.name] = value_of(calculator, quantity, value, crystal_hz)
     values: dict[str, Value] = {}
     missing: list[RampParameter] = []
@@ -387,7 +388,7 @@ def read(calculator: Calculator, given: Values, crystal_hz: int, search: bool) -
 
 
 def value_of(calculator: Calculator, quantity: RampParameter, value: object, crystal_hz: int) -> Value:
-    """Return a value as the part takes it; raises as `read`."""
+    """Return a value in the part's form; raise as `read`."""
     where = f"{calculator.sheet.part}: {quantity.name} {value!r}"
     if quantity.arg is None:
         for choice in quantity.choices:
@@ -405,7 +406,7 @@ def value_of(calculator: Calculator, quantity: RampParameter, value: object, cry
 
 
 def _number(calculator: Calculator, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-    """The number that a text means; None: none."""
+    """Return the number in a text; None if there is none."""
     if whole := _WHOLE.fullmatch(text.strip()):
         return int(whole[1] + whole[2], 16) if whole[2] else int(text)
     return calculator.spoken(quantity, text, crystal_hz) if quantity.per_s else None
@@ -417,16 +418,16 @@ def _unit(quantity: RampParameter) -> str:
 
 # ----------------------------------------------------------------------------------------------------------- searching
 def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
-    """Return the ramps that come nearest to what is wanted, best first.
+    """Return the ramps nearest to the goal, best first.
 
-    Of two that are equally far off the slower one comes first.  Of those with the same of what is wanted only one is
-    listed: the slowest, and of these the one with the least value of its last free quantity, and so on.
+    Of two at the same distance the slower one comes first.  Of ramps with the same value of the goal only one is
+    listed: the slowest, and of these the one with the least value of its last free parameter, and so on.
     """
     wanted = search.wanted
     best: dict[float, tuple[tuple[float, int, tuple[int, ...]], Ramp]] = {}
     for candidate in calculator.candidates(search):
         if len(best) == search.best and wanted.beyond(candidate.bounds) > max(key[0] for key, _ in best.values()):
-            break  # what is left is further off than all that are found
+            break  # the rest is further off than all ramps found
         ramp = calculator.ramp({**search.fixed, **candidate.values}, search.crystal_hz)
         key = (wanted.error(ramp), -ramp.time_ps, tuple(reversed(candidate.values.values())))
         has = wanted.of(ramp)
@@ -438,7 +439,7 @@ def nearest(calculator: Calculator, search: Search) -> list[Ramp]:
 
 
 def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
-    """Return the least number from `low` to `high` that is enough, as all above it are; None: none is."""
+    """Return the least number from `low` to `high` that is enough, as all above it are; None if none is."""
     if not enough(high):
         return None
     while low < high:
@@ -451,9 +452,9 @@ def least(enough: Callable[[int], bool], low: int, high: int) -> int | None:
 
 
 def levels(measure: Callable[[int], float], target: float, low: int, high: int, count: int) -> Iterator[int]:
-    """Yield values around the one where a measure that never grows with them comes to a target: `count` to either side.
+    """Yield `count` values on each side of the one where a non-increasing measure of them reaches a target.
 
-    Of values with the same measure the least one stands for all.
+    Of values with the same measure only the least is included.
     """
 
     def first(most: float) -> int:

@@ -1,12 +1,12 @@
-"""Speeds as people give them, and as the registers of a chip hold them that counts in cycles.
+"""Rates in common units, and in the registers of a chip that counts in cycles.
 
 A register with `fraction` bits after the binary point, whose unit has the cycle in its denominator `cycles` times:
 
     register = rate * 2^fraction / (cycles per second)^cycles           12,345 steps/s: 4.04521 steps/cycle: 265107
 
-Here 25 MHz / 8192 = 3051.7578125 cycles make a second.  A manual may reckon with a round figure in its worked examples,
-3030 (330 µs), and cut steps per cycle off after six digits before it scales them: 4.07425 steps/cycle, 267010.
-`manual` does the same; a motor then runs 0.72 % too fast.
+Here 25 MHz / 8192 = 3051.7578125 cycles make a second.  A manual may use a round number in its worked examples, 3030
+(330 µs), and cut steps per cycle off after six digits before it scales them: 4.07425 steps/cycle, 267010.  `manual`
+does the same; a motor then runs 0.72 % too fast.
 
 Scripts and hosts may write a rate with its unit, `spoken`: 12345 steps/s, 0.5 steps/cycle2, 8e5 steps/s^3.
 """
@@ -37,16 +37,16 @@ def cycles_per_s(sheet: Sheet, crystal_hz: int | None = None) -> Fraction:
 
 
 def register(arg: Arg, rate: Rate, per_s: Fraction) -> int:
-    """Return the nearest register value for a rate in steps/s, steps/s^2 or steps/s^3, whichever the register holds.
+    """Return the nearest register value for a rate in steps/s, steps/s^2 or steps/s^3, according to the register.
 
     Raises:
-        UsageError: a rate that the register cannot hold, or no number.
+        UsageError: a rate beyond the range of the register, or not a number.
     """
     return _held(arg, _number(rate) / per_s**arg.cycles, rate)
 
 
 def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
-    """Return the nearest register value, a half upwards, for a rate as text; None: `text` is none.
+    """Return the nearest register value, a half upwards, for a rate as text; None if `text` is not a rate.
 
     Args:
         text: a decimal number with steps/s or steps/cycle after it; an acceleration or a jerk has its power there:
@@ -54,7 +54,7 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
         per_s: cycles in a second.
 
     Raises:
-        UsageError: the unit of another register, or more than this one can hold.
+        UsageError: the unit of another register, or a rate beyond the range of this one.
     """
     match = _SPOKEN.fullmatch(text.strip())
     if match is None:
@@ -67,10 +67,10 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
 
 
 def steps_per_s(text: str) -> Fraction | None:
-    """Return the rate in a text such as "4000 steps/s", exactly; None: there is none.
+    """Return the rate in a text such as "4000 steps/s", exactly; None if there is none.
 
     Raises:
-        UsageError: a rate in turns, which needs the steps a turn of a motor.
+        UsageError: a rate in turns, which requires the steps per turn of a motor.
     """
     match = _SPOKEN.fullmatch(text.strip())
     if match is None:
@@ -81,7 +81,7 @@ def steps_per_s(text: str) -> Fraction | None:
 def nearest_rate(
     where: str, text: str, rates: Callable[[int], Fraction], low: int, high: int, source: str = ""
 ) -> int | None:
-    """Return the parameter whose rate is nearest to one such as "500 steps/s"; None: the text is no rate.
+    """Return the parameter whose rate is nearest to one such as "500 steps/s"; None if the text is not a rate.
 
     Args:
         where: part and parameter, for messages.
@@ -116,22 +116,22 @@ def units(arg: Arg) -> str:
 
 
 def manual(arg: Arg, rate: Rate, round_per_s: int) -> int:
-    """Return the register value as worked figures have it: a round number of cycles per second, and six digits."""
+    """Return the register value as in the manual's examples: a round number of cycles per second, and six digits."""
     exact = _number(rate)
     cut = _SIX_DIGITS.divide(Decimal(exact.numerator), Decimal(exact.denominator) * round_per_s**arg.cycles)
     return _held(arg, Fraction(cut), rate)
 
 
 def per_second(arg: Arg, value: int, per_s: Fraction) -> Fraction:
-    """Return the rate that a register value stands for, exactly, in steps per second (to the power of `arg.cycles`)."""
+    """Return the rate of a register value, exactly, in steps per second (to the power of `arg.cycles`)."""
     return Fraction(value, 1 << arg.fraction) * per_s**arg.cycles
 
 
 def step_ratio(arg: Arg, counts: int, steps: int) -> int:
-    """Encoder counts per step, both for one turn of the motor, as the register of the stall detection holds it.
+    """Return the encoder counts per step, both for one turn of the motor, in the register format of stall detection.
 
     Raises:
-        UsageError: the ratio is no whole number in the register's unit, so that the position error would drift.
+        UsageError: the ratio is not a whole number in the register's unit, so the position error would drift.
     """
     if counts < 1 or steps < 1:
         raise UsageError(f"{counts} counts and {steps} steps; a turn has at least one of each")
@@ -139,7 +139,7 @@ def step_ratio(arg: Arg, counts: int, steps: int) -> int:
     if exact.denominator != 1:
         shown = f"{float(exact):.6g}"
         raise UsageError(
-            f"{counts} counts for {steps} steps are {shown}: the ratio must be a whole number, else it drifts"
+            f"{counts} counts for {steps} steps are {shown}: the ratio must be a whole number, or the position drifts"
         )
     return _held(arg, Fraction(counts, steps), f"{counts}/{steps}")
 
@@ -154,10 +154,10 @@ def _number(rate: Rate) -> Fraction:
 
 
 def _held(arg: Arg, exact: Fraction, shown: object) -> int:
-    """The whole number nearest to a value in the register's unit, a half upwards."""
+    """Return the whole number nearest to a value in the register's unit, a half upwards."""
     value = floor(exact * (1 << arg.fraction) + Fraction(1, 2))
     if not arg.allows(value):
-        # ten digits: eight would round the highest velocity and the highest jerk up to what is refused
+        # ten digits: eight would round the highest velocity and the highest jerk up to refused values
         allowed = f"{arg.low / (1 << arg.fraction):.10g}..{arg.high / (1 << arg.fraction):.10g}"
         raise UsageError(f"{arg.name} {shown}: {float(exact):.10g} {arg.unit}; allowed {allowed}")
     return value

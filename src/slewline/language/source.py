@@ -1,17 +1,17 @@
 """Program text: lines in, statements with places out.  Assembler and linter read the same statements.
 
-A text holds what a host would send, a command a line, each as the dialect of the part has it:
+A text contains the input of a host, one command per line, each in the dialect of the part:
 
     ; weld.txt                   a comment runs to the end of the line
     R 80                         before program entry: command mode
     E                            program entry begins
-    A$N 100                      a label stands directly in front of its instruction, or alone on the line above
+    A$N 100                      a label is directly before its instruction, or alone on the line above
     Q                            program entry ends
-    @wait 20 ms                  a directive to the host, none of the chip's business
+    @wait 20 ms                  a directive to the host, not for the chip
 
-Nothing here raises.  What is wrong with a text becomes a `Problem` with a place, so that all of them can be shown at
-once; a statement that the chip would still take is kept beside its problem, so that the
-addresses after it are right.
+No function here raises.  Each problem of a text becomes a `Problem` with a place, so that all of them can be shown
+together; a statement that the chip would still accept is kept next to its problem, so that the addresses after it are
+right.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from .dialect import dialect_of, state_remedy
 from .problems import Problem
 from .statements import Block, Directive, Source, Statement
 
-COMMENT = "comment"  # the code of these problems, and of the finding of a host that plays such a text
-# what a comment of another language begins with; a # with nothing after it may be an argument
+COMMENT = "comment"  # code of these problems, and of the finding for a host that sends such a text
+# start of a comment in other languages; a # at the end of a line may be an argument
 MARK = re.compile(r"(?:^\s*(?=[#%])|(?<=\s)(?=[#%]\s+\S)|(?:^|(?<=\s))(?=//|/\*))[#%/]")
 BEGINS = "a comment begins with ;"
-STILL_COMMANDS = ("range", "spacing")  # problems of what is a command all the same
+STILL_COMMANDS = ("range", "spacing")  # problems of text that still is a command
 
 
 def host_lines(text: str) -> list[tuple[int, int, str]]:
-    """(line, column, text) of every line that says something, without comment and surrounding blanks."""
+    """Return (line, column, text) of every line with text, without comment and surrounding blanks."""
     found = []
     for number, line in enumerate(text.splitlines(), 1):
         code = line.split(";", 1)[0].rstrip()
@@ -44,10 +44,10 @@ def host_lines(text: str) -> list[tuple[int, int, str]]:
 
 
 def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
-    """The whole text, taken apart.
+    """Return the whole text, parsed.
 
-    A text that never enters a program is one stored program if `bare` is set, else it is what a host sends in command
-    mode.
+    A text that never enters a program is one stored program if `bare` is set, otherwise it is the input of a host in
+    command mode.
     """
     source = Source(sheet)
     dialect = dialect_of(sheet)
@@ -65,11 +65,11 @@ def read(text: str, sheet: Sheet, bare: bool = False) -> Source:
     return source
 
 
-# --------------------------------------------------------------------------------------------------- the programs in it
+# ------------------------------------------------------------------------------------------------- programs in the text
 
 
 def _lay_out(source: Source, bare: bool) -> None:
-    """Separate programs from command mode, and give the instructions of each program their addresses."""
+    """Separate programs from command mode, and set the addresses of the instructions in each program."""
     items, source.items = source.items, []
     has_entry = any(isinstance(item, Statement) and item.row.role == "enter" for item in items)
     block = Block() if bare and not has_entry else None
@@ -91,7 +91,7 @@ def _lay_out(source: Source, bare: bool) -> None:
 
 
 def _outside(source: Source, item: Statement, block: Block | None) -> None:
-    """A command that does not become part of a program: may it come here?"""
+    """Report a command outside a program that is not allowed at its place."""
     row, sheet = item.row, source.sheet
     enter, ends = sheet.enter, " or ".join(row.form for row in sheet.leave)
     if item.labels:
@@ -114,7 +114,7 @@ def _place(source: Source, block: Block, statement: Statement) -> Statement:
     statement = dialect.placed(statement)
     for letter in statement.labels:
         if letter in block.labels:
-            found = f"label {dialect.label(letter)} a second time; the chip would take the last one"
+            found = f"label {dialect.label(letter)} is defined twice; the chip would use the last one"
             section = source.sheet.sections.get("labels", "")
             source.report(statement, "label-twice", "error", found, section=section, remedy="use another letter")
         block.labels[letter] = statement.address
@@ -126,11 +126,11 @@ def _place(source: Source, block: Block, statement: Statement) -> Statement:
 
 
 def commented(text: str, sheet: Sheet) -> list[Problem]:
-    """Return a warning for each line with a command whose comment is commands of the part, and nothing else.
+    """Return a warning for each line with a command whose comment consists only of commands of the part.
 
-    Another one for each line with what is a comment in other languages.
+    Return another one for each line with a comment in the style of other languages.
 
-    A line that is a comment as a whole is meant: a command that was switched off.
+    A line that is only a comment is intended: a command that was disabled.
     """
     found = []
     for number, line in enumerate(text.splitlines(), 1):
@@ -151,7 +151,7 @@ def commented(text: str, sheet: Sheet) -> list[Problem]:
 
 
 def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
-    """Return problems with the remedy of those lines that have a comment of another language."""
+    """Return problems, with a remedy for lines that have a comment of another language."""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [
         replace(problem, remedy=BEGINS)
@@ -162,12 +162,12 @@ def mended(problems: Iterable[Problem], text: str) -> list[Problem]:
 
 
 def _mark(code: str) -> re.Match[str] | None:
-    """Return where a comment of another language begins; in a string of a part, and after @, it is none."""
+    """Return the start of a comment of another language; None in a string of a part, and after @."""
     return None if '"' in code or code.lstrip().startswith("@") else MARK.search(code)
 
 
 def _is_command(text: str, sheet: Sheet) -> bool:
-    """Return whether a text is a command of a part; a word in small letters is none."""
+    """Return whether a text is a command of a part; a word in lower case is not."""
     source = Source(sheet)
     labels = dialect_of(sheet).reader(source, 1, 1, text).take(())
     if labels or not all(isinstance(item, Statement) for item in source.items):

@@ -1,4 +1,4 @@
-"""What a program text is made of: statements with places, directives, the programs in it, and what is wrong with it."""
+"""The parts of a program text: statements with places, directives, its programs, and its problems."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Operand:
 class Statement:
     """A command.
 
-    `block` numbers the program that it belongs to, `address` is its byte there, `size` how many bytes it takes; in
-    command mode both numbers are -1.
+    `block` is the number of its program, `address` its byte there, `size` its number of bytes; in command mode both
+    numbers are -1.
     """
 
     line: int
@@ -40,7 +40,7 @@ class Statement:
 
     @property
     def length(self) -> int:
-        """Characters."""
+        """Number of its characters."""
         return len(self.text)
 
     @property
@@ -50,19 +50,19 @@ class Statement:
 
     @property
     def end(self) -> int:
-        """The address after it."""
+        """Address after it."""
         return self.address + self.size
 
     @property
     def target(self) -> Operand | None:
-        """The operand that says where to branch."""
+        """Operand with the branch target."""
         pairs = zip(self.row.args, self.operands, strict=True)
         return next((operand for arg, operand in pairs if arg.name == "target"), None)
 
 
 @dataclass(frozen=True, slots=True)
 class Directive:
-    """A line that begins with @, or is directed at the host otherwise: not the chip's business."""
+    """A line that begins with @, or is directed at the host otherwise; it is not for the chip."""
 
     line: int
     column: int
@@ -70,12 +70,12 @@ class Directive:
 
     @property
     def length(self) -> int:
-        """Characters."""
+        """Number of its characters."""
         return len(self.text)
 
     @property
     def verb(self) -> str:
-        """The word that says what to do."""
+        """The word that names the action."""
         return "".join(self.text.removeprefix("@").split(maxsplit=1)[:1])
 
 
@@ -83,7 +83,7 @@ Item = Statement | Directive
 
 
 class Instruction(NamedTuple):
-    """An instruction of the buffer.  Without a row: a byte that is no opcode, or an instruction cut short."""
+    """An instruction of the buffer.  Without a row: a byte that is not an opcode, or an incomplete instruction."""
 
     address: int
     data: bytes
@@ -112,18 +112,18 @@ class Block:
         return self.end - self.base
 
     def address_of(self, target: Operand) -> int | None:
-        """Where a branch goes; None if its label is nowhere."""
+        """Return the address of a branch target; None if its label is not defined."""
         return self.labels.get(target.label) if target.label else target.value
 
     def loop_start(self, loop: Statement) -> int:
-        """Where a loop without a target begins: after the mark above it, or at location 0."""
+        """Return the start of a loop without a target: after the mark above it, or location 0."""
         marks = (s.end for s in self.statements if s.row.role == "mark" and s.address < loop.address)
         return max(marks, default=0)
 
 
 @dataclass(slots=True)
 class Source:
-    """A text that was read: its items in order, its programs, its problems."""
+    """A parsed text: its items in order, its programs, its problems."""
 
     sheet: Sheet
     items: list[Item] = field(default_factory=list)
@@ -146,7 +146,7 @@ class Source:
         section: str = "",
         remedy: str = "",
     ) -> None:
-        """Note a problem at a statement, an operand, a directive or a bare place."""
+        """Add a problem at a statement, an operand, a directive or a bare place."""
         where = f"{self.sheet.part.upper()} manual, {section}" if section else ""
         place = spot.line, spot.column, spot.length
         self.problems.append(Problem(*place, code, severity, found, allowed, where, remedy))

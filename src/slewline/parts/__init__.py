@@ -1,4 +1,4 @@
-"""The parts around a chip: an explicit list without scanning, and guests, found by module:Class or an entry point.
+"""Parts around a chip: an explicit list without scanning, and plug-ins, found by module:Class or an entry point.
 
     bench.part("uart", to="x", baud=9600)
     bench.part("my_lab.lamp:Lamp", to="x")
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListedPart:
-    """A kind of part: what it is, and where its class is, as `module:name` within this folder.
+    """A kind of part: its description, and the location of its class as `module:name` within this folder.
 
-    `fixed` are options of the class that make it this kind; nothing else gives them.
+    `fixed` are the options of the class that define the kind; users cannot set them.
     """
 
     says: str
@@ -46,38 +46,38 @@ KINDS = {
     "uart": ListedPart(at="lines.serial_to_parallel:Uart", says="receive-only UART with baud rate generator (fig. 10.16)"),
     "serial_sender": ListedPart(at="lines.serial_to_parallel:SerialSender", says="serial output of a host computer"),
     "serial_port": ListedPart(at="lines.rs232:SerialPort", says="serial connector of a computer, RS-232 or TTL"),
-    "rs232_line": ListedPart(at="lines.rs232_line:Rs232Line", says="RS-232 line on which characters are lost, garbled or come with faults"),
+    "rs232_line": ListedPart(at="lines.rs232_line:Rs232Line", says="RS-232 line with lost, garbled and faulty characters"),
     "prom": ListedPart(at="memories.prom:Prom", says="PROM with address counter: commands without a host (fig. 10.18)"),
     "ram": ListedPart(at="memories.memory:Ram", fixed={"writable": True}, says="RAM of up to 64K bytes on the bus of a chip, with its address latches"),
-    "eeprom": ListedPart(at="memories.memory:Eeprom", says="the same as EEPROM: slow to write, and kept without power"),
-    "eprom": ListedPart(at="memories.memory:Ram", fixed={"writable": False}, says="the same as EPROM: read only"),
+    "eeprom": ListedPart(at="memories.memory:Eeprom", says="EEPROM of up to 64K bytes on the bus of a chip: slow to write, non-volatile"),
+    "eprom": ListedPart(at="memories.memory:Ram", fixed={"writable": False}, says="EPROM of up to 64K bytes on the bus of a chip: read only"),
     "thumbwheels": ListedPart(at="front_panel.panel_parts:Thumbwheels", says="thumbwheel switches that set the number of a command"),
     "hp_display": ListedPart(at="front_panel.displays:HpDisplay", says="eight-character LED display HDSP-211x on the bus of a chip"),
     "lcd": ListedPart(at="front_panel.displays:Lcd", says="serial LCD: texts on the right, parameters on the left"),
     "jog_switch": ListedPart(at="front_panel.panel_parts:JogSwitch", says="three-position switch for jogging"),
-    "position_latch": ListedPart(at="logic.latches:PositionLatch", says="two latches that catch the position on the fly (fig. 6.3)"),
+    "position_latch": ListedPart(at="logic.latches:PositionLatch", says="two latches for the position on the fly (fig. 6.3)"),
     "phase_latch": ListedPart(at="logic.latches:PhaseLatch", says="latch that keeps the coils energised (fig. 4.1)"),
     "translator": ListedPart(at="shafts.motor:Translator", says="pulse-to-step translator (fig. 10.4)"),
     "rotor": ListedPart(at="shafts.motor:Rotor", says="rotor between two windings"),
-    "motor": ListedPart(at="shafts.motor:Motor", says="motor that may lose steps, with the detector of its steps (GS-C fig. 14, 17, 18)"),
-    "stepper": ListedPart(at="steppers.stepper:Stepper", says="stepper motor with driver and load, integrated: it loses steps where a real one does"),
-    "encoder": ListedPart(at="shafts.encoder:Encoder", says="encoder on the shaft of a step motor, which may be blocked or slip"),
+    "motor": ListedPart(at="shafts.motor:Motor", says="motor that may lose steps, with step detector (GS-C fig. 14, 17, 18)"),
+    "stepper": ListedPart(at="steppers.stepper:Stepper", says="stepper motor with driver and load by their equations: it loses steps like a real one"),
+    "encoder": ListedPart(at="shafts.encoder:Encoder", says="encoder on the shaft of a stepper motor, which may be blocked or slip"),
     "switch": ListedPart(at="shafts.sensors:Switch", says="home or limit switch on a shaft or a carriage"),
     "gear": ListedPart(at="shafts.carriage:Gear", says="gear between two shafts"),
     "carriage": ListedPart(at="shafts.carriage:Carriage", says="carriage that a shaft moves, with backlash and hard stops"),
     "quadrature": ListedPart(at="shafts.encoder:Quadrature", says="encoder on a shaft that another machine turns, the master of a gear"),
     "gs_d200": ListedPart(at="drivers.gsd200:GsD200", says="GS-D200 or GS-D200S driver module: translator and enable (GS-C fig. 7)"),
-    "phase_current": ListedPart(at="drivers.gsd200:PhaseCurrent", says="phase current that MOV and RAMP choose (GS-C fig. 6, 11)"),
+    "phase_current": ListedPart(at="drivers.gsd200:PhaseCurrent", says="phase current that MOV and RAMP select (GS-C fig. 6, 11)"),
     "two_clocks": ListedPart(at="drivers.gsc_circuits:TwoClocks", says="a clock line for each direction (GS-C fig. 10)"),
-    "step_check": ListedPart(at="drivers.gsc_circuits:StepCheck", says="closes the loop through ENABLE (GS-C fig. 19)"),
-    "damping": ListedPart(at="drivers.gsc_circuits:Damping", says="brakes the last step of a move (GS-C fig. 23)"),
+    "step_check": ListedPart(at="drivers.gsc_circuits:StepCheck", says="loop closed through ENABLE (GS-C fig. 19)"),
+    "damping": ListedPart(at="drivers.gsc_circuits:Damping", says="damping of the last step of a move (GS-C fig. 23)"),
     "bar": ListedPart(at="machines.drilling:Bar", says="bar that is fed, drilled and cut (GS-C example 2)"),
     "drill": ListedPart(at="machines.drilling:Drill", says="drill that is lowered and lifted (GS-C example 2)"),
     "ppi8255": ListedPart(at="boards.computer8080:Ppi8255", says="8080 with 8255 ports (Table IX)"),
     "host8080": ListedPart(at="boards.computer8080:Host8080", says="8080 with one output port (fig. 5.3)"),
     "keyboard": ListedPart(at="front_panel.keyboard:Keyboard", says="keyboard with write strobe generator (fig. 10.8)"),
-    "parallel_card": ListedPart(at="boards.parallel_card:ParallelCard", says="parallel card of a PC: a bus that works both ways as I/O addresses"),
-    "isa": ListedPart(at="boards.isa:Isa", says="ISA board of a PC: the host port of an MC1451A as I/O addresses"),
+    "parallel_card": ListedPart(at="boards.parallel_card:ParallelCard", says="parallel card of a PC: a bidirectional bus at I/O addresses"),
+    "isa": ListedPart(at="boards.isa:Isa", says="ISA board of a PC: the host port of an MC1451A at I/O addresses"),
     "gpib_listener": ListedPart(at="boards.gpib:GpibListener", says="simple IEEE-488 listener (fig. 12.4)"),
     "gpib_talker": ListedPart(at="boards.gpib:GpibTalker", says="IEEE-488 talker for the simple listener (fig. 12.3)"),
     "gpib_device": ListedPart(at="boards.gpib_device:GpibDevice", says="IEEE-488 talker and listener with address (fig. 12.8)"),
@@ -99,14 +99,14 @@ def part_class(kind: str, *, allow_code: bool = True) -> type[Part]:
         allow_code: a kind may be module:Class, whose import runs the code of the module.
 
     Raises:
-        UnknownName: no such kind; the message says which there are.
-        UsageError: module:Class where that is not allowed, or what it names is no class of a part.
+        UnknownName: the kind is unknown; the message lists the known kinds.
+        UsageError: module:Class is not allowed, or does not name the class of a part.
     """
     return CATALOGUE.load(kind, allow_code=allow_code)
 
 
 def options_of(cls: type[Part], fixed: Mapping[str, Any]) -> tuple[Option, ...]:
-    """Return the options that a user may give, of a class of which the kind fixes some."""
+    """Return the options of a class that a user may set: all except those fixed by its kind."""
     return tuple(row for row in cls.options if row.name not in fixed)
 
 
@@ -118,12 +118,12 @@ def make_part(
     fixed: Mapping[str, Any] = MappingProxyType({}),
     **mounted: Shaft,
 ) -> Part:
-    """Return a part of a class, on a shaft where it sits on one; its constructor gets every option, checked.
+    """Return a new part of a class, on its shaft if it sits on one, after checking all options.
 
     Args:
-        fixed: options that its kind fixes.
+        fixed: options that the kind fixes.
 
     Raises:
-        UsageError: an option that the class does not have, or does not allow.
+        UsageError: the class does not have an option, or does not allow its value.
     """
     return cls(kernel, name, **mounted, **fixed, **checked(name, options_of(cls, fixed), options))

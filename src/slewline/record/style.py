@@ -1,7 +1,7 @@
-"""The one look of all pictures: colours for light and dark pages, sizes, and how numbers and times are written.
+"""The common style of all pictures: colours for light and dark pages, sizes, and the format of numbers and times.
 
-`styled()` makes the look hold while a picture is made, and `Picture` while it is drawn; the user's matplotlib
-configuration neither changes our pictures nor is it changed by them.
+`styled()` applies the style while a picture is made, and `Picture` while it is drawn; the user's matplotlib
+configuration has no effect on our pictures, and is not changed by them.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ WIDTHS = {"page": 9.6, "phone": 4.2}  # inches
 
 @dataclass(frozen=True, slots=True)
 class Palette:
-    """Colours of a picture.  Those of `series` differ in grey as well, and for people with colour blindness."""
+    """Colours of a picture.  The colours of `series` differ in grey as well, and for people with colour blindness."""
 
-    ground: str  # under everything
+    ground: str  # background
     ink: str  # titles, names
     soft: str  # numbers, units, notes
-    dashed: str  # what is drawn over for comparison: rates, ideals
+    dashed: str  # curves for comparison: rates, ideals
     edge: str  # spines, the line at zero
     grid: str
     band: str  # every second phase
@@ -41,7 +41,7 @@ class Palette:
     alarm: str  # findings, limits that are hit, times that are out of range
     home: str
     cursor: str
-    measured: str  # a pin that is drawn over the model's
+    measured: str  # a pin over the model's
 
 
 LIGHT = Palette(
@@ -88,7 +88,7 @@ def palette(dark: bool = False) -> Palette:
 
 
 def inches(width: str | float) -> float:
-    """Return how wide a picture is, in inches.
+    """Return the width of a picture, in inches.
 
     Raises:
         UsageError: neither "page" nor "phone" nor inches from 3 to 40.
@@ -102,7 +102,7 @@ def inches(width: str | float) -> float:
 
 @contextmanager
 def styled(dark: bool = False) -> Iterator[Palette]:
-    """Let our look hold, and nothing of the user's configuration; yields the colours.
+    """Apply our style instead of the user's configuration; yield the colours.
 
     Raises:
         UsageError: matplotlib is not installed.
@@ -153,22 +153,22 @@ def number(value: float, digits: int = 10) -> str:
 
 
 def few(value: float) -> str:
-    """Return a number that is measured with three digits, or all digits before its point."""
+    """Return a measured number with three digits, or all digits before its point."""
     return number(round(value) if abs(value) >= 100 else value, 10 if abs(value) >= 100 else 3)
 
 
 def grouped(value: object) -> str:
-    """Return a number as `number` does, and anything else as it is."""
+    """Return a number as `number` does, and anything else as text."""
     return number(value) if isinstance(value, int | float) else str(value)
 
 
 def duration(ps: int) -> str:
-    """Return a time as a picture has it: "3.2 ms", "25 µs"."""
+    """Return a time as text for a picture: "3.2 ms", "25 µs"."""
     return readable(ps).replace("-", MINUS)
 
 
 class TimeAxis:
-    """The time axis that all panels share: a unit that suits the window; far from time 0 it counts from its begin.
+    """The time axis that all panels share: a unit that suits the window; far from time 0 it counts from its start.
 
     Args:
         zero: the instant that counts as 0, such as the start of a motion; by default that of the window if it is far
@@ -193,7 +193,7 @@ class TimeAxis:
 
 
 def aligned(lines: Sequence[Sequence[str]], left: Container[int] = ()) -> list[str]:
-    """Return the lines of a table, its columns to the right, but for those with the numbers in `left`."""
+    """Return the lines of a table, its columns aligned right, except the columns with numbers in `left`."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     sides = ["<" if n in left else ">" for n in range(len(widths))]
     cells = ([f"{cell:{side}{width}}" for cell, side, width in zip(line, sides, widths, strict=True)] for line in lines)

@@ -1,14 +1,14 @@
-"""A file that appears whole or not at all.
+"""A file that is written completely or not at all.
 
-Bytes go to a hidden neighbour of the file, which takes its name when all is written.  What is no regular file (a
-pipe, /dev/stdout) cannot be replaced and is written as it is.
+Bytes are written to a hidden neighbour of the file, which takes its name when it is complete.  A file that is not
+regular (a pipe, /dev/stdout) cannot be replaced and is written directly.
 
-A symbolic link that the user named stays, and its target is written.  Where the name is slewline's own, a link
-was put there by another program: the neighbour is a new file or none, and any other is refused (`own`).
+A symbolic link that the user named is kept, and its target is written.  If slewline chose the name, another program
+must have put the link there: the neighbour is a new file or none, and any other is refused (`own`).
 
-A file that is replaced passes its mode on, and its owner and group where the system permits that.  The neighbour is
-locked while it is being written, so that one without a lock was left by a process that was killed: it is removed by the
-next that writes in that folder.
+The new file has the mode of the replaced one, and its owner and group if the system permits that.  The neighbour is
+locked while it is being written, so one without a lock was left by a killed process: it is removed by the next process
+that writes in that folder.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from ..core.messages.calls import level_of_caller
 from ..errors import UsageError
 from ..locks import lock
 
-CONVERTED = {  # files of waveforms that other programs make of a VCD file
+CONVERTED = {  # waveform files that other programs can make from a VCD file
     ".fst": "vcd2fst FILE.vcd FILE.fst makes an FST file of it",
     ".sr": "sigrok-cli -I vcd -i FILE.vcd -o FILE.sr makes a session of PulseView of it",
     ".lxt": "vcd2lxt FILE.vcd FILE.lxt makes an LXT file of it",
 }
 _NUMBERS = count()
 _PART = re.compile(r"\.slewline-[0-9]+-[0-9]+\.part")
-LOCK_TRIES = 100  # after which a file system has no locks
-_SPECIAL = stat.S_ISUID | stat.S_ISGID  # bits that are the owner's to give
+LOCK_TRIES = 100  # after this number, the file system is taken to have no locks
+_SPECIAL = stat.S_ISUID | stat.S_ISGID  # bits that only the owner may set
 
 
 def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False) -> None:
-    """Check that the name of a file fits what will be in it.
+    """Check that a file has an allowed extension.
 
     Args:
-        bare: a name without a suffix will do, as those of pipes.
+        bare: a name without an extension is allowed too, as for pipes.
 
     Raises:
-        UsageError: its suffix is another one.
+        UsageError: it has another one.
     """
     suffix = Path(path).suffix.lower()
     if suffix in allowed or (bare and not suffix):
@@ -59,13 +59,13 @@ def check_suffix(path: str | Path, allowed: Sequence[str], *, bare: bool = False
 
 
 class WholeFile(WholeOrNothing):
-    """A binary file to write: `commit` puts it in place, `discard` leaves everything as it was.
+    """A binary file to write: `close` puts it in place, `discard` leaves everything unchanged.
 
-    As a context manager it commits, or discards when the block raises.
+    As a context manager it closes, or discards when the block raises.
 
     Args:
         own: the name was made here, not by the user: a symbolic link of that name is refused.
-        durable: the bytes are on the disk before the file has its name, which a power cut then does not take away.
+        durable: the bytes are on the disk before the file has its name, so that it survives a power cut.
 
     Attributes:
         part: the neighbour; None: the file is written in place.
@@ -101,7 +101,7 @@ class WholeFile(WholeOrNothing):
                 raise
 
     def _take_over(self, part: Path) -> bool:
-        """Give the neighbour mode, owner and group of the file that it will replace; return whether all were given."""
+        """Copy mode, owner and group of the replaced file to the neighbour; return whether all could be set."""
         try:
             before, now = self._target.stat(), part.stat()
         except FileNotFoundError:
@@ -109,7 +109,7 @@ class WholeFile(WholeOrNothing):
         owners = before.st_uid, before.st_gid
         if owners != (now.st_uid, now.st_gid):
             with suppress(OSError):
-                os.chown(part, *owners)  # before the mode: it takes special bits away
+                os.chown(part, *owners)  # before the mode: a change of owner clears special bits
             now = part.stat()
         kept = owners == (now.st_uid, now.st_gid)
         self._mode = stat.S_IMODE(before.st_mode) & ~(0 if kept else _SPECIAL)
@@ -123,19 +123,19 @@ class WholeFile(WholeOrNothing):
             self.handle.write(data)
 
     def close(self) -> None:
-        """Put the file in place of what had its name; a second call does nothing."""
+        """Put the file in place of the one with its name; a second call does nothing."""
         if not self._end.alive:
             return
         with self.refusals():
             self.handle.flush()
             if self.part is not None:
                 if self._mode is not None and self._mode & _SPECIAL:
-                    os.chmod(self.part, self._mode)  # to write takes special bits away, but from root
+                    os.chmod(self.part, self._mode)  # writing clears special bits, except for root
                 if self.durable:
                     os.fsync(self.handle.fileno())
                 try:
                     os.replace(self.part, self._target)  # while it is locked
-                except PermissionError:  # an open file has a name for good on Windows
+                except PermissionError:  # an open file cannot be renamed on Windows
                     self.handle.close()
                     os.replace(self.part, self._target)
             self._end.detach()
@@ -144,16 +144,16 @@ class WholeFile(WholeOrNothing):
                 _sync_names(self._target.parent)
         if self.part is not None and not self._kept_owner:
             warnings.warn(
-                f"{self.path}: its owner and group are yours now, not those it had", stacklevel=level_of_caller()
+                f"{self.path}: its owner and group are now yours, not the previous ones", stacklevel=level_of_caller()
             )
 
     def discard(self) -> None:
-        """Discard what was written, unless it is in place already."""
+        """Discard the written bytes, unless the file is in place already."""
         self._end()
 
     @contextmanager
     def refusals(self) -> Iterator[None]:
-        """Raise what the system refuses as an error of ours."""
+        """Raise errors of the system as errors of slewline."""
         try:
             yield
         except OSError as error:
@@ -161,7 +161,7 @@ class WholeFile(WholeOrNothing):
 
 
 def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
-    """Return a new hidden file next to another one, locked, and its name; nothing that is there already is opened."""
+    """Return a new hidden file next to another one, locked, and its name; an existing file is never opened."""
     for number in count():
         part = target.with_name(f".slewline-{os.getpid()}-{next(_NUMBERS)}.part")
         if os.path.lexists(part):  # of a process that was killed, or a link that another program put there
@@ -173,15 +173,15 @@ def _neighbour(target: Path) -> tuple[Path, BufferedWriter]:
                 return part, handle
         except FileExistsError:
             continue
-        except BaseException:  # an interrupt: a disk may take its time to make a file
+        except BaseException:  # an interrupt: creating a file may take long on some disks
             _abandon(handle, part)
             raise
-        _abandon(handle, part)  # another process took it for a dead one, before it was locked
+        _abandon(handle, part)  # another process took it for an abandoned one, before it was locked
     raise AssertionError
 
 
 def _remove_dead(folder: Path) -> None:
-    """Remove the neighbours that processes have left which were killed: nobody has them locked."""
+    """Remove the neighbours that killed processes have left, which are not locked."""
     for part in folder.glob(".slewline-*.part"):
         if _PART.fullmatch(part.name) and not part.is_symlink() and part.is_file():
             with suppress(OSError), open(part, "r+b") as file:
@@ -190,8 +190,8 @@ def _remove_dead(folder: Path) -> None:
 
 
 def _sync_names(folder: Path) -> None:
-    """Make the names in a folder safe from a power cut, where it can be opened."""
-    with suppress(PermissionError):  # Windows opens no folder
+    """Make the names in a folder durable, if it can be opened."""
+    with suppress(PermissionError):  # Windows cannot open folders
         file = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(file)
@@ -201,10 +201,10 @@ def _sync_names(folder: Path) -> None:
 
 def _abandon(handle: BufferedWriter | None, part: Path | None) -> None:
     if part is not None:
-        with suppress(OSError):  # Windows removes no open file
+        with suppress(OSError):  # Windows cannot remove open files
             part.unlink(missing_ok=True)
     if handle is not None:
-        with suppress(OSError):  # it may try to write what it still holds, to a full disk for example
+        with suppress(OSError):  # it may try to write its buffer, to a full disk for example
             handle.close()
     if part is not None:
         part.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-r"""For people who test host software: a pySerial URL handler, a pytest plugin, faults, assertions that explain.
+r"""Tests of host software: a pySerial URL handler, a pytest plugin, faults, assertions with explanations.
 
 import serial
 import slewline.testing                                    # from now on, pySerial knows slewline://
@@ -25,7 +25,7 @@ with suppress(ImportError):  # without pySerial there are no URLs; all the rest 
 
 
 def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
-    """Open a slewline:// URL, as `serial.serial_for_url` does, and return a port whose type knows what it has.
+    """Open a slewline:// URL, as `serial.serial_for_url` does, and return a port with a precise type.
 
     Args:
         url: such as "slewline://gs-c200s?chs=0".
@@ -33,7 +33,7 @@ def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
         settings: those of pySerial, as `bytesize=7`; with `allow_code=True` the URL may name module:Class.
 
     Raises:
-        UsageError: no such part, strap or option, or no URL of ours.
+        UsageError: no such part, strap or option, or not a slewline:// URL.
     """
     from ..errors import UsageError
     from .protocol_slewline import Serial
@@ -45,17 +45,17 @@ def open_url(url: str, baudrate: int = 9600, **settings: Any) -> Serial:
 
 
 def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **settings: Any) -> Controller:
-    """Return a running module, to be closed at the end, best by a `with` block; what a fixture of pytest returns.
+    """Return a running module, to be closed at the end, best by a `with` block; pytest fixtures return the same.
 
     Args:
         part: such as "gs-c200s", the name of an entry point, or a class.
-        on: where a program finds it: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its bus. By default
-            the URL, of a part without a serial line the host.
+        on: the interface for a program: "url", "tcp", "pty", "rfc2217"; or "host": a host computer on its bus. By
+            default the URL, for a part without a serial line the host.
         seed: of everything that is random, such as a garbled character.
         settings: straps, rate, store, and options of the part.
 
     Raises:
-        UsageError: none of these faces, or a setting that is not allowed.
+        UsageError: another interface, or a setting that is not allowed.
         UnknownName: no such part.
     """
     from . import endpoints

@@ -1,4 +1,4 @@
-"""asyncio in virtual time: a loop whose clock is that of the benches, and stops while any task has work to do.
+"""asyncio in virtual time: a loop with the clock of its benches, which stops while any task has work to do.
 
     async def main():
         bench = slewline.Bench()
@@ -11,12 +11,12 @@
     asyncio.Runner(loop_factory=VirtualLoop)                    the same, by hand
     anyio.run(main, backend_options={"loop_factory": VirtualLoop})
 
-When all tasks wait, time passes on every bench of the loop, up to the next thing that concerns one of them: a timer, a
-character, a condition.  So what a run does depends on the program alone.  A bench belongs to the loop from its first
-`await` on; it, and a port that is opened, are carried along from there.
+When all tasks wait, time passes on every bench of the loop, up to the next event that concerns one of them: a timer, a
+character, a condition.  So the course of a run depends on the program alone.  A bench belongs to the loop from its
+first `await` on, as does the module of an open port; from then on its time passes with that of the loop.
 
-While work is done in threads (`asyncio.to_thread`), time stops.  Sockets and pipes of the real world are served
-at every turn, and waited for only when nothing is due in virtual time.
+While work is done in threads (`asyncio.to_thread`), time stops.  Real sockets and pipes are served at every turn, and
+waited for only when nothing is due in virtual time.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def run(main: Coroutine[Any, Any, Result]) -> Result:
     """Run a coroutine in a loop of its own in virtual time, as `asyncio.run` does in real time.
 
     Raises:
-        UsageError: a function that is not called.
+        UsageError: a function instead of its call.
         Timeout: deadlock: every task waits, and no event is pending.
     """
     if callable(main):
@@ -61,29 +61,29 @@ def run(main: Coroutine[Any, Any, Result]) -> Result:
 
 
 class TimeDriver(Protocol):
-    """What lets time pass for a port in a loop."""
+    """An object that lets time pass for a port in a loop."""
 
     def join(self, user: object) -> None:
         """Let time pass from now on, as long as it has a user."""
 
     def leave(self, user: object) -> None:
-        """Let it stop again."""
+        """Remove a user; without users, time stops."""
 
     def wait(self, wait: Wait) -> None:
         """Add a wait."""
 
     def answer(self, quiet: Callable[[], bool]) -> None:
-        """See to it that what was written is answered."""
+        """Make sure that the written bytes are answered."""
 
 
 def time_of(loop: asyncio.AbstractEventLoop, rig: Rig) -> TimeDriver:
-    """Return what lets time pass for a rig in a loop."""
+    """Return the object that lets time pass for a rig in a loop."""
     return loop.joined(rig.bench) if isinstance(loop, VirtualLoop) else PacedRig(loop, rig)
 
 
 # ----------------------------------------------------------------------------------------------- a loop in virtual time
 class JoinedBench(Pace):
-    """A bench in a loop; `ahead_ps` is what the clock of the loop has more than its own."""
+    """A bench in a loop; `ahead_ps` is the lead of the loop's clock over that of the bench."""
 
     def __init__(self, bench: Bench | Runner, loop: VirtualLoop) -> None:
         super().__init__(bench)
@@ -92,17 +92,17 @@ class JoinedBench(Pace):
         self.meet()
 
     def meet(self) -> None:
-        """Let its time go on here and now."""
+        """Let its time continue from the present instant of the loop."""
         self.ahead_ps = self.loop.now_ps - self.kernel.now
 
     def join(self, user: object) -> None:
-        """Carry it along."""
+        """Add a user; its time passes with that of the loop."""
         if not self.users:
             self.meet()
         self.users.append(user)
 
     def leave(self, user: object) -> None:
-        """Let its time stop, unless it has another user."""
+        """Remove a user; without another one, its time stops."""
         self.users.remove(user)
         if not self.users:
             del self.loop.paces[self.kernel]
@@ -112,11 +112,11 @@ class JoinedBench(Pace):
 
     @property
     def now_ps(self) -> int:
-        """Its present in the time of the loop."""
+        """The present instant of the bench in the time of the loop (ps)."""
         return self.kernel.now + self.ahead_ps
 
     def due(self) -> int | None:
-        """Tell those whose wait is over now; return the next instant at which something may happen (ps of the loop)."""
+        """Notify tasks whose wait is over; return the instant of the next possible event (ps of the loop)."""
         self.kernel.settle()
         self._answer()
         times = [self.kernel.next_time()]
@@ -129,7 +129,7 @@ class JoinedBench(Pace):
         return self.kernel.now if self._stopped() else max(self.loop.target_ps - self.ahead_ps, self.kernel.now)
 
     def _stopped(self) -> bool:
-        return self.loop.stirred and self.loop.alone  # of several, each does whole instants, the same ones
+        return self.loop.stirred and self.loop.alone  # each of several benches runs whole instants, the same ones
 
     def _enough(self) -> bool:
         return self._stopped() or super()._enough()
@@ -141,7 +141,7 @@ class IdleSelector(selectors.DefaultSelector):
     loop: VirtualLoop
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """Return what is ready; when nothing is, let virtual time pass, at most so many virtual seconds."""
+        """Return the ready files; if none is ready, let virtual time pass, at most `timeout` virtual seconds."""
         ready = super().select(0)
         if ready or (timeout is not None and timeout <= 0):
             return ready
@@ -158,11 +158,11 @@ class IdleSelector(selectors.DefaultSelector):
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
-    """A loop of asyncio in virtual time."""
+    """An asyncio loop in virtual time."""
 
     def __init__(self) -> None:
         self.now_ps = self.target_ps = 0
-        self.stirred = self.alone = False  # something is to be done at this instant; there is one bench
+        self.stirred = self.alone = False  # an event is due at this instant; there is one bench
         self.elsewhere = 0  # jobs in threads
         self.paces: dict[Kernel, JoinedBench] = {}
         selector = IdleSelector()
@@ -170,7 +170,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         super().__init__(selector)
 
     def time(self) -> float:
-        """Return virtual seconds since the loop was made."""
+        """Return the virtual time since the loop was made, in seconds."""
         return self.now_ps / PS_PER_S
 
     def joined(self, bench: Bench | Runner) -> JoinedBench:
@@ -181,7 +181,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self.paces[bench.kernel]
 
     async def passed(self, bench: Runner, condition: Condition, ps: int) -> bool:
-        """Wait until a condition is met, for so much of the bench's time; return whether it was."""
+        """Wait until a condition is met, at most `ps` of the bench's time; return whether it was met."""
         pace = self.joined(bench)
         if not any(user is bench for user in pace.users):
             pace.join(bench)
@@ -201,14 +201,14 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
     # ---------------------------------------------------------------------------------------------------------- time
     def pass_time(self, timeout: float | None) -> bool:
-        """Let time pass until a task has something to do, at most so many seconds; false: nothing is due."""
+        """Let time pass until a task has work to do, at most `timeout` seconds; return False if nothing is due."""
         paces = [pace for pace in self.paces.values() if pace.users]
         self.alone, self.stirred = len(paces) == 1, False
         goal = None if timeout is None else self.now_ps + max(round(timeout * PS_PER_S), 1)
         floor = max([self.now_ps, *(pace.now_ps for pace in paces)])  # a call that was not awaited has let time pass
         while True:
             due = [time for pace in paces if (time := pace.due()) is not None]
-            if self.stirred:  # by what took effect at this very instant
+            if self.stirred:  # by changes at this instant
                 return True
             if goal is None and not due:
                 return False
@@ -220,13 +220,13 @@ class VirtualLoop(asyncio.SelectorEventLoop):
                 return True
 
     def stuck(self) -> str:
-        """Return who waits for what, in words."""
+        """Return the waits of all chips, parts and hosts, in words."""
         waiting = [
             f"\n  {owner.waiting}" for pace in self.paces.values() if pace.users for owner in pace.bench.chips.values()
         ]
         return f"deadlock at {readable(self.now_ps)}: every task waits, and no event is pending{''.join(waiting)}"
 
-    # --------------------------------------------------------------------------------------------- what wakes a task
+    # --------------------------------------------------------------------------------------- events that wake a task
     def call_soon(
         self, callback: Callable[[*Given], object], *args: *Given, context: Context | None = None
     ) -> asyncio.Handle:
@@ -264,9 +264,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 # ------------------------------------------------------------------------------------------------ a loop in real time
 class PacedRig:
-    """A rig in a loop of asyncio that goes by the wall clock: time passes in turns of the loop.
+    """A rig in an asyncio loop that follows the wall clock: time passes in turns of the loop.
 
-    Without a rate as far as what was written needs, with a rate up to the wall clock.
+    Without a rate, time passes until the written bytes are answered; with a rate, up to the wall clock.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, rig: Rig) -> None:
@@ -280,7 +280,7 @@ class PacedRig:
         self._soon()
 
     def leave(self, user: object) -> None:
-        """Let it stop again."""
+        """Remove a user; without users, time stops."""
         self.used -= 1
         if not self.used and self.handle is not None:
             self.handle.cancel()

@@ -1,4 +1,4 @@
-"""What a fixture gives: a running module, the URL under which a program finds it, and what a test asks and asserts.
+"""The result of a fixture: a running module, with the URL for programs, and with queries and assertions for tests.
 
 def test_a_feed(gs_c200s):
     feeder = Feeder(serial.serial_for_url(gs_c200s.url, 9600, 7, "O", 2, timeout=1))     the software under test
@@ -35,10 +35,10 @@ SHOWN = 40  # lines of the transcript in a report
 
 
 class KeptTranscript(StringIO):
-    """A transcript that can be read when it is closed."""
+    """A transcript that can still be read after it is closed."""
 
     def close(self) -> None:
-        """Keep what is written."""
+        """Keep the text."""
 
 
 @face
@@ -46,8 +46,8 @@ class Controller(Closing):
     """A running module.
 
     Args:
-        rig: the module on its bench, which has not begun.
-        label: what the report of a failed test calls it.
+        rig: the module on its bench, which has not started.
+        label: the name of the module in the report of a failed test.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -69,10 +69,10 @@ class Controller(Closing):
 
     @property
     def url(self) -> str:
-        """Where a program finds the module: what serial.serial_for_url takes.
+        """The URL of the module, for serial.serial_for_url.
 
         Raises:
-            UsageError: no program can reach it: it is on a bus, or belongs to the test alone.
+            UsageError: no program can reach the module: it is on a bus, or belongs to the test alone.
         """
         if not self.rig.url:
             name, part = self.chip.name, self.chip.sheet.part
@@ -83,12 +83,12 @@ class Controller(Closing):
 
     @property
     def host(self) -> Any:
-        """The host computer on its bus, of a module without a serial line."""
+        """The host computer on the bus of a module without a serial line."""
         return self.rig.host
 
     @property
     def now(self) -> int:
-        """Virtual time, picoseconds: what `since` takes."""
+        """Virtual time now, in picoseconds, for `since`."""
         return self.bench.now_ps
 
     @property
@@ -100,7 +100,7 @@ class Controller(Closing):
         """Return a pin of the module, for example to drive it: `module.pin("ui1").drive(0)`.
 
         Raises:
-            UnknownName: no such pin; the message lists those there are.
+            UnknownName: no such pin; the message lists the existing ones.
         """
         return self.chip.pin(name)
 
@@ -113,7 +113,7 @@ class Controller(Closing):
         """Let virtual time pass until a condition is met: pin("mov").is_(0), or "mov=0" for short, or any function.
 
         Raises:
-            Timeout: it has not been met.
+            Timeout: it is not met in time.
         """
         if isinstance(condition, str):
             condition = self._level(condition)
@@ -127,7 +127,7 @@ class Controller(Closing):
             raise Timeout(f"{self.label}: waited {timeout} for {text}; {self.chip.waiting}")
 
     def until_idle(self, timeout: Time = "60 s") -> None:
-        """Let virtual time pass until the module has done everything and the line is quiet."""
+        """Let virtual time pass until the module has executed all commands and the line is quiet."""
         self.until(self._idle, timeout)
         self.rig.do(self.bench.conclude)
 
@@ -143,21 +143,21 @@ class Controller(Closing):
     # ------------------------------------------------------------------------------------------------------- exchange
     @answering("ask()")
     def ask(self, command: str, timeout: Time = "5 s") -> Any:
-        r"""Send a command, as a host would, and return the answer: of a serial line without checksum and return.
+        r"""Send a command, as a host would, and return the answer: from a serial line without checksum and return.
 
-        The line is borrowed from the program that may hold it.  The listing of Q is lines with "\r" between them.  A
-        host on a bus answers as its own `ask` does.
+        The line may be in use by the program at the same time.  The listing of Q is lines with "\r" between them.  A
+        host on a bus returns the same as its own `ask`.
 
         Raises:
             ChecksumError: the answer has a wrong checksum.
             Timeout: no answer.
-            UsageError: a module without a serial line is behind a port, where only the program can command it.
+            UsageError: a module without a serial line is on a port, where only the program can command it.
         """
         rig, answer = self.rig, bytearray()
         if not hasattr(rig, "line"):
             return rig.do(lambda: rig.host.ask(command, timeout))
         if not hasattr(rig, "host"):
-            raise UsageError(f'{self.label}: only the program on the port can command it; on="host" has a host')
+            raise UsageError(f'{self.label}: only the program on the port can command it; use on="host"')
 
         def take(data: bytes) -> int:
             answer.extend(data)
@@ -172,7 +172,7 @@ class Controller(Closing):
             rig.do(lambda: self._give_back(*before))
         if not came:
             raise Timeout(
-                f"{self.label}: {command!r}: no whole answer in {timeout}, received {bytes(answer)!r}; "
+                f"{self.label}: {command!r}: no complete answer within {timeout}, received {bytes(answer)!r}; "
                 f"{self.chip.waiting}"
             )
         return rig.host.uart.answer_in(command, bytes(answer)) or ""
@@ -190,10 +190,10 @@ class Controller(Closing):
 
     # ----------------------------------------------------------------------------------------------------- assertions
     def assert_reply(self, command: str, expected: object) -> None:
-        """Assert that a command is answered as expected.
+        """Assert that the answer to a command is the expected one.
 
         Raises:
-            AssertionError: it is answered otherwise, or not at all.
+            AssertionError: the answer is different, or missing.
         """
         __tracebackhide__ = True
         answer = self.ask(command)
@@ -207,20 +207,22 @@ class Controller(Closing):
         since: Time = 0,
         axis: int = 1,
     ) -> None:
-        """Compare the steps since an instant: how many; or when, measured from that instant; or those of another run.
+        """Compare the number of steps since an instant, or their times from then, or the steps, with those expected.
 
         Args:
-            direction: +1 or -1, in which all of them must go.
+            expected: a number; times, measured from `since`; or the steps of another run.
+            direction: the direction of all of them, +1 or -1.
+            since: the instant; by default 0.
             axis: of a part that has several, from 1.
         """
         __tracebackhide__ = True
         if isinstance(expected, str) or not isinstance(expected, Integral | Iterable | Steps):
             raise UsageError(
-                f"assert_steps({expected!r}): expected how many, their instants, or the steps of another run, "
+                f"assert_steps({expected!r}): expected a number, instants, or the steps of another run, "
                 "such as other.chip.steps()"
             )
         if direction not in (None, 1, -1):
-            raise UsageError(f"assert_steps: direction {direction!r}; allowed +1 (clockwise), -1, or none for either")
+            raise UsageError(f"assert_steps: direction {direction!r}; allowed +1 (clockwise), -1, or None for either")
         origin = moment(since)
         steps: Steps = self.rig.do(lambda: self.chip.axis(axis).steps(origin))
         found = [(int(time) - origin, int(sign)) for time, sign in zip(steps.times_ps, steps.directions, strict=True)]
@@ -228,7 +230,7 @@ class Controller(Closing):
         if isinstance(expected, Integral):
             wanted = [(time, direction or sign) for time, sign in found]
             if len(found) != expected:
-                text = f"{counted(len(found), 'step')} came, expected {expected}"
+                text = f"{counted(len(found), 'step')} found, expected {expected}"
                 if not self.rig.host.idle:
                     text += f"; {self.rig.host.waiting}; until_idle() lets time pass"
         elif isinstance(expected, Steps):
@@ -241,7 +243,7 @@ class Controller(Closing):
             raise AssertionError(text)
 
     def assert_edges(self, pin: str, expected: Sequence[tuple[Time, int]], since: Time = 0) -> None:
-        """Compare the changes of a pin since an instant: (time, level from then on), measured from that instant."""
+        """Compare the changes of a pin since an instant with those expected: (time from then, level after it)."""
         __tracebackhide__ = True
         origin = moment(since)
         name = f"{self.chip.name}.{self.chip.pin(pin).row.name}"
@@ -262,7 +264,7 @@ class Controller(Closing):
 
     # --------------------------------------------------------------------------------------------------------- report
     def report(self) -> str:
-        """Return what a failed test should show: the state of the module, its faults and findings, and the dialogue."""
+        """Return a report for a failed test: the state of the module, its faults and findings, and the dialogue."""
         try:
             return self.rig.do(lambda: "\n".join(self._lines()))
         except (
@@ -287,7 +289,7 @@ class Controller(Closing):
         yield from lines[-SHOWN:]
 
     def close(self) -> None:
-        """End the module; a program that has its port open finds that it has gone.  Closed twice, it is closed."""
+        """End the module; a program with its port open gets an error.  A second call does nothing."""
         super().close()
 
     def _shut(self) -> None:

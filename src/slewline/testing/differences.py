@@ -1,6 +1,6 @@
-"""What is different between what came and what was expected, in words: "step 412 is 2 ticks late".
+"""The differences between recorded and expected events, in words: "step 412 is 2 ticks late".
 
-Both are sequences of events: an instant in picoseconds, and what happened at it (a direction, a level).
+Both are sequences of events: an instant in picoseconds, and the event (a direction, a level).
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ Event = tuple[int, int]
 def difference(
     found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str], hz: int = PS_PER_S
 ) -> str:
-    """Return the first difference, and how many more there are, in words; "" if there is none.
+    """Return the first difference, and the number of further ones, in words; "" if there is none.
 
     Args:
         noun: "step", "edge".
         words: names of the events: {1: "cw", -1: "ccw"}.
-        hz: the clock in whose ticks a time is given, if it is a whole number of them.
+        hz: a clock; times are given in its ticks if they are a whole number of them.
     """
     wrong = [n for n, (one, other) in enumerate(zip(found, expected, strict=False)) if one != other]
     if not wrong:
@@ -33,19 +33,19 @@ def difference(
     if found[n + 1 :] == expected[n:]:
         return f"{noun} {n + 1} is one too many: {_event(found[n], words)}"
     more = f"; {len(wrong) - 1} more are wrong" if len(wrong) > 1 else ""
-    many = f"; {counted(len(found), noun)} came, expected {len(expected)}" if len(found) != len(expected) else ""
+    many = f"; {counted(len(found), noun)} found, expected {len(expected)}" if len(found) != len(expected) else ""
     return _wrong(found[n], expected[n], f"{noun} {n + 1}", words, hz) + more + many
 
 
 def _rest(found: Sequence[Event], expected: Sequence[Event], noun: str, words: Mapping[int, str]) -> str:
-    """What one has after the end of the other."""
+    """Return the events of the longer sequence after the end of the shorter one, in words."""
     missing = expected[len(found) :]
     extra = found[len(expected) :]
     if not missing and not extra:
         return ""
     first, what = (missing[0], "missing at the end") if missing else (extra[0], "too many at the end")
     number = counted(len(missing or extra), noun)
-    return f"{number} {what}: {len(found)} came, expected {len(expected)}; the first is {_event(first, words)}"
+    return f"{number} {what}: {len(found)} found, expected {len(expected)}; the first is {_event(first, words)}"
 
 
 def _wrong(found: Event, expected: Event, name: str, words: Mapping[int, str], hz: int) -> str:
@@ -61,7 +61,7 @@ def _event(event: Event, words: Mapping[int, str]) -> str:
 
 
 def amount(ps: int, hz: int) -> str:
-    """Return a time between two instants in words: in ticks of a clock where it is a whole number of them."""
+    """Return a time between two instants in words: in ticks of a clock if it is a whole number of them."""
     ticks = round(Fraction(ps * hz, PS_PER_S))
     if hz < PS_PER_S and ticks and abs(ps - Fraction(ticks * PS_PER_S, hz)) < 1:  # both instants are rounded down
         return counted(ticks, "tick")

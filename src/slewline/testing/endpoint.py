@@ -1,4 +1,4 @@
-"""The end of a line that a program holds: what has come in, and how long it waits for more.
+"""The program's end of a line: the received characters, and the wait for more.
 
 Each library of serial ports has a class of its own around it (protocol_slewline, for_serialx).
 """
@@ -14,14 +14,14 @@ from ..errors import Timeout, UsageError
 from .rig import NAMED, Rig, WallClockTime, never, seconds
 
 STOPS: dict[float, int | str] = {1: 1, 1.5: "1.5", 2: 2}
-SILENCE_PS = PS_PER_S  # a line that has been quiet for so long is going to stay so
+SILENCE_PS = PS_PER_S  # a line that has been quiet for this long is taken to remain quiet
 
 
 def word_of(where: str, baud: int, bits: int, parity: str, stop: float, xonxoff: bool) -> CharacterFormat:
     """Return the format of the settings of a port.
 
     Raises:
-        UsageError: a setting that no line of ours has.
+        UsageError: a setting that no line of slewline supports.
     """
     if xonxoff:
         raise UsageError(f"{where}: xonxoff=True; a checksum may be XON or XOFF (that of R1 is), so it must be off")
@@ -35,9 +35,9 @@ class SerialEndpoint:
     """A program's end of the line of a rig.
 
     Args:
-        where: what the program calls the port.
-        program: what the transcript calls the program.
-        gone: what its library raises of a port that has gone.
+        where: the program's name for the port.
+        program: the name of the program in the transcript.
+        gone: the exception of its library for a port that has gone.
     """
 
     lost = ""  # why the port has gone; empty: it has not
@@ -46,29 +46,29 @@ class SerialEndpoint:
         self.rig, self.where, self.gone = rig, where, gone
         self.buffer = bytearray()
         self.connected, self.cancelled = True, False
-        self.tell: Callable[[], object] | None = None  # called when something has come
+        self.tell: Callable[[], object] | None = None  # called when characters have arrived
         rig.resume()
         rig.do(lambda: rig.line.attach(program, self._arrived, lambda: None))
         rig.program = self
 
     def lose(self, why: str) -> None:
-        """Find that the port has gone: whatever the program does with it fails, but to close it."""
+        """Record that the port has gone: every call of the program fails, except closing it."""
         self.lost, self.connected, self.rig.program = why, False, None
         self.rig.line.detach(why)
         if self.tell is not None:
             self.tell()
 
     def error(self) -> Exception:
-        """Return what is raised of a port that has gone."""
+        """Return the exception for a port that has gone."""
         return self.gone(f"{self.where}: the port is gone ({self.lost}); close it, and open it when it is back")
 
     def check(self) -> None:
-        """Raise, if the port has gone."""
+        """Raise an exception if the port has gone."""
         if self.lost:
             raise self.error()
 
     def hang_up(self) -> None:
-        """Let go of the line; the module stays as it is, its time stops."""
+        """Release the line; the module is unchanged, and its time stops."""
         self.rig.do(self._hang_up)
         if self.rig not in NAMED.values():
             self.rig.close()
@@ -97,11 +97,11 @@ class SerialEndpoint:
         """Return up to `size` characters, fewer when the timeout (s) is over or the read is cancelled.
 
         Args:
-            gap: the time between two characters (s) that ends it, too.
-            least: with so many it does not wait for more; by default all of them.
+            gap: a time between two characters (s) that ends the read, too.
+            least: the number of characters after which it does not wait for more; by default `size`.
 
         Raises:
-            Timeout: without timeout and rate, when nothing can come.
+            Timeout: without timeout and rate, when nothing can arrive.
         """
         least = size if least is None else min(least, size)
         if len(self.buffer) < least:
@@ -110,7 +110,7 @@ class SerialEndpoint:
             else:
                 self._gather(least, timeout, gap)
         data = bytes(self.buffer[:size])
-        del self.buffer[: len(data)]  # more may have come meanwhile, while another thread lets time pass
+        del self.buffer[: len(data)]  # more may have arrived while another thread lets time pass
         return data
 
     def _gather(self, size: int, timeout: float | None, gap: float | None) -> None:
@@ -131,7 +131,7 @@ class SerialEndpoint:
             self._complain(size)
 
     def _check_ends(self) -> None:
-        """Nothing has come in time: perhaps a line has no end."""
+        """Check for an incomplete line after no answer has arrived in time."""
         if self.rig.line.quiet():
             self.rig.bench.conclude()
 
@@ -139,24 +139,24 @@ class SerialEndpoint:
         return len(self.buffer) > than or self.cancelled or not self.connected
 
     def cancel(self) -> None:
-        """End the read that waits, in another thread, or else the next one that would wait."""
+        """End a waiting read, in another thread, or else the next one that would wait."""
         self.rig.do(self._cancel)
 
     def _cancel(self) -> None:
         self.cancelled = True
 
     def _complain(self, size: int) -> None:
-        """Nothing has come for long: raise, unless something may still be sent."""
+        """Raise an exception after a long time without characters, unless some may still be sent."""
         if not isinstance(self.rig.pace, WallClockTime) and self.rig.line.quiet():
             why = "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
             raise Timeout(
-                f"{self.where}: read({size}) without timeout got {len(self.buffer)}, and no more can come "
-                f"({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
+                f"{self.where}: read({size}) without timeout received {len(self.buffer)}, and no more can "
+                f"arrive ({why}); set a timeout on the port, or, if another thread writes, a rate in its URL"
             )
 
     # -------------------------------------------------------------------------------------------------------- writing
     def write(self, data: bytes) -> int:
-        """Queue characters; they go out as fast as the line allows while time passes."""
+        """Queue characters; they are sent as fast as the line allows while time passes."""
         self.rig.do(lambda: self._send(data))
         return len(data)
 
@@ -165,16 +165,16 @@ class SerialEndpoint:
         self.rig.line.take(data)
 
     def flush(self) -> None:
-        """Wait until everything has gone out."""
+        """Wait until everything has been sent."""
         while not self.rig.wait(self.sent, PS_PER_S):
             pass
 
     def sent(self) -> bool:
-        """Return whether everything has gone out, or nothing more can."""
+        """Return whether everything has been sent, or nothing more can be."""
         return bool(self.lost) or self.rig.host.idle
 
     def space(self, on: bool) -> None:
-        """Put the line to space, after what was written, or back to mark."""
+        """Set the line to space, after the written characters, or back to mark."""
         self.flush()
         self.rig.do(lambda: self.rig.host.space(on))
 

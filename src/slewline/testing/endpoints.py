@@ -1,7 +1,7 @@
-"""Where a program finds a module of a test: in its own process by a URL or a host, or behind a port of the machine.
+"""The interfaces of a module in a test: in the same process by a URL or a host, or on a port of the machine.
 
-A module behind a port is served by a thread of the test process, in lockstep: virtual time passes as far as the bytes
-of the line need it, and when the test lets it.
+A module on a port is served by a thread of the test process, in lockstep: virtual time passes as far as the bytes of
+the line need it, and when the test lets it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .controller import Controller
 from .rig import CLOSED, ENDED, NAMED, SCHEME, Result, Rig, serial_line
 
 NUMBERS = count(1)
-PATIENCE_S = 60.0  # of the wall clock: a server that does not answer for so long is broken
+PATIENCE_S = 60.0  # of the wall clock: a server without an answer for this long is broken
 
 
 class UrlEndpoint(Rig):
@@ -44,7 +44,7 @@ class UrlEndpoint(Rig):
         NAMED[self.key] = self
 
     def close(self) -> None:
-        """End the module; a program that has it open gets the error of a port that has gone."""
+        """End the module; a program that has it open gets the error for a port that has gone."""
         if self.key not in ENDED:
             ENDED.add(self.key)
             NAMED.pop(self.key, None)
@@ -53,12 +53,12 @@ class UrlEndpoint(Rig):
 
 
 class BusEndpoint(Rig):
-    """A module without a serial line, and the host computer on its bus that a test speaks through."""
+    """A module without a serial line, and the host computer on its bus that a test uses."""
 
     host: Host  # type: ignore[assignment]  # of whatever its channel has
 
     def channel_of(self, sheet: Sheet) -> Channel:
-        """Return its first channel."""
+        """Return the first channel of the part."""
         return next(iter(sheet.channels))
 
     def reach(self) -> None:
@@ -81,11 +81,11 @@ class BusEndpoint(Rig):
 
 
 class PortEndpoint(Rig):
-    """A module behind a port.
+    """A module on a port of the machine.
 
     Args:
         on: "tcp", "pty" or "rfc2217".
-        framing: of a chip on a bus, lines of text with read-back; without it, characters to a UART next to the chip.
+        framing: for a chip on a bus, lines of text with read-back; without it, characters to a UART next to the chip.
     """
 
     def __init__(self, part: str | type[Chip], on: str, framing: bool = False, **settings: Any) -> None:
@@ -96,7 +96,7 @@ class PortEndpoint(Rig):
     ended = False
 
     def channel_of(self, sheet: Sheet) -> Channel:
-        """Return its serial line, or else its first channel."""
+        """Return the serial line of the part, or else its first channel."""
         return serial_line(sheet) or next(iter(sheet.channels))
 
     def reach(self) -> None:
@@ -122,7 +122,7 @@ class PortEndpoint(Rig):
         self.server.loop.ask(lambda: self.server.adapters.unplug(self.line))
 
     def plug(self) -> None:
-        """Open the port again where it was, in the next turn of the server."""
+        """Open the port again in the same place, in the next turn of the server."""
         self.server.loop.ask(lambda: self.server.adapters.plug(self.line))
 
     def begin(self) -> None:
@@ -134,10 +134,10 @@ class PortEndpoint(Rig):
         return Lockstep(self.bench) if rate is None else Paced(self.bench, rate)
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function in the thread of the server and return what it returns; after `close` in this one.
+        """Call a function in the thread of the server and return its result; after `close` in the present thread.
 
         Raises:
-            SlewlineError: the server has ended by itself.
+            SlewlineError: the server has ended unexpectedly.
         """
         if self.ended:
             return action()
@@ -148,7 +148,7 @@ class PortEndpoint(Rig):
     def wait(
         self, met: Callable[[], bool], ps: int, when: Callable[[], int | None] | None = None, nets: Iterable[Net] = ()
     ) -> bool:
-        """Let time pass until a condition is met, or for so many ps; return whether it was met.
+        """Let time pass until a condition is met, at most `ps`; return whether it was met.
 
         Raises:
             SlewlineError: the server has ended.
@@ -180,7 +180,7 @@ FACES = ("url", "host", "tcp", "pty", "rfc2217")
 
 
 def running(part: str | type[Chip], on: str | None = None, seed: int = 0, **settings: Any) -> Controller:
-    """Return a running module: what `slewline.testing.running` is, whose arguments these are."""
+    """Return a running module: `slewline.testing.running` describes the arguments."""
     if on is None:
         on = "url" if serial_line(sheet_of(part)) is not None else "host"
     if on not in FACES:

@@ -1,11 +1,11 @@
-"""Faults on purpose: what goes wrong around a module, by name, repeatable by its seed.
+"""Deliberate faults around a module, by name, repeatable by their seed.
 
     with gs_c200s.faults.stuck_switch("ui1", 0):             while the block lasts
     gs_c200s.faults.power_cut(at="1.5 s", lasting="20 ms")   at an instant, for a time
-    gs_c200s.faults.garbled_byte(to="host")                  from now on; here: the next character, and no other
+    gs_c200s.faults.garbled_byte(to="host")                  from now on; here: only the next character
 
-Everything that a fault does is kept as a finding of the part "faults", so that the report of a failed test tells it.
-A fault drives pins from outside, as a test does; the last to drive a pin wins.
+Every effect of a fault is a finding of the part "faults", so that the report of a failed test lists it.  A fault drives
+pins from outside, as a test does; the last to drive a pin wins.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ class Fault:
         self.active = self.over = False
 
     def begin(self) -> None:
-        """Put the fault in."""
+        """Start the fault."""
         if not self.over:
             self.active = True
             self.owner.tell(f"{self.name}: {self._begin()}")
 
     def end(self) -> None:
-        """Take the fault away; one that has not begun never will."""
+        """End the fault; if it has not begun, it never will."""
         self.over = True
         if self.active:
             self.active = False
@@ -66,13 +66,14 @@ class Fault:
 class Faults(Part):
     """The faults that a module can have.
 
-    Each takes `at`, the instant at which it begins (now), and `lasting`, after which it ends by itself (never).
+    Each takes `at`, the instant at which it begins (by default now), and `lasting`, after which it ends (by default
+    never).
 
     Args:
         do: calls a function while no time passes; a server has its own thread.
-        seed: of all chance.
-        unplug: takes the port away from programs, and says why.
-        plug: lets them find it again.
+        seed: of all random choices.
+        unplug: removes the port for programs, with a reason.
+        plug: makes it available again.
     """
 
     def __init__(
@@ -95,7 +96,7 @@ class Faults(Part):
             line.to_chip, line.to_host = self.noises["module"], self.noises["host"]
 
     def tell(self, what: str) -> None:
-        """Keep what a fault does."""
+        """Record an effect of a fault."""
         self.finding("fault", f"{what} (seed {self.seed})")
 
     def _scheduled(
@@ -103,7 +104,7 @@ class Faults(Part):
     ) -> Fault:
         fault = Fault(self, name, begin, end)
         self.do(lambda: self._schedule(fault, at, lasting))
-        self.do(lambda: None)  # a server carries some of them out in its next turn
+        self.do(lambda: None)  # a server executes some of them in its next turn
         return fault
 
     def _schedule(self, fault: Fault, at: Time | None, lasting: Time | None) -> None:
@@ -120,7 +121,7 @@ class Faults(Part):
 
     # ------------------------------------------------------------------------------------------------------- the port
     def unplugged(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Take the port away, as an adapter is unplugged: a program that has it open, or opens it, gets errors.
+        """Remove the port, as when an adapter is unplugged: a program that has it open, or opens it, gets errors.
 
         When it is back the program must open it again.  The module has its supply all the time.
 
@@ -146,17 +147,17 @@ class Faults(Part):
     def garbled_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Invert a data bit of the next characters, and their parity bit to match: only a checksum finds it out.
+        """Invert a data bit of the next characters, and their parity bit to match: only a checksum detects it.
 
-        It is never bit 4 (0x10), to which a checksum is blind.  Of several characters, the errors may cancel; and a
-        carriage return that has become something else ends no line.
+        It is never bit 4 (0x10), which the checksum does not cover.  With several characters, the errors may cancel;
+        and a changed carriage return does not end a line.
         """
         return self._noisy("garbled byte", "garbled", to, count, at, lasting)
 
     def late_byte(
         self, to: str = "module", count: int = 1, at: Time | None = None, lasting: Time | None = None
     ) -> Fault:
-        """Delay each of the next characters by 100 ms; what follows waits for them."""
+        """Delay each of the next characters by 100 ms; later characters wait for them."""
         return self._noisy("late byte", "late", to, count, at, lasting)
 
     def wrong_parity(
@@ -169,7 +170,7 @@ class Faults(Part):
         if to not in WAYS:
             raise UsageError(f"{name}: to {to!r}; allowed {', '.join(WAYS)}")
         if not self.noises:
-            raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, is on no serial line")
+            raise UsageError(f"{name}: {self.chip.name}, a {self.chip.sheet.part}, has no serial line")
         noise, planned = self.noises[to], []
 
         def begin() -> str:
@@ -184,7 +185,7 @@ class Faults(Part):
 
     # ----------------------------------------------------------------------------------------------------------- pins
     def stuck_switch(self, pin: str, level: int, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Hold an input at a level, whatever happens.
+        """Hold an input at a level, whatever else drives it.
 
         Raises:
             UsageError: no such level, or the pin is an output.
@@ -202,7 +203,7 @@ class Faults(Part):
         return self._stuck(f"{row.name.upper()} held {'high' if level else 'low'}", row.name, level, at, lasting)
 
     def _row(self, *roles: str) -> Pin:
-        """The pin of the chip that has one of some roles."""
+        """Return the pin of the chip with one of some roles."""
         sheet = self.chip.sheet
         for role in roles:
             if row := sheet.role(role):
@@ -227,14 +228,14 @@ class Faults(Part):
         at: Time | None = None,
         lasting: Time | None = None,
     ) -> Fault:
-        """Close a contact, open it again some times at instants from the seed, and leave it closed.
+        """Close a contact, open it again several times at instants from the seed, and leave it closed.
 
         Args:
             pin: by default the input for an end of the travel.
             level: of the closed contact; by default the active one.
             bounces: how often it opens again.
-            within: all of it happens in this time.
-            at, lasting: when it begins, by default now, and for how long, by default for good.
+            within: the total time of the bounces.
+            at, lasting: when it begins, by default now, and for how long, by default forever.
         """
         row = self._row("end", "end_plus") if pin is None else self.chip.pin(pin).row
         closed = (row.sense or 0) if level is None else level
@@ -251,7 +252,7 @@ class Faults(Part):
         return self._scheduled("bouncing limit", begin, terminal.release, at, lasting)
 
     def eeprom_fault(self, at: Time | None = None, lasting: Time | None = None) -> Fault:
-        """Let programming of the EEPROM fail: M is answered E6, and so is X until a write succeeds."""
+        """Let programming of the EEPROM fail: the answer to M is E6, and so is that to X until a write succeeds."""
         fail = getattr(self.chip, "fail_eeprom", None)
         if fail is None:
             raise UsageError(f"EEPROM fault: {self.chip.name}, a {self.chip.sheet.part}, has no EEPROM")
@@ -286,14 +287,14 @@ missing(
 
 
 class ReportedNoise(Noise):
-    """Noise that tells what it does to each character."""
+    """Noise that reports its effect on each character."""
 
     def __init__(self, bits: int, way: str, tell: Callable[[str], object], spared: int | None) -> None:
         super().__init__(bits, LINKED, spared)
         self.way, self.tell = way, tell
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return what becomes of a byte (None: it is lost) and its fault, and report it."""
+        """Return the changed byte (None: it is lost) and its fault, and report it."""
         passed, fault = super().hit(byte)
         if passed is None:
             self.tell(f"{byte:#04x} to the {self.way} is lost")

@@ -1,4 +1,4 @@
-"""slewline:// for serialx, sync and async: the same URLs as in pySerial, the same modules behind them.
+"""slewline:// for serialx, sync and async: the same URLs as in pySerial, and the same modules.
 
     import serialx
     import slewline.testing.for_serialx                        # from now on, serialx knows slewline://
@@ -7,10 +7,10 @@
     reader, writer = await serialx.open_serial_connection("slewline://gs-c200s?chs=0", 9600, ...)
 
 Sync: virtual time passes while the program waits, as in pySerial.  Async: in a loop of `slewline.testing.aio`, virtual
-time passes while all tasks wait; in any other loop, it passes as far as what was written needs to be answered, or with
-a rate, by the wall clock.
+time passes while all tasks wait; in any other loop, it passes until the written bytes are answered, or with a rate, by
+the wall clock.
 
-A read returns what is there as soon as there is something, as serialx does on a port of the machine.
+A read returns the available characters as soon as there are some, as serialx does on a port of the machine.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Serial(HasRig, BaseSerial):
     """A serial port of serialx with a module of slewline at its other end."""
 
     end: SerialEndpoint | None = None
-    _found_at: str | None = None  # whose module the rig is
+    _found_at: str | None = None  # the port whose module the rig has
 
     def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
         super().__init__(*args, **settings)
@@ -49,7 +49,7 @@ class Serial(HasRig, BaseSerial):
         where = str(self.path)
         if self.end is not None:
             raise SerialException(f"{where}: is open already")
-        self._word()  # a mistake here makes no module
+        self._word()  # an error here makes no module
         if self._found_at != where:
             self.rig, self._found_at = self._found(), where
         if why := self.rig.look():
@@ -77,7 +77,7 @@ class Serial(HasRig, BaseSerial):
 
     @property
     def is_open(self) -> bool:
-        """Whether the port is open."""
+        """True if the port is open."""
         return self.end is not None
 
     def _word(self) -> Any:
@@ -103,7 +103,7 @@ class Serial(HasRig, BaseSerial):
         return len(data)
 
     def num_unread_bytes(self) -> int:
-        """Return how many characters can be read at once."""
+        """Return the number of characters that can be read immediately."""
         self._line.rig.poll()
         return len(self._line.buffer)
 
@@ -114,7 +114,7 @@ class Serial(HasRig, BaseSerial):
         return self._line.write(bytes(data))
 
     def num_unwritten_bytes(self) -> int:
-        """Return how many characters have not gone out."""
+        """Return the number of characters that have not been sent."""
         return self._line.rig.host.uart.backlog
 
     def _flush(self) -> None:
@@ -125,21 +125,21 @@ class Serial(HasRig, BaseSerial):
         rig.do(rig.host.drop)
 
     def sleep(self, duration: float) -> None:
-        """Let virtual time pass (s): what time.sleep is to a program with a real port."""
+        """Let virtual time pass (s), as time.sleep does for a program with a real port."""
         self._line.sleep(duration)
 
     # ---------------------------------------------------------------------------------------------------- modem lines
     def _get_modem_pins(self) -> ModemPins:
-        """RTS is bridged with CTS, DTR with DSR and DCD, and RI is always off."""
+        """Return the modem lines: RTS is bridged with CTS, DTR with DSR and DCD, and RI is always off."""
         rts, dtr = self._rts_state, self._dtr_state
         return ModemPins(cts=rts, dsr=dtr, car=dtr, rng=PinState.LOW)
 
     def _set_modem_pins(self, modem_pins: ModemPins) -> None:
-        """They lead nowhere but back."""
+        """Set RTS and DTR, which are only bridged with inputs of this port."""
 
 
 class Transport(BaseSerialTransport):
-    """A transport of asyncio with a module of slewline at its other end."""
+    """An asyncio transport with a module of slewline at its other end."""
 
     transport_name = SCHEME
     make = Serial
@@ -160,7 +160,7 @@ class Transport(BaseSerialTransport):
 
     @property
     def _port(self) -> Serial:
-        """The port that is open."""
+        """The open port."""
         if self._serial is None:
             raise UsageError(f"{SCHEME}: no port is open; await the connection first")
         return self._serial
@@ -191,21 +191,21 @@ class Transport(BaseSerialTransport):
             self._lost(end.error())
 
     def pause_reading(self) -> None:
-        """Keep what comes until `resume_reading`."""
+        """Keep received characters until `resume_reading`."""
         self._paused = True
 
     def resume_reading(self) -> None:
-        """Hand on what has come, and what comes."""
+        """Pass on kept and new characters."""
         self._paused = False
         self._arrived()
 
     def is_reading(self) -> bool:
-        """Return whether what comes is handed on."""
+        """Return whether received characters are passed on."""
         return not self._paused and not self._closing
 
     # -------------------------------------------------------------------------------------------------------- writing
     def write(self, data: bytes | bytearray | memoryview[int]) -> None:
-        """Queue characters; they go out as fast as the line allows while time passes."""
+        """Queue characters; they are sent as fast as the line allows while time passes."""
         if self._closing:
             return
         end = self._end
@@ -213,7 +213,7 @@ class Transport(BaseSerialTransport):
         self._time.answer(end.rig.line.quiet)
 
     def get_write_buffer_size(self) -> int:
-        """Return how many characters have not gone out."""
+        """Return the number of characters that have not been sent."""
         return 0 if self._serial is None or self._serial.end is None else self._serial.end.rig.host.uart.backlog
 
     async def _flush(self) -> None:
@@ -243,11 +243,11 @@ class Transport(BaseSerialTransport):
 
     # ---------------------------------------------------------------------------------------------------------- close
     def close(self) -> None:
-        """Let what was written go out, and hang up."""
+        """Send the written characters, and close the line."""
         self._end_with(drain=True)
 
     def abort(self) -> None:
-        """Hang up; what was written and has not gone out is forgotten."""
+        """Close the line; characters that have not been sent are discarded."""
         self._end_with(drain=False)
 
     def _end_with(self, drain: bool) -> None:

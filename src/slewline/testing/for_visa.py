@@ -4,9 +4,9 @@ r"""A backend of PyVISA: sessions with modules in the process of the program tha
     rm.list_resources()                                        # ASRLslewline://cy545::INSTR, ...
     rm.open_resource("ASRLslewline://gs-c200s?chs=0::INSTR", read_termination="\r", write_termination="\r")
 
-It is PyVISA-py with one kind of session more.  A timeout is virtual time, as on the port of the URL: that of a whole
-read, however many characters come; its error says what the module knows, such as a line end that it waits for.  Other
-resources are what they are to PyVISA-py, so one of a port that `slewline serve` has opened works as well:
+It is PyVISA-py with one additional kind of session.  A timeout is virtual time, as on the port of the URL: that of a
+whole read, however many characters arrive; its error includes findings of the module, such as a missing line end.
+Other resources are the same as in PyVISA-py, so one of a port that `slewline serve` has opened works as well:
 TCPIP::127.0.0.1::4001::SOCKET.
 """
 
@@ -32,13 +32,13 @@ try:
 except ImportError:
     raise SlewlineError(needs("sessions of PyVISA need", "visa")) from None
 
-SHOWN = 3  # findings, each of another kind, in the error of a timeout
+SHOWN = 3  # findings, one of each kind, in the error of a timeout
 KIND = InterfaceType.asrl, "INSTR"
 KEPT = ("asrl_end_in", "asrl_end_out", "send_end_enabled", "termchar", "termchar_enabled", "suppress_end_enabled")
 
 
 class ModuleTimeout(VisaIOError):
-    """A timeout, with what the module knows of it."""
+    """A timeout, with the findings of the module."""
 
     def __init__(self, why: str) -> None:
         super().__init__(StatusCode.error_timeout)
@@ -53,14 +53,14 @@ class ModuleTimeout(VisaIOError):
 
 
 class ModuleSession(SerialSession):
-    """A session with a serial port, whose timeout is virtual where a module of slewline is at its other end."""
+    """A session with a serial port; its timeout is virtual if a module of slewline is at the other end."""
 
     session_type = KIND
     known = 0  # findings up to the last answer
-    part = b""  # what a read has got that was not all that it waited for
+    part = b""  # the incomplete result of a read
 
     def after_parsing(self) -> None:
-        """Open the port.  On Windows, PyVISA-py would put COM before every name, and so before a URL."""
+        """Open the port.  On Windows, PyVISA-py would add COM to every name, and so to a URL."""
         if "://" not in self.parsed.board:
             super().after_parsing()
             return
@@ -77,7 +77,7 @@ class ModuleSession(SerialSession):
         return getattr(self.interface, "rig", None)
 
     def why(self) -> str:
-        """Return why no answer has come, as far as the module knows."""
+        """Return why there is no answer, from the findings of the module."""
         if self.rig is None:
             return ""
         new = {found.code: found.text for found in self.rig.bench.findings[self.known :]}
@@ -88,12 +88,12 @@ class ModuleSession(SerialSession):
         return "; ".join(filter(None, (self.rig.chip.waiting, self.rig.host.uart.far.disagreement)))
 
     def unended(self) -> str:
-        """Return what has come, and what the read goes on waiting for."""
+        """Return the characters received by an incomplete read, and the end that it waits for."""
         if self.get_attribute(ResourceAttribute.asrl_end_in)[0] != SerialTermination.termination_char:
-            return f"{self.part!r} has come, and nothing more"
+            return f"received {self.part!r}, and nothing more"
         end = bytes([self.get_attribute(ResourceAttribute.termchar)[0]])
-        remedy = "set read_termination to what ends the answers"
-        return f"{self.part!r} has come, and no {end!r}, the termination character of this session: {remedy}"
+        remedy = "set read_termination to the end of the answers"
+        return f"received {self.part!r} without {end!r}, the termination character of this session: {remedy}"
 
     def _read(
         self, reader: Callable[[], bytes], count: int, is_end: Callable[[bytes], bool], suppress_end: bool, *rest: Any
@@ -120,17 +120,17 @@ class SlewlineVisaLibrary(PyVisaLibrary):
 
     @staticmethod
     def get_library_paths() -> tuple[LibraryPath, ...]:
-        """Return what stands for the path of a library."""
+        """Return a substitute for the path of a library."""
         return (LibraryPath(SCHEME),)
 
     def list_resources(self, session: VISARMSession, query: str = "?*::INSTR") -> tuple[str, ...]:
-        """Return the modules that can be opened: those that are there under a name, and a new one of each part."""
+        """Return the modules that can be opened: existing ones with a name, and a new one of each part."""
         urls = [rig.url for rig in NAMED.values()]
         urls += [f"{SCHEME}://{part}" for part in CATALOGUE.ours if serial_line(sheet_of(part)) is not None]
         return tuple(rname.filter([f"ASRL{url}::INSTR" for url in urls], query))
 
     def handle_return_value(self, session: Any, status_code: int) -> StatusCode:
-        """Return a status, or raise its error; of a timeout with what the module knows of it."""
+        """Return a status, or raise its error; for a timeout with the findings of the module."""
         one = self.sessions.get(session) if status_code == StatusCode.error_timeout else None
         try:
             return super().handle_return_value(session, status_code)  # type: ignore[no-any-return]
@@ -149,7 +149,7 @@ class SlewlineVisaLibrary(PyVisaLibrary):
         """Open a session.
 
         Raises:
-            UsageError: the URL means no module, or has a strap or an option that the part does not have.
+            UsageError: the URL is not that of a module, or has a strap or an option that the part does not have.
         """
         try:
             parsed = rname.parse_resource_name(resource_name)

@@ -11,14 +11,14 @@ r"""The pytest plugin: one argument of a test is a running module.
 
     def test_two(slewline_module):                                      several, or of another part
         left, right = slewline_module("gs-c200"), slewline_module("gs-c200s", on="pty")
-        guest = slewline_module("my_lab.mx10:Mx10")
+        custom = slewline_module("my_lab.mx10:Mx10")
 
     @pytest.fixture(scope="session")                                    one module for several tests: the same function
     def feeder(slewline_for_session):                                   for a class, a module of tests, a session
         return slewline_for_session("gs-c200s")
 
 The report of a failed test gets a section for each module: seed, faults, findings and the last lines of the transcript.
-A run without these fixtures loads nothing more than this file.
+A run without these fixtures loads only this file.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     Make = Callable[..., Controller]
 
 OURS = Path(__file__).resolve().parent.parent  # the package
-REPORTED = 4  # modules that a test has closed, and whose report it still shows
+REPORTED = 4  # modules that a test has closed, still included in its report
 MODULES: pytest.StashKey[list[Controller]] = pytest.StashKey()
 
 
@@ -53,10 +53,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
-    """Return a function that makes running modules; they end with the test, the class or whatever has the fixture.
+    """Return a function that makes running modules; they end with the scope of the fixture: test, class, and so on.
 
-    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, come before those of the marker `slewline`, and
-    those of a test before those of its class and its module of tests.
+    Its arguments, such as `("gs-c200s", on="tcp", straps={"chs": 0})`, override those of the marker `slewline`, and
+    those of a test override those of its class and its module of tests.
     """
     from .endpoints import running
 
@@ -75,7 +75,7 @@ def _maker(request: pytest.FixtureRequest) -> Iterator[Make]:
 
     def make(part: str | type[Chip], **settings: Any) -> Controller:
         made = running(part, **{**marked, **settings})
-        for old in [module for module in modules if module.closed][:-kept]:  # of the last ones a test may report
+        for old in [module for module in modules if module.closed][:-kept]:  # closed modules that a report includes
             modules.remove(old)
         modules.append(made)
         return made
@@ -93,11 +93,11 @@ slewline_for_session = pytest.fixture(scope="session", name="slewline_for_sessio
 
 @pytest.fixture
 def slewline_ports(slewline_module: Make) -> Iterator[Callable[..., Ports]]:
-    """Return a function that puts modules behind names of ports, for a test: {"/dev/ttyUSB0": "gs-c200s"}.
+    """Return a function that puts modules on names of ports, for a test: {"/dev/ttyUSB0": "gs-c200s"}.
 
-    What opens such a name with pySerial or serialx finds the module; the other arguments are those of
-    `slewline_module`.  A value may also be a module that this has made.  `usb` says what the list of ports shows of
-    an adapter: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
+    A program that opens such a name with pySerial or serialx finds the module; the other arguments are those of
+    `slewline_module`.  A value may also be a module made by `slewline_module`.  `usb` is the entry of an adapter in the
+    list of ports: {"/dev/ttyUSB0": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}.
     """
     from .ports import check_modules, named_ports
 
@@ -142,7 +142,7 @@ mc1451a_e = _module("mc1451a-e")
 
 
 def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
-    """Return whether the traceback inside slewline is of no use: the message explains an error of the user."""
+    """Return whether to hide the traceback inside slewline: the message already explains an error of the user."""
     errors = sys.modules.get("slewline.errors")
     return errors is not None and excinfo.errisinstance(errors.SlewlineError)
 
@@ -151,7 +151,7 @@ def hidden(excinfo: pytest.ExceptionInfo[BaseException]) -> bool:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add a report of its modules to a failed test; of a mistake in the test our inside is not shown."""
+    """Add a report of its modules to a failed test, and hide the inside of slewline for an error in the test."""
     if call.excinfo is not None:
         for entry in call.excinfo.traceback:
             if OURS in Path(entry.path).parents:

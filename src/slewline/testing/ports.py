@@ -4,10 +4,10 @@
         main()                               # serial.Serial("COM3") in it, or serialx.Serial, or serialx in asyncio
 
     with named_ports({"COM3": module}, usb={"COM3": {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI"}}):
-        main()                               # which looks for its adapter in the list of ports
+        main()                               # which searches the list of ports for its adapter
 
-The classes of pySerial and serialx stay the ones that the program has imported; their objects behave like those of
-slewline:// if the name of their port is one of these.  All other ports are what they were.
+The classes of pySerial and serialx remain the ones that the program has imported; their objects behave like those of
+slewline:// if the name of their port is one of these.  All other ports are unchanged.
 """
 
 from __future__ import annotations
@@ -49,21 +49,21 @@ class Ports(dict[str, "Controller"]):
             module.advance(time)
 
     def sleep(self, duration: float) -> None:
-        """Do what `time.sleep` does, in virtual time: monkeypatch.setattr("time.sleep", ports.sleep)."""
+        """Replace `time.sleep`, in virtual time: monkeypatch.setattr("time.sleep", ports.sleep)."""
         self.advance(seconds(duration))
 
 
 def plain(name: object) -> str:
-    r"""Return the name of a port as it is compared: "com3" and "\\\\.\\COM3" are COM3."""
+    r"""Return the name of a port in a form for comparison: "com3" and "\\\\.\\COM3" are COM3."""
     upper = str(name).upper().removeprefix("\\\\.\\")
     return upper if re.fullmatch(r"COM\d+", upper) else str(name)
 
 
 def check_modules(modules: Mapping[str, Controller]) -> None:
-    """Check that modules can be put behind names of ports.
+    """Check that modules can be put on names of ports.
 
     Raises:
-        UsageError: one has no serial line, or has its line behind a port.
+        UsageError: one has no serial line, or is already on a port of the machine.
     """
     for name, module in modules.items():
         if not module.rig.url.startswith(f"{SCHEME}://"):
@@ -71,10 +71,10 @@ def check_modules(modules: Mapping[str, Controller]) -> None:
 
 
 def check_adapters(modules: Mapping[str, Controller], usb: Mapping[str, Usb]) -> None:
-    """Check what the list of ports is to show of adapters.
+    """Check the entries of adapters in the list of ports.
 
     Raises:
-        UsageError: of a port that is none of these, or something that the list does not show.
+        UsageError: an entry for an unknown port, or a key that the list does not have.
     """
     for name, adapter in usb.items():
         if name not in modules:
@@ -91,12 +91,12 @@ def check_class(library: str, cls: object, base: type) -> None:
     """Check that programs find the class of a library under its name.
 
     Raises:
-        UsageError: something has replaced it, such as a mock or a guard of a suite.
+        UsageError: another object has replaced it, such as a mock or a guard of a test suite.
     """
     if not (isinstance(cls, type) and issubclass(cls, base)):
         raise UsageError(
-            f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so that a program does not find a "
-            "module there; leave it alone where modules have names of ports: one that is not there cannot be opened"
+            f"{library}.Serial is {cls!r}: a test or a conftest.py has replaced it, so a program cannot find a module "
+            "there; do not replace it in tests with such modules: a port that does not exist cannot be opened anyway"
         )
 
 
@@ -106,12 +106,12 @@ def named_ports(modules: Mapping[str, Controller], usb: Mapping[str, Usb] | None
 
     Args:
         modules: by the names of their ports; they are in this process (`on="url"`).
-        usb: by names of ports, what the list of ports shows of the adapter: vid, pid, serial_number, manufacturer,
+        usb: by names of ports, the entry of the adapter in the list of ports: vid, pid, serial_number, manufacturer,
             product, location, interface.
 
     Raises:
-        UsageError: a module that has no serial line, or has its line behind a port; no such port or key in `usb`; or
-            something else has replaced the class of pySerial or serialx.
+        UsageError: a module without a serial line, or already on a port of the machine; no such port or key in `usb`;
+            or another object has replaced the class of pySerial or serialx.
     """
     check_modules(modules)
     check_adapters(modules, usb or {})
@@ -199,11 +199,11 @@ def _serialx(stack: ExitStack, serialx: Any, known: Mapping[str, Controller], us
         _put(stack, module, "get_uri_handler", get_uri_handler)
 
 
-# ------------------------------------------------------------------------------------------------- what a class is lent
+# --------------------------------------------------------------------------------------------- methods added to a class
 def _lend(
     stack: ExitStack, cls: type, own: Mapping[str, Any], mine: Callable[[Any], bool], found: Callable[[Any], Rig]
 ) -> None:
-    """Let the objects of a class of which `mine` is true have these methods, for a while; then they are closed."""
+    """Add methods to the objects of a class for which `mine` is true, for a while; then close the objects."""
     held: WeakSet[Any] = WeakSet()
 
     def noted(port: Any) -> Rig:
@@ -211,7 +211,7 @@ def _lend(
         return found(port)
 
     for name, ours in {**own, "_found": noted}.items():
-        if name.startswith("__") or name == "_abc_impl":  # what every class has of its own
+        if name.startswith("__") or name == "_abc_impl":  # every class has its own
             continue
         theirs = getattr_static(cls, name, MISSING)
         if theirs is MISSING and name in ELSEWHERE:
@@ -232,7 +232,7 @@ def _close(ports: WeakSet[Any]) -> None:
 
 
 def _missing(cls: type, name: str) -> Callable[..., Any]:
-    """What a method is to the other ports of a class that does not have it."""
+    """Return a method that raises AttributeError, for other ports of a class that does not have it."""
 
     def method(self: Any, *arguments: Any, **more: Any) -> NoReturn:
         raise AttributeError(f"{cls.__name__!r} object has no attribute {name!r}")

@@ -1,27 +1,27 @@
 """The pySerial URL handler: slewline://gs-c200s is a module in the process of the program that opens it.
 
-    slewline://gs-c200s                          a new module, at 9600 baud, with checksum; that of this port object
+    slewline://gs-c200s                          a new module, at 9600 baud, with checksum, for this port object only
     slewline://gs-c200s?chs=0&br0=1              straps; here no checksum, 4800 baud
     slewline://gs-c200s?name=left                the same module whenever it is opened under this name
     slewline://gs-c200s?store=left.eeprom        a file keeps the EEPROM
     slewline://gs-c200s?rate=1.0                 virtual time follows the wall clock
     slewline://gs-c200s?eeprom_time=20 ms        any option of the part, load.v5_20=80 in a table; also seed=...,
                                                  log=FILE for a transcript
-    slewline://my_lab.mx10:Mx10                  a chip of one's own, which imports a Python module; only where the
-                                                 program allows it: serial_for_url(url, allow_code=True).  One that an
-                                                 installed package brings needs no leave: slewline://mx10
+    slewline://my_lab.mx10:Mx10                  a custom chip, which imports a Python module; only where the program
+                                                 allows it: serial_for_url(url, allow_code=True).  A chip from an
+                                                 installed package is always allowed: slewline://mx10
 
 Virtual time passes while the program waits: a read lets it pass until the characters are there or its timeout is over,
-however long that is, at once.  A poll (in_waiting, timeout=0) costs a character's time, so that a
-loop that polls gets on; to sleep, call `port.sleep`, or give a rate.  A read without timeout to which
-nothing can come raises slewline.Timeout instead of hanging for ever.
+and returns immediately in real time.  A poll (in_waiting, timeout=0) takes a character's time, so that a loop that
+polls makes progress; to sleep, call `port.sleep`, or set a rate.  A read without timeout to which nothing can arrive
+raises slewline.Timeout instead of blocking forever.
 
-A timeout is virtual time, also where that follows the wall clock: at rate=10, one of a second is over in 0.1 s.  One
-thread may read while another one writes; it gets at once what is written meanwhile.  No write waits for anything, so
-that `write_timeout` and `cancel_write` have nothing to end.
+A timeout is virtual time, also if that follows the wall clock: at rate=10, a timeout of 1 s is over after 0.1 s.  One
+thread may read while another one writes; characters written meanwhile take effect immediately.  A write never waits, so
+`write_timeout` and `cancel_write` have no effect.
 
 The line has three wires.  As usual with such a cable, the connector bridges RTS with CTS, and DTR with DSR and DCD.  A
-module that has CTS of its own controls the flow with rtscts=True.
+module with its own CTS controls the flow with rtscts=True.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ NO_FILE = (
     'module on a port of the machine: slewline_module("...", on="tcp"), whose url is socket://..., or on="pty", opened '
     "as 8N1; in asyncio, serialx opens this URL"
 )
-WAIT_FOR_FILES = {"serial_asyncio", "serial_asyncio_fast"}  # they would wait for ever: what fails there is a callback
+WAIT_FOR_FILES = {"serial_asyncio", "serial_asyncio_fast"}  # they would wait forever: a callback raises there
 
 
 def waits_for_a_file() -> bool:
-    """Return whether the port is being opened by a library that cannot use it, and would not say so."""
+    """Return whether the port is being opened by a library that cannot use it, and would not report that."""
     if not WAIT_FOR_FILES & sys.modules.keys():
         return False
     frame = sys._getframe()
@@ -59,7 +59,7 @@ class Serial(HasRig, SerialBase):
     """A serial port with a module of slewline at its other end."""
 
     _allow_code = False
-    _url: str | None = None  # whose module the rig is
+    _url: str | None = None  # the port whose module the rig has
     _end: SerialEndpoint
 
     def __init__(self, *args: Any, allow_code: bool = False, **settings: Any) -> None:
@@ -68,14 +68,14 @@ class Serial(HasRig, SerialBase):
 
     # ------------------------------------------------------------------------------------------------- open and close
     def open(self) -> None:
-        """Connect to the module; it is switched on, and was before.  A port that was closed finds its own again."""
+        """Connect to the module, which has been switched on before.  A port that is reopened finds its own module."""
         if self.port is None:
             raise SerialException("a port is opened by its URL, such as slewline://gs-c200s")
         if self.is_open:
             raise SerialException(f"{self.port}: is open already")
         if waits_for_a_file():
             raise SerialException(f"{self.port}: {NO_FILE}")
-        self._word()  # a mistake here makes no module
+        self._word()  # an error here makes no module
         if self._url != self.port:
             self.rig, self._url = self._found(), self.port
         if why := self.rig.look():
@@ -87,7 +87,7 @@ class Serial(HasRig, SerialBase):
         self.is_open = True
 
     def fileno(self) -> int:
-        """Raise: a module in this process is no file."""
+        """Raise an exception: a module in this process is not a file."""
         raise io.UnsupportedOperation(f"{self.port}: {NO_FILE}")
 
     def _found(self) -> Rig:
@@ -97,7 +97,7 @@ class Serial(HasRig, SerialBase):
             raise SerialException(f"could not open port {error}") from None
 
     def close(self) -> None:
-        """Let what was written go out, and hang up.  The module stays as it is, its time stops."""
+        """Send the written characters, and close the line.  The module is unchanged, and its time stops."""
         if self.is_open:
             self._end.flush()
             self.is_open = False
@@ -109,36 +109,36 @@ class Serial(HasRig, SerialBase):
         self.rig.do(lambda: self.rig.line.obey(bool(self.rtscts)))
 
     def _word(self) -> CharacterFormat:
-        """The format of the settings, if a line can have it."""
+        """Return the format of the settings, if a line supports it."""
         return word_of(str(self.port), self.baudrate, self.bytesize, self.parity, self.stopbits, self.xonxoff)
 
     # -------------------------------------------------------------------------------------------------------- reading
     @property
     def in_waiting(self) -> int:
-        """Characters that can be read at once."""
+        """The number of characters that can be read immediately."""
         self._must_be_open()
         self.rig.poll()
         return len(self._end.buffer)
 
     def read(self, size: int = 1) -> bytes:
-        """Up to `size` characters, fewer when the timeout is over or the read is cancelled.
+        """Return up to `size` characters, fewer when the timeout is over or the read is cancelled.
 
         Raises:
-            Timeout: without timeout and rate, when nothing can come.
+            Timeout: without timeout and rate, when nothing can arrive.
         """
         self._must_be_open()
         return self._end.read(size, self.timeout, self.inter_byte_timeout)
 
     def cancel_read(self) -> None:
-        """End the read that waits, in another thread, or else the next one that would wait; it returns what has come.
+        """End a waiting read, in another thread, or else the next one that would wait.
 
-        So does closing the port.
+        It returns the characters received so far.  Closing the port has the same effect.
         """
         if self.is_open:
             self._end.cancel()
 
     def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
-        """Characters up to and including `expected`, fewer when the timeout is over or there are `size` of them."""
+        """Return characters up to and including `expected`, or fewer at the timeout, or `size` of them."""
         now = self.rig.present()
         end = None if self.timeout is None else now + seconds(self.timeout)
         line = bytearray()
@@ -149,40 +149,40 @@ class Serial(HasRig, SerialBase):
         return bytes(line)
 
     def reset_input_buffer(self) -> None:
-        """Forget what has come in."""
+        """Discard the received characters."""
         self._must_be_open()
         self._end.buffer.clear()
 
     # -------------------------------------------------------------------------------------------------------- writing
     def write(self, b: Any, /) -> int:
-        """Queue characters; they go out as fast as the line allows while time passes."""
+        """Queue characters; they are sent as fast as the line allows while time passes."""
         self._must_be_open()
         if isinstance(b, str):  # as pySerial has it
             raise TypeError(f"unicode strings are not supported, please encode to bytes: {b!r}")
         return self._end.write(bytes(b))
 
     def cancel_write(self) -> None:
-        """Do nothing: no write waits, so there is none to be ended."""
+        """Do nothing: a write never waits."""
 
     @property
     def out_waiting(self) -> int:
-        """Characters that have not gone out."""
+        """The number of characters that have not been sent."""
         self._must_be_open()
         return self.rig.host.uart.backlog
 
     def flush(self) -> None:
-        """Wait until everything has gone out."""
+        """Wait until everything has been sent."""
         self._must_be_open()
         self._end.flush()
 
     def reset_output_buffer(self) -> None:
-        """Forget what has not gone out, except the character on the line."""
+        """Discard unsent characters, except the character on the line."""
         self._must_be_open()
         self.rig.do(self.rig.host.drop)
 
-    # ---------------------------------------------------------------------------- what pySerial has on one system alone
+    # ------------------------------------------------------------------------------ pySerial methods of a single system
     def set_buffer_size(self, rx_size: int = 4096, tx_size: int | None = None) -> None:  # of Windows
-        """Do nothing: a module's port keeps all that comes."""
+        """Do nothing: the port of a module keeps all received characters."""
         self._must_be_open()
 
     def set_low_latency_mode(self, low_latency_settings: bool) -> None:  # of Linux
@@ -190,7 +190,7 @@ class Serial(HasRig, SerialBase):
         self._must_be_open()
 
     def set_input_flow_control(self, enable: bool = True) -> None:
-        """Raise: XON and XOFF are characters of commands.
+        """Raise an exception: XON and XOFF are characters of commands.
 
         Raises:
             UsageError: always, as for xonxoff=True.
@@ -202,18 +202,18 @@ class Serial(HasRig, SerialBase):
 
     # ------------------------------------------------------------------------------------------- break and modem lines
     def send_break(self, duration: float = 0.25) -> None:
-        """Put the line to space for a time."""
+        """Set the line to space for a time."""
         self.break_condition = True
         self.sleep(duration)
         self.break_condition = False
 
     def sleep(self, duration: float) -> None:
-        """Let virtual time pass: what time.sleep is to a program with a real port."""
+        """Let virtual time pass, as time.sleep does for a program with a real port."""
         self._must_be_open()
         self._end.sleep(duration)
 
     def clock(self) -> float:
-        """Return the virtual time (s): what time.monotonic is to a program with a real port."""
+        """Return the virtual time (s), as time.monotonic does for a program with a real port."""
         return self.rig.bench.now_ps / PS_PER_S
 
     def _update_break_state(self) -> None:
@@ -228,25 +228,25 @@ class Serial(HasRig, SerialBase):
 
     @property
     def cts(self) -> bool:
-        """CTS of a module that has it; else it is bridged with RTS."""
+        """True if CTS is on: that of a module with CTS, else it is bridged with RTS."""
         self._must_be_open()
         return self.rts if (clear := self.rig.line.clear) is None else clear
 
     @property
     def dsr(self) -> bool:
-        """Bridged with DTR."""
+        """True if DSR is on: it is bridged with DTR."""
         self._must_be_open()
         return self.dtr
 
     @property
     def cd(self) -> bool:
-        """Bridged with DTR."""
+        """True if DCD is on: it is bridged with DTR."""
         self._must_be_open()
         return self.dtr
 
     @property
     def ri(self) -> bool:
-        """RI: always off."""
+        """False: RI is always off."""
         self._must_be_open()
         return False
 

@@ -1,4 +1,4 @@
-"""A module on a bench of its own, and the serial line on which a program finds it: what a URL or a fixture means.
+"""A module on a bench of its own, and its serial line for a program: the object of a URL or a fixture.
 
     program --- line ---> connector ---> module            the connector is that of a host in virtual time; the line
             <----------- (SerialHost) <---                 brings bytes from outside and back, noise included
@@ -39,43 +39,43 @@ from ..parts.hosts.serial_host import SerialHost
 
 Result = TypeVar("Result")
 SCHEME = "slewline"
-SLEPT_NS = 1_000_000_000  # of the wall clock: a program that does something else seldom takes so long
+SLEPT_NS = 1_000_000_000  # of the wall clock: a program with other work seldom takes as long
 LIBRARIES = ("slewline", "serial", "serialx", "pyvisa")  # between a program and a module
-SLICES = 50  # at most, to come up to the wall clock
+SLICES = 50  # at most, to catch up with the wall clock
 YIELD_S = 1e-4  # of the wall clock: pause between two slices, for other threads
 STRAP = Option("strap", "int", None, "level of an input")
 OWN = (  # keys of a URL besides the straps and options of the module
     Option("name", "text", None, "the module is the same one whenever it is opened under this name"),
     Option("store", "text", None, "a file that keeps the EEPROM"),
     Option("memory", "text", None, "an image of the external memory of the chip: a dump, or Intel HEX"),
-    Option("seed", "int", 0, "of everything random"),
+    Option("seed", "int", 0, "seed of everything random"),
     Option("rate", "text", None, "virtual seconds per second of the wall clock"),
     Option("log", "text", None, "a file for the transcript"),
 )
-NAMED: dict[str, Rig] = {}  # modules that stay while they are not open, as long as the process lives
-ENDED: set[str] = set()  # names of those that a test has ended: no other module gets one of them
+NAMED: dict[str, Rig] = {}  # modules that are kept while they are not open, until the process ends
+ENDED: set[str] = set()  # names of modules ended by a test: no other module gets one of them
 CLOSED = "the module has been closed"
-LOOK_PS = 10**11  # what a program takes that looks in vain for a port which has gone
+LOOK_PS = 10**11  # the time of a failed search for a port that has gone
 
 
 class PortUser(Protocol):
-    """The end of the program that has a port open."""
+    """The end of a program that has a port open."""
 
     def lose(self, why: str) -> None:
-        """Find that the port has gone."""
+        """Record that the port has gone."""
 
 
 class OnDemandTime(Lockstep):
-    """Virtual time passes while the program waits for it, at once and exactly as far."""
+    """Virtual time passes while the program waits for it, immediately and exactly as far as needed."""
 
-    lockstep = False  # the line does not let time pass by itself when bytes have come
+    lockstep = False  # the line does not let time pass itself when bytes have arrived
 
 
 class WallClockTime(Paced):
-    """Virtual time follows the wall clock whenever the program polls; what has passed meanwhile is made up for."""
+    """Virtual time follows the wall clock, and catches up whenever the program polls."""
 
     def pass_time(self) -> bool:
-        """Let time pass up to the wall clock; what has passed meanwhile is made up for."""
+        """Let time pass up to the wall clock, to catch up with it."""
         return Pace.pass_time(self)
 
     def present(self) -> None:
@@ -97,7 +97,7 @@ class Rig:
 
     Args:
         part: for example "gs-c200s"; the name of an entry point, "my_lab.mx10:Mx10", or the class of a chip.
-        straps: of the module; without BR0 to BR2, it speaks at the highest rate of its sheet.
+        straps: of the module; without BR0 to BR2, it has the highest rate of its sheet.
         store: a file that keeps the EEPROM, which may be the external memory of the chip.
         memory: a file with an image of that memory, a dump or Intel HEX.
         rate: virtual seconds per second; None: virtual time does not wait for the wall clock.
@@ -135,22 +135,22 @@ class Rig:
         self.left_ns = self.pace.clock()  # when the program was last here, by the wall clock
         self.reach()
 
-    warned = False  # that its program sleeps in vain
+    warned = False  # about a program that sleeps in real time
     away = ""  # why a program does not find the port; empty: it does
-    program: PortUser | None = None  # that has the port open
+    program: PortUser | None = None  # the one that has the port open
 
     def unplug(self, why: str) -> None:
-        """Take the port away, as an adapter is unplugged, from the program that has it open, too; the module stays."""
+        """Remove the port, as when an adapter is unplugged, even if a program has it open; the module is unchanged."""
         self.away = why
         if self.program is not None:
             self.program.lose(why)
 
     def plug(self) -> None:
-        """Let the port be found again; a program must open it again."""
+        """Make the port available again; a program must open it again."""
         self.away = ""
 
     def look(self) -> str:
-        """Return why the port is not found, empty: it is; to look in vain takes 100 ms."""
+        """Return why the port is not found; empty: it is.  A failed search takes 100 ms."""
         if why := self.away:
             self.wait(never, LOOK_PS)
         return why
@@ -163,15 +163,15 @@ class Rig:
         return serial
 
     def reach(self) -> None:
-        """Put the connector of a program on the bench, and note where it is found."""
+        """Put the connector of a program on the bench, and set its URL."""
         host = self.bench.host(self.chip, name="line", over=self.channel.name)
         self.host = cast("SerialHost | AdaptiveHost", host)  # that of a serial line
         self.line = ConnectorLine(self.chip.name, [self.chip], self.pace, self.log, self.host)
         self.url = f"{SCHEME}://{self.part}?name={self.chip.name}"
-        self.lock = Condition()  # programs read in one thread and write in another; handed over while one waits
+        self.lock = Condition()  # programs read in one thread and write in another; released while one waits
 
     def begin(self) -> None:
-        """Switch the module on; it hears a host from now on."""
+        """Switch the module on; it receives commands from now on."""
         self.bench.run(0)
         self.pace.start()
 
@@ -180,7 +180,7 @@ class Rig:
         return OnDemandTime(self.bench) if rate is None else WallClockTime(self.bench, rate)
 
     def quiet(self) -> bool:
-        """Return whether everything that was sent has been played and answered."""
+        """Return whether everything that was sent has been executed and answered."""
         return self.line.quiet()
 
     # ---------------------------------------------------------------------------------------------------------- time
@@ -191,7 +191,7 @@ class Rig:
         when: Callable[[], int | None] | None = None,
         nets: Iterable[Net] = (),
     ) -> bool:
-        """Let virtual time pass until a condition is met, for so many picoseconds at most; return whether it was."""
+        """Let virtual time pass until a condition is met, at most `ps` picoseconds; return whether it was met."""
         over: list[bool] = []
         self.check_slept()
         with self.lock:
@@ -204,7 +204,7 @@ class Rig:
         return over[0]
 
     def check_slept(self) -> None:
-        """Warn once of a program that was away for long while the module is busy, where only calls let time pass."""
+        """Warn once about a program that paused for long while the module is busy: only its calls let time pass."""
         gap = self.pace.clock() - self.left_ns
         if gap < SLEPT_NS or self.warned or not isinstance(self.pace, OnDemandTime):
             return
@@ -212,14 +212,14 @@ class Rig:
             return
         self.warned = True
         warnings.warn(
-            f"{self.url}: {gap / 1e9:.1f} s of real time have passed, and no virtual time: the module is where it was. "
+            f"{self.url}: {gap / 1e9:.1f} s of real time have passed, but no virtual time: the module is unchanged. "
             "Virtual time passes in calls of the port; call port.sleep(...) instead of time.sleep(...), or give a rate "
             "in the URL, rate=1.",
             stacklevel=level_of_caller(LIBRARIES),
         )
 
     def present(self) -> int:
-        """Return the present instant (ps); with a rate, the one that belongs to the wall clock."""
+        """Return the present instant (ps); with a rate, the one that corresponds to the wall clock."""
         self.do(self.pace.present)
         return self.bench.now_ps
 
@@ -231,7 +231,7 @@ class Rig:
             self.wait(never, self.host.uart.clock.ps(self.host.word.ticks))
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Call a function while no time passes, and return what it returns; waits are checked again after it."""
+        """Call a function while no time passes, and return its result; waits are checked again after it."""
         with self.lock:
             result = action()
             self.lock.notify_all()
@@ -242,7 +242,7 @@ class Rig:
         self.log.reopen()
 
     def leave(self) -> None:
-        """Report what is left over, and bring to a disk what belongs there: the program hangs up."""
+        """Report incomplete commands, and write unsaved data to disk: the program closes the line."""
         self.bench.conclude()
         for part in self.bench.parts.values():
             part.leave()
@@ -259,7 +259,7 @@ def never() -> bool:
 
 
 def seconds(time: float) -> int:
-    """Return the picoseconds of a time as pySerial has it."""
+    """Return the picoseconds of a time in pySerial's unit."""
     return round(time * PS_PER_S)
 
 
@@ -272,9 +272,9 @@ def store_at(path: str | PathLike[str]) -> FileStore:
 
 # ----------------------------------------------------------------------------------------------------------------- URLs
 def from_url(url: str, allow_code: bool = False) -> Rig:
-    """Return the module that a URL means: a new one; or, with a name, the one made for this name before.
+    """Return the module of a URL: a new one; or, with a name, the one made for this name before.
 
-    A URL may come from anybody, such as a file of settings: it names no Python module, unless that is allowed.
+    A URL may come from anybody, such as a file of settings: it must not name a Python module, unless that is allowed.
 
     Args:
         allow_code: the part may be module:Class, whose import runs the code of the module.
@@ -312,11 +312,11 @@ def from_url(url: str, allow_code: bool = False) -> Rig:
 
 @contextmanager
 def named_by(url: str) -> Iterator[None]:
-    """Let what is wrong with a module name the URL that it is made from."""
+    """Add the URL of a module to the errors about it."""
     try:
         yield
     except (UnknownName, UsageError) as error:
-        raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial has it of a wrong URL
+        raise UsageError(f"{url}: {error}") from None  # a ValueError, as pySerial raises for a wrong URL
 
 
 def _query(url: str, text: str) -> dict[str, str]:
@@ -334,26 +334,26 @@ def settings(part: str, query: Mapping[str, str]) -> dict[str, Any]:
     inputs = {row.name for row in sheet.pins if row.way == "in"}
     straps = {key: STRAP.read(text) for key, text in query.items() if key in inputs}
     own = {row.name for row in OWN}
-    rows = [*OWN, *(row for row in sheet.options if row.name not in own)]  # what both have is ours: a store is a file
+    rows = [*OWN, *(row for row in sheet.options if row.name not in own)]  # the URL's keys take precedence
     rest = {key: text for key, text in query.items() if key not in inputs}
     known = {row.name for row in rows}
     if unknown := {key: text for key, text in rest.items() if key.partition(".")[0] not in known}:
-        # which refuses it here: it may be the name of an argument
+        # refused here, as it may be the name of an argument
         checked(part, sheet.options, unknown, elsewhere=sheet.elsewhere)
     return {"straps": straps, **read(rows, rest.items())}
 
 
 class HasRig:
-    """What a port shows of the module at its other end."""
+    """The attributes of a port for the module at its other end."""
 
     rig: Rig
 
     @property
     def bench(self) -> Bench:
-        """The bench of the module, for tests that need its inside."""
+        """The bench of the module, for tests that need its internals."""
         return self.rig.bench
 
     @property
     def chip(self) -> Chip:
-        """The module."""
+        """The module itself."""
         return self.rig.chip

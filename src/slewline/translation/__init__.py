@@ -1,12 +1,12 @@
-"""Translation: a program of one part becomes a program of another one, and both are run to compare them.
+"""Translation of a program for one part to a program for another one; both are run and compared.
 
-    meaning.py   what a program does, in the field's terms: the form between two dialects
+    meaning.py   the effect of a program, in terms of the field: the form between two dialects
     reading      a text in a dialect -> that form, by the roles of its rows (core/datasheet/roles.py)
     own          that form -> a text for one of our parts
-    writers      that form -> a text for another target: `language_writer.py` has what all languages share
-    reading_back a text for another target -> what it does, read by parsers that share no code with the writers
-    report.py    what became of each line: the same, nearly, not possible, assumed
-    proof        source and result are run, and compared within what the report states
+    writers      that form -> a text for another target: `language_writer.py` is the base of all languages
+    reading_back a text for another target -> its effect, read by parsers that share no code with the writers
+    report.py    the result for each line: the same, nearly, not possible, assumed
+    proof        source and result are run, and compared within the limits that the report states
 
 A new target is a `LanguageWriter` in a module of `writers`, a reader, and a row of `TARGETS` in `writers/__init__.py`.
 """

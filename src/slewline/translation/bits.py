@@ -1,4 +1,4 @@
-"""Parts whose outputs and inputs are bits that a command names by a number: which bit is which output and input.
+"""Parts whose outputs and inputs are bits selected by number in a command: the output or input of each bit.
 
 A single bit is a number below 40 hexadecimal: its number in the low three bits, and bit 4 for low.  Outputs and inputs
 are numbered in the order of their bits, as far as a program uses them.
@@ -34,12 +34,12 @@ class Numbers:
         return sorted(bits)
 
     def outputs(self, statement: Statement) -> list[tuple[int, int]] | None:
-        """Return the outputs that a command sets, with their levels; None: they are not single ones."""
+        """Return the outputs that a command sets, with their levels; None: they are not single bits."""
         level = self._one(statement)
         return None if level is None else [(self.outs.index(level[0]) + 1, level[1])]
 
     def input(self, statement: Statement) -> Input | None:
-        """Return the input that a command tests, with its level; None: it is not a single one."""
+        """Return the input that a command tests, with its level; None: it is not a single bit."""
         level = self._one(statement)
         return None if level is None else Input(self.ins.index(level[0]) + 1, level[1])
 
@@ -52,7 +52,7 @@ class Numbers:
         return value & (NUMBER | ON_THE_BUS), int(bool(value & LOW) == inverted)
 
     def wiring(self) -> dict[str, str]:
-        """Return the pins by what they are for."""
+        """Return the pins by their purpose."""
         found = {f"output{n}": self._pin(bit) for n, bit in enumerate(self.outs, 1)}
         return found | {f"input{n}": self._pin(bit) for n, bit in enumerate(self.ins, 1)}
 

@@ -1,16 +1,16 @@
-"""What a program does, in the field's terms: the form between the dialect of a program and that of its translation.
+"""The effect of a program in terms of the field, the form between the dialects of a program and its translation.
 
-    program   lines    each line of the text, with its comment, and the actions that it stands for
-              actions  set a rate, move, wait for an input, loop ...: in the order in which they are written
+    program   lines    each line of the text, with its comment and its actions
+              actions  set a rate, move, wait for an input, loop ...: in the order of the text
               block    a program that the part stores and runs; -1: its host sends the command, which acts immediately
 
 A register that a command sets is an action of its own (`SetProfile`, `SetDistance`, `SetDirection`), since it has a
-line of its own; the motion after it has what the registers then hold, so that a target without registers reads the
-motions alone.  A value that depends on the path through the program, or on what came before it, is None.
+line of its own; the motion after it contains the values of the registers, so that a target without registers reads the
+motions alone.  A value that depends on the path through the program, or on the state before it, is None.
 
 Times are whole picoseconds, rates are steps/s, accelerations steps/s^2, positions and distances steps; positive is
-clockwise.  Outputs and inputs count from 1, in the order of the part's roles `output1`, `input1` ...; what the wires
-of the source are called is in `Program.wiring`.
+clockwise.  Outputs and inputs count from 1, in the order of the part's roles `output1`, `input1` ...; the names of the
+source's wires are in `Program.wiring`.
 """
 
 from __future__ import annotations
@@ -63,13 +63,13 @@ class Input:
 # ------------------------------------------------------------------------------------------------------------- actions
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Action:
-    """Something that a command does.
+    """Effect of a command.
 
     Attributes:
-        line: the line of the source, from 1 on; 0 for what no line of it says.
-        text: the command as the source has it.
+        line: the line of the source, from 1 on; 0 for an action without a line.
+        text: the command in the source.
         block: the stored program that it belongs to, counted from 0; -1: a host sends it.
-        axis: the axis that it is about, from 1 on.
+        axis: the axis that it concerns, from 1 on.
         command: the form of the command in the sheet of the source, with its `values`; for our own parts.
     """
 
@@ -83,9 +83,9 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetProfile(Action):
-    """Set one value of the profile: `sets` says which, `profile` is what then holds, as far as that is known.
+    """Set one value of the profile: `sets` names it, `profile` is the resulting profile, as far as known.
 
-    `value` is what the command sets: a rate, steps/s; for "ramp" the acceleration that results, steps/s^2.
+    `value` is the value set: a rate, steps/s; for "ramp" the acceleration that results, steps/s^2.
     """
 
     sets: Part
@@ -102,21 +102,21 @@ class SetDistance(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetTarget(Action):
-    """Set the position to which the next motion goes; the motion is a `MoveTo` of its own."""
+    """Set the target of the next motion; the motion is a `MoveTo` of its own."""
 
     position: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetDirection(Action):
-    """Set the direction of the relative moves that follow: 1 clockwise, -1 counter-clockwise."""
+    """Set the direction of the relative moves that follow: 1 clockwise, -1 counterclockwise."""
 
     sign: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetEndless(Action):
-    """Let the next motion run until something stops it; the motion is a `RunEndless` of its own."""
+    """Let the next motion run until an event stops it; the motion is a `RunEndless` of its own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +128,7 @@ class SetPosition(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion(Action):
-    """What steps: the profile it has, and the position at which it begins; None where that is not known."""
+    """An action that moves the motor: its profile, and the position at its start; None if not known."""
 
     profile: Profile | None = None
     begins: int | None = None
@@ -147,7 +147,7 @@ class MoveBy(Motion):
 
     @property
     def steps(self) -> int | None:
-        """The number of steps with the sign of the direction; None if either is not known."""
+        """Number of steps with the sign of the direction; None if either is not known."""
         return None if self.distance is None or self.sign is None else self.distance * self.sign
 
 
@@ -163,13 +163,13 @@ class MoveTo(Motion):
 
     @property
     def steps(self) -> int | None:
-        """The number of steps with the sign of the direction; None if the position before is not known."""
+        """Number of steps with the sign of the direction; None if the position before is not known."""
         return None if self.position is None or self.begins is None else self.position - self.begins
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunEndless(Motion):
-    """Run in a direction until something ends it: an input `until`, or a `Stop`, an abort input or a host."""
+    """Run in a direction until an event ends it: an input `until`, or a `Stop`, an abort input or a host."""
 
     sign: int | None
     until: Input | None = None
@@ -177,7 +177,7 @@ class RunEndless(Motion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Home(Motion):
-    """Find the home position, in a direction, and count it as position 0."""
+    """Find the home position, in a direction, and set the counter to 0 there."""
 
     sign: int
 
@@ -216,7 +216,7 @@ class Delay(Action):
 # ---------------------------------------------------------------------------------------------------------------- flow
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Label(Action):
-    """A place to which a jump or a loop of the same block leads."""
+    """Mark the target of a jump or a loop of the same block."""
 
     name: str
 
@@ -231,7 +231,7 @@ class Jump(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop(Action):
-    """Repeat from a label above, until there have been `passes` passes in all, then continue with the next action."""
+    """Repeat from a label above, until `passes` passes have been made, then continue with the next action."""
 
     to: str
     passes: int
@@ -239,7 +239,7 @@ class Loop(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndProgram(Action):
-    """The running program ends."""
+    """End the running program."""
 
 
 # --------------------------------------------------------------------------------------------------- host and programs
@@ -252,7 +252,7 @@ class EnterProgram(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeaveProgram(Action):
-    """End the entry of a stored program; `runs`: the part runs it, too."""
+    """End the entry of a stored program; `runs`: the part also runs it."""
 
     runs: bool = False
 
@@ -266,7 +266,7 @@ class RunProgram(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SaveProgram(Action):
-    """Keep the stored program without power."""
+    """Save the stored program, so that it survives power-off."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -281,28 +281,34 @@ class HostDirective(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Query(Action):
-    """Ask the part for a value; nothing moves."""
+    """Query a value of the part, without motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Special(Action):
-    """A command of the part that no other part need have.
+    """A command of the part that other parts need not have.
 
     Attributes:
-        says: what it does.
-        needless: why a target without such a command needs nothing in its place; empty: it does.
-        remedy: what a person can do; empty: what the manual of the source suggests.
+        says: its effect, in words.
+        needless: why a target without such a command needs no replacement; empty: it does.
+        remedy: advice to the user; empty: the advice of the source's manual.
     """
 
     says: str
     needless: str = ""
     remedy: str = ""
 
+    @classmethod
+    def of(cls, action: Action, says: str, remedy: str) -> Special:
+        """Return a command in the place of an action."""
+        its = {name: getattr(action, name) for name in ("line", "text", "block", "axis", "command", "values")}
+        return cls(says=says, remedy=remedy, **its)
+
 
 # ------------------------------------------------------------------------------------------------------------- program
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of the source: its number, what precedes its comment, the comment without its mark, and its actions.
+    """A line of the source: its number, the code before its comment, the comment without its mark, and its actions.
 
     A line without `code` is a comment, or empty.
     """
@@ -315,7 +321,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Assumed:
-    """Something that the text does not say, and what was taken for it: the crystal, the state at the start."""
+    """A fact missing in the text, and its assumed value: the crystal, the state at the start."""
 
     about: str
     value: str
@@ -324,14 +330,14 @@ class Assumed:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What a program does.
+    """The effect of a program.
 
     Attributes:
         part: the part it is for, "cy525".
         where: the name of its file.
         lines: all lines of the text, in order.
-        assumed: what the text does not say.
-        wiring: the pins of the source by what they are for: "step", "direction", "output1", "input1" ...
+        assumed: the assumptions about facts missing in the text.
+        wiring: the pins of the source by their purpose: "step", "direction", "output1", "input1" ...
         half_steps: a step of the source is half a step of the motor, from some command on or by option.
     """
 
@@ -348,5 +354,5 @@ class Program:
         return (action for line in self.lines for action in line.actions)
 
     def block(self, number: int) -> list[Action]:
-        """Return the actions of a stored program, in their order; -1: those that a host sends."""
+        """Return the actions of a stored program, in their order; -1: the actions that a host sends."""
         return [action for action in self.actions if action.block == number]

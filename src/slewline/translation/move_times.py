@@ -1,4 +1,4 @@
-"""Times of moves, from the first step to the last one: by the law of the source, and by that of other targets."""
+"""Times of moves, from the first step to the last one, by the laws of the source and of other targets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .profiles import profiles_of
 
 
 def measured(program: Program) -> Callable[[Profile, int], float]:
-    """Return what finds the time of a move of the source, s: by the law of its part, or else by `source_time`."""
+    """Return a function for the time of a move of the source, s: by the law of its part, or else by `source_time`."""
     try:
         law = profiles_of(program.part, sheet_of(program.part).crystal_hz)
     except SlewlineError:

@@ -1,4 +1,4 @@
-"""Profiles of motions and the parameters of a part, both ways: what its registers give, and which come nearest.
+"""Profiles of motions and parameters of a part, in both directions: profiles from registers, and the nearest registers.
 
 read    values of the part's parameters -> start rate, top rate, ramp, by its own calculator
 fit     a profile -> the values of a part whose motions come nearest, by the inverse calculator
@@ -18,7 +18,7 @@ from ..language.ramp_answers import Calculator, Ramp, RampParameter, Search, Val
 from .meaning import Profile
 from .source_registers import PROFILE_ROLES, rows_by_role
 
-ODD_RATE = 1000  # steps/s: a rate that a part does not come near is too high above it, and too low below it
+ODD_RATE = 1000  # steps/s: a rate out of the part's range is too high above it, and too low below it
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Fitted:
 
 
 class Profiles:
-    """The profiles of a part, at a crystal."""
+    """Profiles of a part, at a crystal."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int, calculator: Calculator | None = None) -> None:
         self.sheet, self.hz = sheet, crystal_hz
@@ -45,7 +45,7 @@ class Profiles:
 
     # ------------------------------------------------------------------------------------------------------- reading
     def read(self, values: Mapping[str, Value]) -> Profile | None:
-        """Return the profile of some values of the part's parameters; None: some that it needs are missing."""
+        """Return the profile for some values of the part's parameters; None: a required one is missing."""
         return self._read(frozenset(values.items()))
 
     def _profile(self, items: frozenset[tuple[str, Value]]) -> Profile | None:
@@ -79,7 +79,7 @@ class Profiles:
     def move_ps(self, profile: Profile, steps: int) -> int | None:
         """Return the time from the first step of a move to the last one, ps; None: it is not known.
 
-        When a part reports the end of a move differs: before or after the interval of the last step.
+        Parts differ in when they report the end of a move: before or after the interval of the last step.
         """
         return self._moves(frozenset(profile.values.items()), 0.0 if profile.ramped else profile.top, abs(steps))
 
@@ -133,7 +133,7 @@ class Profiles:
         return min(found), max(found)
 
     def _own(self, wanted: Profile) -> Fitted | None:
-        """The values of the source, where the target has the same parameters and makes the same of them."""
+        """Return the values of the source, if the target has the same parameters with the same effect, else None."""
         mine = {name: int(value) for name, value in wanted.values.items() if self._written(name) and is_number(value)}
         if mine.keys() != {name for name, value in wanted.values.items() if name.isupper()}:
             return None
@@ -151,7 +151,7 @@ class Profiles:
         return Fitted(mine, found) if same and found is not None else None
 
     def _constant(self, wanted: Profile, values: dict[str, Value]) -> Fitted:
-        """The values of motions without ramps."""
+        """Return the values of motions without ramps."""
         top = self.rows["top_rate"].form
         if "rate_divisor" in self.rows:  # rate and factor, without a slope
             factor, rate = self._divided(wanted.top)
@@ -176,7 +176,7 @@ class Profiles:
         return Fitted(dict(chosen), found or Profile(wanted.top, wanted.top, values=chosen))
 
     def _divided(self, rate: float) -> tuple[int, int]:
-        """Factor and rate parameter that come nearest to a rate; of equal ones that with the least factor."""
+        """Return the factor and rate parameter nearest to a rate; of equal ones those with the least factor."""
         row, factor = self.rows["top_rate"].args[0], self.rows["rate_divisor"].args[0]
         steepest = self.rows["ramp"].args[0].high
         form, slope = self.rows["top_rate"].form, self.rows["ramp"].form
@@ -190,7 +190,7 @@ class Profiles:
         return by, value
 
     def _nearest_rate(self, role: str, rate: float) -> int:
-        """The parameter whose rate comes nearest; at the ends of the range the end."""
+        """Return the parameter of the nearest rate; beyond the range its end."""
         row = self.rows[role]
         quantity: RampParameter = self.calculator.quantity(row.form)
         arg = self.calculator.arg(row.form)
@@ -203,7 +203,7 @@ class Profiles:
         return min(max(int(found or 0), arg.low), arg.high)
 
     def _written(self, name: str) -> bool:
-        """Whether a parameter is a command of the part."""
+        """Return whether a parameter is a command of the part."""
         return name in self.values_of and name in self.sheet.commands.by_form
 
 

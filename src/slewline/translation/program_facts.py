@@ -1,15 +1,20 @@
-"""What a program shows as a whole: its outputs and inputs, its stored programs, its greatest rate."""
+"""Facts about a whole program: its outputs and inputs, its stored programs, its greatest rate."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from dataclasses import replace
 
+from ..chips import sheet_of
 from ..core.datasheet.table import Sheet
 from .meaning import (
     Action,
     EnterProgram,
+    HostDirective,
     Jump,
     LeaveProgram,
+    Loop,
     Motion,
     MoveBy,
     MoveTo,
@@ -19,12 +24,14 @@ from .meaning import (
     RunProgram,
     SetOutput,
     SetProfile,
+    Special,
     WaitInput,
 )
+from .special_commands import ADD_IT, BRANCHED, BY_HAND, ELSEWHERE, IN_PROGRAM
 
 
 def profiles(actions: Iterable[Action]) -> list[Profile]:
-    """Return the profiles of the motions, or, if none of them is known, those that are set."""
+    """Return the profiles of the motions, or, if none of them is known, the profiles set."""
     known = list(actions)
     found = [each.profile for each in known if isinstance(each, Motion) and each.profile]
     return found or [each.profile for each in known if isinstance(each, SetProfile) and each.profile]
@@ -36,9 +43,9 @@ def top_rate(actions: Iterable[Action]) -> float:
 
 
 def one_acceleration(actions: Iterable[Action]) -> float:
-    """Return the acceleration for a target that has one for all moves, steps/s^2: the least of the ramps.
+    """Return the acceleration for a target with one for all moves, steps/s^2: the least of the ramps.
 
-    Without any ramp it is so great that the top rate is reached within half a step.
+    Without a ramp it is so great that the top rate is reached within half a step.
     """
     known = list(actions)
     ramps = [round(each.acceleration, 3) for each in profiles(known) if each.ramped]
@@ -46,7 +53,7 @@ def one_acceleration(actions: Iterable[Action]) -> float:
 
 
 def variables(actions: Iterable[Action]) -> tuple[bool, bool]:
-    """Return whether the distance, and whether the direction, are variables: the path through the program decides."""
+    """Return whether the distance, and whether the direction, depend on the path through the program."""
     moves = [each for each in actions if isinstance(each, MoveBy)]
     return any(each.distance is None for each in moves), any(each.sign is None for each in moves)
 
@@ -57,7 +64,7 @@ def stored(program: Program) -> list[int]:
 
 
 def runs(program: Program) -> dict[int, int]:
-    """Return which stored program each command of the host runs that runs one: by the number of its line."""
+    """Return the stored program that each run command of the host runs, by the line number of the command."""
     found: dict[int, int] = {}
     entered = -1
     for action in program.actions:
@@ -65,6 +72,29 @@ def runs(program: Program) -> dict[int, int]:
         if (isinstance(action, RunProgram) and action.block < 0) or (isinstance(action, LeaveProgram) and action.runs):
             found[action.line] = entered
     return found
+
+
+def started_plainly(program: Program) -> Program:
+    """Return a program whose host runs only stored programs of the text, from their start or a label.
+
+    These commands of the host become a `Special`: a loop or branch, a level at a pin other than an input of programs,
+    and a run of a program that the text does not enter.
+    """
+    its, sheet = runs(program), sheet_of(program.part)
+    pins = [pin.name for pin in sheet.pins if pin.role and not pin.role.startswith("input")]
+    steering = re.compile(rf"@(?:drive|pulse|release)\s+(?:\w+\.)?({'|'.join(pins)})\b")
+
+    def plain(action: Action) -> Action:
+        if action.block < 0 and isinstance(action, Jump | Loop):
+            return Special.of(action, BRANCHED, IN_PROGRAM)
+        if isinstance(action, HostDirective) and (pin := steering.match(action.text)):
+            return Special.of(action, f"drives {pin[1]} of the {sheet.part.upper()}", BY_HAND)
+        if isinstance(action, RunProgram) and its.get(action.line, 0) < 0:
+            return Special.of(action, ELSEWHERE, ADD_IT)
+        return action
+
+    lines = [replace(line, actions=tuple(map(plain, line.actions))) for line in program.lines]
+    return replace(program, lines=tuple(lines))
 
 
 def axes(program: Program) -> list[int]:
@@ -84,7 +114,7 @@ def _reset_level(program: Program, output: int) -> int:
 
 
 def inputs(program: Program) -> list[int]:
-    """Return the inputs that the program waits for, or decides by."""
+    """Return the inputs that the program waits for or branches on."""
     found = {each.input.number for each in program.actions if isinstance(each, WaitInput)}
     found |= {each.number for action in program.actions if isinstance(action, Jump) for each in action.inputs}
     found |= {each.until.number for each in program.actions if isinstance(each, RunEndless) and each.until}
@@ -92,12 +122,12 @@ def inputs(program: Program) -> list[int]:
 
 
 def counts_positions(program: Program) -> bool:
-    """Return whether a program moves both by steps and to positions, so that the ends of a counter matter."""
+    """Return whether a program has both relative and absolute moves, so that the limits of a counter matter."""
     actions = list(program.actions)
     return all(any(isinstance(action, kind) for action in actions) for kind in (MoveBy, MoveTo))
 
 
 def counter_of(sheet: Sheet) -> tuple[int, int] | None:
-    """Return the ends of the position counter, as far as a move to a position shows them."""
+    """Return the limits of the position counter, as far as a move to a position shows them."""
     row = next((row for role in ("absolute", "goto", "target") for row in sheet.acting(role)), None)
     return None if row is None else (row.args[0].low, row.args[0].high)

@@ -1,6 +1,6 @@
-"""A text in the dialect of a part -> what it does (meaning.py), by the roles of its rows.
+"""Reads a text in the dialect of a part into its effect (meaning.py), by the roles of its rows.
 
-Labels are named as the source names them; an instruction to which only its address leads is named for its line.
+Labels keep their names in the source; a branch target without a name is named after its line.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from ..language.lint import branches, targets
 from ..language.source import mended, read
 from ..language.statements import Directive, Source
 from .bits import Numbers
-from .meaning import Action, Assumed, HostDirective, Label, Line, Program
+from .meaning import Action, Assumed, HostDirective, Label, Line, Program, Special
 from .profiles import profiles_of
 from .role_reader import RoleReader
-from .source_registers import KnownRegisterValues
+from .source_registers import KnownRegisterValues, from_switches, leads
+from .special_commands import ADD_IT, ELSEWHERE, SWITCHED, WRITE_IT
 
 ASTRAY = ("branch-middle", "branch-outside")  # a part then takes a number for a command; no other part does
 WIRES = (
@@ -33,17 +34,17 @@ WIRES = (
 
 
 def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | None = None) -> Program:
-    """Return what a program does.
+    """Return the effect of a program.
 
     Args:
-        text: what a host sends, a command a line.
+        text: the commands of a host, one a line.
         part: the part it is for.
         where: the name of the text in messages.
         crystal_hz: the crystal of the part; None: its usual one.
 
     Raises:
-        RefusedProgram: lines that the part does not take; all of them are in `.problems`.
-        UnknownName: there is no such part.
+        RefusedProgram: the part does not accept some lines; all of them are in `.problems`.
+        UnknownName: the part does not exist.
     """
     sheet = sheet_of(part)
     source = read(text, sheet)
@@ -61,7 +62,7 @@ def read_program(text: str, part: str, where: str = "<text>", crystal_hz: int | 
 
 
 class ActionReader:
-    """Makes actions of the statements of a text."""
+    """Converts the statements of a text to actions."""
 
     def __init__(self, text: str, source: Source, part: str, where: str, crystal_hz: int | None) -> None:
         self.text, self.source, self.sheet, self.where = text, source, source.sheet, where
@@ -80,12 +81,20 @@ class ActionReader:
     def program(self) -> Program:
         """Return the program."""
         actions: dict[int, list[Action]] = {}
+        entered = False  # a program
         for item in self.source.items:
             found = actions.setdefault(item.line, [])
             if isinstance(item, Directive):
                 found.append(HostDirective(line=item.line, text=item.text))
-            else:
-                found += self.roles.statement(item)
+                continue
+            entered = entered or item.row.role in ("enter", "recall")
+            if item.block < 0 and leads(item.row) and not entered:
+                found.append(Special.of(Action(line=item.line, text=item.text), ELSEWHERE, ADD_IT))
+                continue
+            its = self.roles.statement(item)
+            if from_switches(item):
+                its = [each if isinstance(each, Label) else Special.of(each, SWITCHED, WRITE_IT) for each in its[:2]]
+            found += its
         for number, block in enumerate(self.source.blocks):  # a label at the end leads out of the program
             if (number, block.end) in self.roles.labels and block.statements:
                 last = block.statements[-1].line
@@ -97,9 +106,9 @@ class ActionReader:
         half = any(statement.row.role == "half_steps" for statement in self.source.statements)
         return Program(self.sheet.part, self.where, tuple(lines), tuple(self.assumed()), self.wiring(), half)
 
-    # ------------------------------------------------------------------------------------------------- what is assumed
+    # ----------------------------------------------------------------------------------------------------- assumptions
     def assumed(self) -> Iterable[Assumed]:
-        """Yield what the text does not say."""
+        """Yield the assumptions about facts missing in the text."""
         if self.sheet.crystal_high_hz and not self.stated:
             yield Assumed(
                 "crystal", f"{self.hz / 1e6:g} MHz, the usual one of the {self.sheet.part}", "state it with --crystal"
@@ -111,7 +120,7 @@ class ActionReader:
                 yield Assumed(f"output {name[-1]} ({wire})", f"{'high' if pin.reset else 'low'} after reset")
 
     def wiring(self) -> dict[str, str]:
-        """Return the pins by what they are for."""
+        """Return the pins by their purpose."""
         found = {}
         for role in WIRES:
             pin = self.sheet.role(role)

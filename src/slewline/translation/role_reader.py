@@ -1,4 +1,4 @@
-"""Statements -> actions: a method for each role that a row may have, for all parts that have a command in it."""
+"""Statements -> actions: a method for each role of a row, for all parts that have a command with it."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ UNIT_TIMES = ("millisecond", "delay_unit")
 
 
 class RoleReader:
-    """Makes actions of statements, by the roles of their rows.
+    """Converts statements to actions, by the roles of their rows.
 
     Args:
         source: the text, read.
         hz: the crystal.
         profiles: of the part; None: it has no ramp calculator.
-        registers: what is known of them at every statement.
-        bits: which bit is which output and input.
+        registers: their known values at every statement.
+        bits: the outputs and inputs of bits.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class RoleReader:
 
     # ---------------------------------------------------------------------------------------------------- statements
     def statement(self, statement: Statement) -> list[Action]:
-        """Return the actions of a command, after the label of its place."""
+        """Return the actions of a command, after the label at its address."""
         row, block = statement.row, statement.block
         at = self.labels.get((block, statement.address)) if block >= 0 else None
         before = self.registers.before(statement)
@@ -92,7 +92,7 @@ class RoleReader:
         return [*found, *method(statement, before, common)]
 
     def set_profile(self, statement: Statement, common: Common) -> Action:
-        """A rate, or a value of the ramp: with the profile that then holds."""
+        """Return the action that sets a rate or a value of the ramp, with the resulting profile."""
         axis = int(str(common["axis"]))
         profile = self.profile(self.registers.after(statement), axis)
         sets = SETS.get(statement.row.role, "ramp")
@@ -102,7 +102,7 @@ class RoleReader:
         return SetProfile(sets=sets, value=value, profile=profile, **common)  # type: ignore[arg-type]
 
     def profile(self, state: Mapping[Key, int], axis: int) -> Profile | None:
-        """Return the profile of what the registers hold; None: it is not known."""
+        """Return the profile of some register values; None: it is not known."""
         if self.profiles is None:
             return None
         return self.profiles.read(
@@ -110,12 +110,12 @@ class RoleReader:
         )
 
     def motion(self, before: Mapping[Key, int], common: Mapping[str, object]) -> dict[str, object]:
-        """Return what a motion has, of the registers before it."""
+        """Return the data of a motion that follow from the registers before it."""
         axis = int(str(common["axis"]))
         return {**common, "profile": self.profile(before, axis), "begins": before.get((axis, "position"))}
 
     def on_move(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A relative move: of as many steps as it says, or as were set."""
+        """Yield a relative move, by its own number of steps or the number set before."""
         axis = int(str(common["axis"]))
         its = self.motion(before, common)
         sign = before.get((axis, "sign"))
@@ -130,60 +130,60 @@ class RoleReader:
             yield MoveBy(distance=before.get((axis, "distance")), sign=sign, **its)  # type: ignore[arg-type]
 
     def on_single(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """One step."""
+        """Yield a single step."""
         yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_update(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Motions that were set begin."""
+        """Yield the actions that start the motions set before."""
         position = before.get((int(str(common["axis"])), "target"))
         yield MoveTo(position=position, **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_goto(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A move to a position."""
+        """Yield a move to a position."""
         yield MoveTo(position=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
     on_absolute = on_goto
 
     def on_endless(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A run without end."""
+        """Yield a run without end."""
         yield RunEndless(sign=statement.values[0], **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_until_input(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A run that ends when an input is low."""
+        """Yield a run that ends when an input is low."""
         sign, number = statement.values
         yield RunEndless(sign=sign, until=Input(number, 0), **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_home(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A homing."""
+        """Yield a homing."""
         alone = statement.row.args[0].sign == "alone"
         sign = statement.values[0] if alone else before.get((1, "sign"), 1)
         yield Home(sign=sign, **self.motion(before, common))  # type: ignore[arg-type]
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_distance(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The number of steps of relative moves."""
+        """Yield the action that sets the number of steps of relative moves."""
         yield SetDistance(steps=statement.values[0], **common)  # type: ignore[arg-type]
 
     def on_target(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The position to which the next motion goes."""
+        """Yield the action that sets the target of the next motion."""
         yield SetTarget(position=statement.values[0], **common)  # type: ignore[arg-type]
 
     def on_plus(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The direction of relative moves."""
+        """Yield the action that sets the direction of relative moves."""
         yield SetDirection(sign=1 if statement.row.role == "plus" else -1, **common)  # type: ignore[arg-type]
 
     on_minus = on_plus
 
     def on_endless_next(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The next motion has no end."""
+        """Yield the action that makes the next motion endless."""
         yield SetEndless(**common)  # type: ignore[arg-type]
 
     def on_preset(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The position counter is set."""
+        """Yield the action that sets the position counter."""
         yield SetPosition(position=statement.values[0] if statement.values else 0, **common)  # type: ignore[arg-type]
 
     def on_clear(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Position and outputs become zero."""
+        """Yield the actions that clear position and outputs."""
         if statement.values[0] & 1:
             yield SetPosition(position=0, **common)  # type: ignore[arg-type]
         if statement.values[0] & 2:
@@ -192,29 +192,29 @@ class RoleReader:
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_output_high(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """An output is set."""
+        """Yield the action that sets an output."""
         number = statement.values[0] if statement.values else 1
         yield SetOutput(number=number, level=int(statement.row.role == "output_high"), **common)  # type: ignore[arg-type]
 
     on_output_low = on_output_high
 
     def on_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Outputs are set by a number."""
+        """Yield the actions that set outputs by a number."""
         outputs = self.bits.outputs(statement)
         if outputs is None:
-            yield Special(says=f"{statement.text}: bits that are no single outputs", **common)  # type: ignore[arg-type]
+            yield Special(says=f"{statement.text}: bits that are not single outputs", **common)  # type: ignore[arg-type]
         else:
             yield from (SetOutput(number=number, level=level, **common) for number, level in outputs)  # type: ignore[arg-type]
 
     def on_wait_high(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A wait for an input."""
+        """Yield a wait for an input."""
         number = statement.values[0] if statement.values else 1
         yield WaitInput(input=Input(number, int(statement.row.role == "wait_high")), **common)  # type: ignore[arg-type]
 
     on_wait_low = on_wait_high
 
     def on_wait_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A wait for inputs that a number names."""
+        """Yield a wait for inputs selected by a number."""
         one = self.bits.input(statement)
         if one is None:
             yield Special(says=f"{statement.text}: waits for several inputs", **common)  # type: ignore[arg-type]
@@ -222,12 +222,12 @@ class RoleReader:
             yield WaitInput(input=one, **common)  # type: ignore[arg-type]
 
     def on_delay(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A delay, in the unit of the sheet."""
+        """Yield a delay, in the unit of the sheet."""
         yield Delay(time_ps=statement.values[0] * delay_unit_ps(self.sheet, self.hz), **common)  # type: ignore[arg-type]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_jump(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A jump; of a host, the start of the program at that place."""
+        """Yield a jump; from a host, the start of the program at that address."""
         to = self.goal(statement)
         if statement.block < 0:
             yield RunProgram(at=to, **common)  # type: ignore[arg-type]
@@ -235,7 +235,7 @@ class RoleReader:
             yield Jump(to=to, **common)  # type: ignore[arg-type]
 
     def on_pointer(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """In a program a jump; of a host, where the next program is entered or run."""
+        """Yield a jump, in a program; from a host, the address where the next program is entered or run."""
         if statement.block >= 0:
             yield from self.on_jump(statement, before, common)
             return
@@ -244,18 +244,18 @@ class RoleReader:
         yield Special(says=statement.row.says, needless=needless, **common)  # type: ignore[arg-type]
 
     def on_loop(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The end of a loop."""
+        """Yield the end of a loop."""
         passes = statement.values[0] or statement.row.args[0].modulus
         yield Loop(to=self.goal(statement), passes=passes, **common)  # type: ignore[arg-type]
 
     def on_mark(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The start of a loop: a label, if a loop leads to it."""
+        """Yield the start of a loop: a label, if a loop leads to it."""
         name = self.loops.get((statement.block, statement.end))
         if name is not None:
             yield Label(name=name, **common)  # type: ignore[arg-type]
 
     def on_branch_low(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A branch by the level of an input: its own, or the second one."""
+        """Yield a branch on the level of an input: its own, or the second one."""
         level = int(statement.row.role == "branch_high")
         number = statement.values[0] if statement.values and statement.target is None else 2
         yield Jump(to=self.goal(statement), inputs=(Input(number, level),), **common)  # type: ignore[arg-type]
@@ -263,12 +263,12 @@ class RoleReader:
     on_branch_high = on_branch_low
 
     def on_branch_inputs(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A branch where all inputs have their levels."""
+        """Yield a branch that is taken if all inputs have their levels."""
         levels = tuple(Input(n + 1, statement.values[0] >> n & 1) for n in range(3))
         yield Jump(to=self.goal(statement), inputs=levels, **common)  # type: ignore[arg-type]
 
     def on_branch_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """A branch until inputs match: it is taken at the other level."""
+        """Yield a branch until inputs match: it is taken at the other level."""
         one = self.bits.input(statement)
         if one is None:
             yield Special(says=f"{statement.text}: tests several inputs", **common)  # type: ignore[arg-type]
@@ -276,17 +276,17 @@ class RoleReader:
             yield Jump(to=self.goal(statement), inputs=(Input(one.number, 1 - one.level),), **common)  # type: ignore[arg-type]
 
     def on_stop(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The end of a program."""
+        """Yield the end of a program."""
         yield EndProgram(**common)  # type: ignore[arg-type]
 
     # -------------------------------------------------------------------------------------------------- host, programs
     def on_enter(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Program entry begins."""
+        """Yield the action that begins program entry."""
         number = next(n for n, block in enumerate(self.source.blocks) if block.entry is statement)
         yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
 
     def on_leave(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Program entry ends, or a program that was entered runs."""
+        """Yield the action that ends program entry, or runs a program that was entered."""
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:
             yield LeaveProgram(runs=statement.row.starts, **common)  # type: ignore[arg-type]
@@ -294,28 +294,28 @@ class RoleReader:
             yield RunProgram(**common)  # type: ignore[arg-type]
 
     def on_run(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The program runs from its start; in a program it begins again."""
+        """Yield the action that runs the program from its start; in a program, that restarts it."""
         if statement.block < 0:
             yield RunProgram(**common)  # type: ignore[arg-type]
         else:
             yield Jump(to=self.labels[statement.block, self.source.blocks[statement.block].base], **common)  # type: ignore[arg-type]
 
     def on_store(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The program is kept without power."""
+        """Yield the action that saves the program."""
         yield SaveProgram(**common)  # type: ignore[arg-type]
 
     def on_erase(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The program is erased."""
+        """Yield the action that erases the program."""
         yield EraseProgram(**common)  # type: ignore[arg-type]
 
     def on_question(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """The part is asked for something."""
+        """Yield a query to the part."""
         yield Query(**common)  # type: ignore[arg-type]
 
     on_state = on_read = on_list = on_question
 
     def other(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """What has no role that all parts share."""
+        """Yield the action of a command without a role common to all parts."""
         row = statement.row
         if row.at_once:
             yield Stop(ramped=row.at_once == "brake", **common)  # type: ignore[arg-type]
@@ -328,7 +328,7 @@ class RoleReader:
                 yield from self._updates(statement, common)
 
     def _updates(self, statement: Statement, common: Common) -> Iterable[Action]:
-        """The motions of several axes that begin in one cycle: a move to a position for each axis that has a target."""
+        """Yield the motions of several axes that begin in one cycle: a `MoveTo` for each axis that has a target."""
         before = self.registers.before(statement)
         for axis in range(1, self.sheet.axes + 1):
             if statement.values[0] >> axis - 1 & 1 and (axis, "target") in before:
@@ -337,7 +337,7 @@ class RoleReader:
 
     # ---------------------------------------------------------------------------------------------------------- labels
     def goal(self, statement: Statement) -> str:
-        """Return the label to which a command leads."""
+        """Return the label that a command jumps to."""
         number, address = self._goal(statement)
         if "l" in statement.row.flow and (number, address) in self.loops:
             return self.loops[number, address]
@@ -354,12 +354,12 @@ class RoleReader:
         return number, block.loop_start(statement) if "l" in flow else block.base
 
     def _mark(self, number: int, address: int) -> Statement | None:
-        """The command that marks the start of a loop at an address."""
+        """Return the command that marks the start of a loop at an address, or None."""
         marks = (each for each in self.source.blocks[number].statements if each.row.role == "mark")
         return next((each for each in marks if each.end == address), None)
 
     def _block_before(self, statement: Statement) -> int:
-        """The program that was entered last when the host sends a command."""
+        """Return the number of the program that was entered last when the host sends a command."""
         found = -1
         for item in self.source.statements:
             if item is statement:
@@ -368,7 +368,7 @@ class RoleReader:
         return found
 
     def _name_labels(self) -> None:
-        """Name every instruction to which a branch leads."""
+        """Name every instruction that is the target of a branch."""
         for number, block in enumerate(self.source.blocks):
             for letter, address in block.labels.items():
                 self.labels[number, address] = letter
@@ -391,6 +391,6 @@ class RoleReader:
 
 
 def delay_unit_ps(sheet: Sheet, hz: int) -> int:
-    """Return what a delay of 1 takes at a crystal, ps."""
+    """Return the duration of a delay of 1 at a crystal, ps."""
     time = next(sheet.times[name] for name in UNIT_TIMES if name in sheet.times)
     return time.ticks * PS_PER_S // hz

@@ -1,8 +1,8 @@
-"""What registers hold at every command of a program, as far as its text shows: all paths through it are followed.
+"""Values of registers at every command of a program, as far as its text shows: all paths through it are followed.
 
-A register that holds several values at a command, since paths meet there, is not known there; nor is a position that
-comes from before a loop.  The rows say by their roles what a command does; a parameter of the ramp is what the part's
-calculator takes.
+If paths meet at a command with different values of a register, the value is not known there; nor is a position from
+before a loop.  The roles of the rows determine the effect of a command; a parameter of the ramp is an argument of the
+part's calculator.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ from ..language.statements import Block, Source, Statement
 Key = tuple[int, str]  # axis (0: of the whole part), name
 State = frozenset[tuple[Key, int]]
 
+SWITCHES = "#"  # in the place of a number
 PROFILE_ROLES = ("start_rate", "top_rate", "ramp", "ramp_divisor", "rate_divisor")
 
 
 class KnownRegisterValues:
-    """The registers of a program, before and after each of its statements."""
+    """The known register values of a program, before and after each of its statements."""
 
     def __init__(self, source: Source, calculator: Calculator | None, preset: Mapping[str, int | str]) -> None:
         self.source, self.sheet = source, source.sheet
@@ -31,16 +32,16 @@ class KnownRegisterValues:
         self._follow()
 
     def before(self, statement: Statement) -> dict[Key, int]:
-        """Return what is known of the registers when a statement begins."""
+        """Return the known registers before a statement."""
         return merged(self._seen.get(id(statement), ()))
 
     def after(self, statement: Statement) -> dict[Key, int]:
-        """Return what is known of them after it."""
+        """Return the known registers after a statement."""
         return merged(self._step(statement, state) for state in self._seen.get(id(statement), ()))
 
     # ----------------------------------------------------------------------------------------------------- following
     def initial(self) -> State:
-        """Return the registers after a reset, as the sheet has them; a rate of 0 is none."""
+        """Return the registers after a reset, from the sheet; a rate of 0 counts as unset."""
         found: dict[Key, int] = {(0, "axis"): 1}
         for register in self.sheet.registers:
             row = self.sheet.commands.by_form.get(register.letter)
@@ -51,15 +52,14 @@ class KnownRegisterValues:
         place = next((each for each in self.sheet.registers if each.name in ("position", "trgt_pos")), None)
         if place is not None and not place.default:  # else it is undefined
             found |= {(axis, "position"): 0 for axis in range(1, self.sheet.axes + 1)}
-        direction = self.sheet.role("direction")
-        if direction is not None and direction.reset is not None and direction.sense is not None:
-            found[1, "sign"] = 1 if direction.reset == direction.sense else -1
+        if "plus" in rows_by_role(self.sheet):
+            found[1, "sign"] = after_reset(self.sheet)
         for name, value in self.preset.items():
             found[1, name] = int(value)
         return frozenset(found.items())
 
     def _follow(self) -> None:
-        """Walk through the text as a host sends it; a program is followed where it is run."""
+        """Follow the text in the order in which a host sends it; a program is followed where it is run."""
         states: list[State] = [self.initial()]
         blocks, block, ran = iter(self.source.blocks), None, True
 
@@ -85,6 +85,9 @@ class KnownRegisterValues:
         """Return the registers after a statement."""
         row, values, state = statement.row, statement.values, dict(before)
         axis = state.get((0, "axis"), 1)
+        if from_switches(statement):
+            unknown = {row.form, row.role, "position", "sign" if row.motion else ""}
+            return frozenset((key, held) for key, held in state.items() if key[1] not in unknown)
         value = values[0] if values else 0
         if takes_part(row, self.parameters):
             state[axis, row.form] = value
@@ -104,11 +107,11 @@ class KnownRegisterValues:
         else:
             self._moved(row, value, axis, state)
         if row.stored and row.flow != "n" and statement.block >= 0:
-            state = {key: held for key, held in state.items() if key[1] != "position"}  # what is repeated moves again
+            state = {key: held for key, held in state.items() if key[1] != "position"}  # a repeated part moves again
         return frozenset(state.items())
 
     def _moved(self, row: Row, value: int, axis: int, state: dict[Key, int]) -> None:
-        """What a command does to the position, and to what a motion uses up."""
+        """Apply the effect of a command to the position, and to the settings that a motion uses up."""
         here, place = state.get((axis, "position")), (axis, "position")
         if row.role == "preset":
             state[place] = value
@@ -132,7 +135,7 @@ class KnownRegisterValues:
             state.pop(place, None)
 
     def _reach(self, position: int, axis: int, state: dict[Key, int]) -> None:
-        """A motion to a position turns the direction, which stays for the next one."""
+        """Set the direction after a motion to a position, which stays for the next one."""
         here = state.get((axis, "position"))
         if here is None:
             state.pop((axis, "sign"), None)
@@ -151,6 +154,16 @@ def runs(row: Row, statement: Statement, block: Block) -> bool:
     return row.role == "run" or (row.role == "leave" and row.starts) or statement.target is not None
 
 
+def from_switches(statement: Statement) -> bool:
+    """Return whether a part reads the number of a command from switches."""
+    return bool(statement.row.args) and SWITCHES in statement.text
+
+
+def leads(row: Row) -> bool:
+    """Return whether a command continues elsewhere in a program."""
+    return row.role in ("jump", "loop") or row.role.startswith("branch")
+
+
 def start_of(statement: Statement, block: Block) -> int:
     """Return the address at which a command of the host starts the program."""
     target = statement.target
@@ -159,11 +172,17 @@ def start_of(statement: Statement, block: Block) -> int:
 
 
 def merged(states: Iterable[State]) -> dict[Key, int]:
-    """Return what all of some states have in common."""
+    """Return the values common to all of some states."""
     found = list(states)
     return dict(frozenset.intersection(*found)) if found else {}
 
 
 def rows_by_role(sheet: Sheet) -> dict[str, Row]:
-    """Return the command of each role; the first one of those that share it."""
+    """Return the command of each role; the first one if several share it."""
     return {row.role: row for row in reversed(list(sheet.commands)) if row.role}
+
+
+def after_reset(sheet: Sheet) -> int:
+    """Return the direction after a reset: 1 clockwise, -1 counter-clockwise."""
+    pin = sheet.role("direction")
+    return 1 if pin is None or pin.reset == pin.sense else -1

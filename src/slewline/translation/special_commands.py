@@ -1,16 +1,23 @@
-"""Commands that no other part need have: why nothing is needed in their place, and what a person can do instead."""
+"""Commands that other parts need not have: why no replacement is needed, and advice to the user."""
 
 from __future__ import annotations
 
 # by role
-NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move says which axis it is of"}
+NEEDLESS = {"clear_events": "no other part has these events", "axis": "each move names its axis"}
 
-ALIKE = "take SET_PRFL_TRAP with SET_ACC at the source, prove that, and translate it: such a ramp has a counterpart"
-TOGETHER = "here one axis moves after the other; let a host start parts of their own at the same time"
+ALIKE = "use SET_PRFL_TRAP with SET_ACC in the source, prove that, and translate it: such a ramp has a counterpart"
+TOGETHER = "here one axis moves after the other; let a host start separate parts at the same time"
 REMEDIES = {  # by the form of the command
     "MULTI_UPDATE": TOGETHER,
     "SET_PRFL_S_CRV": ALIKE,
     "SET_PRFL_VEL": "move to positions with SET_PRFL_TRAP, if the motion has an end",
     "SET_PRFL_GEAR": "gear the axes by hand, or by a controller that follows an encoder",
 }
+ELSEWHERE = "runs a program that this text does not enter"
+ADD_IT = "add the lines that enter the program, before this one"
+BRANCHED = "starts the stored program by a loop or branch"
+IN_PROGRAM = "put the loop or branch into the program, and run that"
+SWITCHED = "takes its number from switches"
+WRITE_IT = "write the number, and change the text when the switches change"
+BY_HAND = "let a person, or another controller, do it at this place"
 AT_THE_START = "a program begins at its first line"

@@ -1,9 +1,8 @@
-"""The face of a target: what writes a program in its language, and what reads that back to prove it.
+"""The interface of a target: a writer for programs in its language, and a reader that proves the result.
 
-A writer goes through `program.lines` in order and returns lines of its own, each with the line of the source it comes
-from; comments are kept, beside what they were beside.  What it cannot write is a `LineVerdict` with the limit of the
-target and what a person can do, and a comment in the result at that place.  `translate` puts the warning at the head,
-and makes the report.
+A writer goes through `program.lines` in order and returns lines of its own, each with its line of the source; comments
+are kept next to the same code.  A part that cannot be written is a `LineVerdict` with the limit of the target and
+advice to the user, and a comment at that line of the result.  `translate` adds the warning at the head and the report.
 """
 
 from __future__ import annotations
@@ -24,14 +23,14 @@ WARNING = (
 
 @dataclass(frozen=True, slots=True)
 class WriterOptions:
-    """What a user says about the target.
+    """A user's options for the target.
 
     Attributes:
         steps_per_mm: for targets that count millimetres.
         axis: the name of the axis for targets that have several: X.
-        unroll: how many lines a loop may become where the target has none.
+        unroll: greatest number of lines for a loop, if the target has no loops.
         crystal_hz: the crystal of the target; None: its usual one.
-        values: what else a target takes, by name, as text.
+        values: other settings of a target, by name, as text.
     """
 
     steps_per_mm: float = 1.0
@@ -43,10 +42,10 @@ class WriterOptions:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What a writer returns: the lines of the result, the verdicts on the lines of the source, and which wire is which.
+    """Result of a writer: the lines, the verdicts on the lines of the source, and the wiring.
 
-    `wiring` has triples: what a wire is for ("output1"), its name at the source, its name at the target; empty: the
-    target has none.  `assumed` are pairs of what the writer took for granted of the target, and its value.
+    `wiring` has triples: the purpose of a wire ("output1"), its name at the source, its name at the target; empty: the
+    target has none.  `assumed` are pairs of an assumption about the target, and its value.
     """
 
     lines: tuple[OutLine, ...]
@@ -58,15 +57,15 @@ class Written:
 # --------------------------------------------------------------------------------------------------------------- traces
 @dataclass(frozen=True, slots=True)
 class Happened:
-    """Something that a run did, as a proof compares it.
+    """An event of a run, as compared by a proof.
 
     Attributes:
         kind: a "move" (from rest to rest), a "run" that was stopped (`value` is its sign), an "output" that changed, an
-            "input" that was waited for, or a "delay" that was asked for.
+            "input" that was waited for, or a "delay" in the program.
         number: of the axis, of the output or of the input, from 1 on.
         value: steps with their sign, or a level; of a delay its ps.
-        time_ps: when it began, ps from the start; None: what was read back does not say.
-        first_ps: of a move, when its first step was; None: not known.
+        time_ps: when it began, ps from the start; None: not known from the text.
+        first_ps: of a move, the time of its first step; None: not known.
         lasts_ps: of a move, from its first step to its last one, ps; None: not known.
         rate: of a move, the greatest rate, steps/s; None: not known.
     """
@@ -82,7 +81,7 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class PlayedTrace:
-    """What a run did, in order; `ran` says what ran it, such as "rs274"; `stopped` that it was ended from outside."""
+    """Events of a run, in order; `ran` names the interpreter, such as "rs274"; `stopped`: it was ended from outside."""
 
     ran: str
     happened: tuple[Happened, ...]
@@ -90,7 +89,7 @@ class PlayedTrace:
 
 
 class ProgramWriter(Protocol):
-    """A writer at work on one program."""
+    """A writer for one program."""
 
     def written(self) -> Written:
         """Return the result."""
@@ -99,20 +98,20 @@ class ProgramWriter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Something that a program can be translated to, other than our own parts.
+    """A target of translation other than our own parts.
 
-    Writer, reader and interpreter are module:name, in the rooms `writers` and `reading_back`; they are imported when
-    they are asked for.
+    Writer, reader and interpreter are module:name, in the packages `writers` and `reading_back`; they are imported on
+    demand.
 
     Attributes:
-        name: the name that --to takes, "grbl".
-        mark: what a comment begins with.
+        name: the argument of --to, "grbl".
+        mark: the start of a comment.
         ending: of its files, ".nc".
-        language: what the limits refer to, "grbl 1.1 (documentation)".
+        language: the reference of the limits, "grbl 1.1 (documentation)".
         writer: the class that writes a program.
         reader: reads a text back, and shares no code with the writer.
-        interpreter: runs a text in the real interpreter of the target; empty: none can be had.
-        settings: what --set takes besides the levels of outputs: name and allowed values.
+        interpreter: runs a text in the real interpreter of the target; empty: none is available.
+        settings: arguments of --set besides the levels of outputs: name and allowed values.
     """
 
     name: str
@@ -125,11 +124,11 @@ class Target:
     settings: tuple[tuple[str, str], ...] = ()
 
     def comment(self, text: str) -> str:
-        """Return a comment as a line of its own; empty text gives an empty line."""
+        """Return a comment as a line of its own; for an empty text an empty line."""
         return f"{self.mark}{text}" if text else ""
 
     def joined(self, line: OutLine) -> str:
-        """Return a line of the result with its comment beside it."""
+        """Return a line of the result, followed by its comment."""
         return "  ".join(filter(None, (line.text, self.comment(line.comment))))
 
     def write(self, program: Program, options: WriterOptions) -> Written:
@@ -138,12 +137,12 @@ class Target:
         return make(self, program, options).written()
 
     def read_back(self, text: str, options: WriterOptions) -> PlayedTrace:
-        """Return what a text does."""
+        """Return the events of a text."""
         read: Callable[[str, WriterOptions], PlayedTrace] = found("reading_back", self.reader)
         return read(text, options)
 
     def ran(self, text: str, options: WriterOptions) -> PlayedTrace | None:
-        """Return what a text does in the real interpreter of the target; None: it cannot be run here."""
+        """Return the events of a text in the real interpreter of the target; None: it cannot be run here."""
         if not self.interpreter:
             return None
         run: Callable[[str, WriterOptions], PlayedTrace | None] = found("reading_back", self.interpreter)
@@ -151,6 +150,6 @@ class Target:
 
 
 def found(room: str, where: str) -> Any:
-    """Return what a module of a room has under a name."""
+    """Return the object with a name in a module of a package."""
     module, _, name = where.partition(":")
     return getattr(import_module(f".{room}.{module}", __package__), name)

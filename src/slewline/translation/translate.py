@@ -1,4 +1,4 @@
-"""Translation from Python: a program of one part becomes a program of another one.
+"""Translation from Python: a program for one part becomes a program for another one.
 
 done = slewline.translate("weld.cy525", to="gs-c200s")
 print(done.text)
@@ -21,12 +21,13 @@ from ..core.messages.near import hint
 from ..errors import UnknownName, UsageError
 from .meaning import Assumed, Program
 from .own.part_writer import OwnWriter
+from .program_facts import started_plainly
 from .reading import read_program
 from .target_writer import WARNING, Target, WriterOptions, Written
 from .translation_report import LineKind, LineVerdict, OutLine, Report, ReportLine
 from .writers import TARGETS, target
 
-COLUMN = 13  # of a comment beside a command
+COLUMN = 13  # of a comment next to a command
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +36,8 @@ class Translation:
 
     Attributes:
         text: the result, for the target.
-        report: what became of each line.
-        program: what the source does.
+        report: the result for each line.
+        program: the effect of the source.
         source: the text of the source.
     """
 
@@ -75,16 +76,16 @@ def translate(
         crystal, target_crystal: the crystals of source and target, such as "11 MHz"; by default the usual ones.
         steps_per_mm: the steps of a millimetre, for targets that count millimetres.
         axis: the axis, for targets that have several.
-        unroll: how many lines a loop may become where the target has none.
-        strict: refuse what is not the same.
-        settings: what the text leaves open, by name: {"output1": "low"} for the level of an output at the start,
-            {"library": "fastaccelstepper"} and others that a target has.
+        unroll: greatest number of lines for a loop, if the target has no loops.
+        strict: refuse a result that is not the same.
+        settings: facts missing in the text, by name: {"output1": "low"} for the level of an output at the start,
+            {"library": "fastaccelstepper"} and other settings of a target.
 
     Raises:
-        UnknownName: there is no such part or target.
-        UsageError: an argument is out of range, or `strict` and a line that is not the same.
-        ProgramError: lines that the part of the source does not take.
-        BenchFileError: the file cannot be read, or is no text.
+        UnknownName: the part or target does not exist.
+        UsageError: an argument is out of range, or `strict` is set and a line is not the same.
+        ProgramError: the part of the source does not accept some lines.
+        BenchFileError: the file cannot be read, or is not text.
     """
     path = str(file)
     return translate_text(
@@ -120,7 +121,7 @@ def translate_text(
     if name in TARGETS:
         program = with_levels(program, options.values)
         other: Target | None = target(name)
-        written = target(name).write(program, options)
+        written = target(name).write(started_plainly(program), options)
     else:
         other, mine = None, sheet_of(name)
         if target_crystal is not None:
@@ -139,7 +140,7 @@ def known(to: str) -> str:
     """Return the name of a target.
 
     Raises:
-        UnknownName: there is none; the message lists the targets.
+        UnknownName: it does not exist; the message lists the targets.
     """
     name = CATALOGUE.canonical(to) if isinstance(to, str) else ""
     if name in TARGETS:
@@ -153,10 +154,10 @@ def known(to: str) -> str:
 
 
 def check_settings(values: Mapping[str, str], to: str) -> None:
-    """Refuse a setting that a target has not.
+    """Refuse a setting that a target does not have.
 
     Raises:
-        UsageError: there is no such setting, or it has another value.
+        UsageError: the setting does not exist, or does not have this value.
     """
     own = dict(TARGETS[to].settings) if to in TARGETS else {}
     levels = {f"output{number}": "low or high: its level at the start" for number in (1, 2, 3)}
@@ -170,7 +171,7 @@ def check_settings(values: Mapping[str, str], to: str) -> None:
 
 
 def with_levels(program: Program, values: Mapping[str, str]) -> Program:
-    """Return a program whose outputs begin at the levels that a user gives."""
+    """Return a program with initial levels of outputs set by the user."""
     assumed = [each for each in program.assumed if f"output{each.about[7:8]}" not in values]
     given = [(int(name[-1]), value) for name, value in values.items() if name.startswith("output")]
     for number, value in given:
@@ -180,7 +181,7 @@ def with_levels(program: Program, values: Mapping[str, str]) -> Program:
 
 
 def reported(program: Program, to: str, written: Written) -> Report:
-    """Return the report on what was written."""
+    """Return the report on a result."""
     verdicts: dict[int, list[LineVerdict]] = {}
     for verdict in written.verdicts:
         verdicts.setdefault(verdict.line, []).append(verdict)
@@ -228,7 +229,7 @@ def lines_of(lines: Iterable[OutLine], other: Target | None) -> Iterable[str]:
 
 
 def refusal(report: Report) -> str:
-    """Return which lines are not the same."""
+    """Return the message with the lines that are not the same."""
     wrong = [line for line in report.lines if line.kind is not LineKind.SAME]
     says = [f"{report.where}, line {line.number}: {line.code}: {line.verdicts[0].text}" for line in wrong]
     says += [f"{report.where}: {each.text}" for each in report.whole if each.kind is not LineKind.SAME]

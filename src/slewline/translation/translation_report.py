@@ -1,4 +1,4 @@
-"""What became of each line of a program: the same, nearly, not possible; and what was assumed.
+"""The result for each line of a program: the same, nearly, not possible; and the assumptions.
 
 bar.cy525, line 4: R 80 -> T478: nearly: 4780 steps/s for 4783, 0.06 %
 """
@@ -14,7 +14,7 @@ from .meaning import Assumed
 
 
 class LineKind(Enum):
-    """What became of a line: kinds in the order from best to worst."""
+    """Result of a line: kinds in order from best to worst."""
 
     SAME = "same"
     NEARLY = "nearly"
@@ -22,22 +22,22 @@ class LineKind(Enum):
 
     @property
     def worth(self) -> int:
-        """0 for the best, more for worse."""
+        """Rank of the kind: 0 for the best, more for worse."""
         return list(LineKind).index(self)
 
 
 @dataclass(frozen=True, slots=True)
 class LineVerdict:
-    """What became of a line of the source, or of a part of what it does.
+    """The result for a line of the source, or for a part of its effect.
 
     Attributes:
         line: the line of the source; 0: the whole program.
         kind: the same, nearly, or not possible.
-        says: what is different, with its figure: "4780 steps/s for 4783"; of what is the same what to know of it.
-        limit: for what is not possible, the limit of the target, and where its manual states it.
-        remedy: what a person can do.
-        off: by how much a figure differs, as a fraction of what it shall be: 0.004 for 0.4 %.
-        off_ps: by how much a time differs, ps.
+        says: the difference, with its figure: "4780 steps/s for 4783"; for the same, a note.
+        limit: if not possible, the limit of the target, and where its manual states it.
+        remedy: advice to the user.
+        off: relative error of a figure: 0.004 for 0.4 %.
+        off_ps: error of a time, ps.
     """
 
     line: int
@@ -50,14 +50,14 @@ class LineVerdict:
 
     @property
     def text(self) -> str:
-        """The verdict in one line."""
+        """Verdict in one line."""
         parts = [self.kind.value, self.says, f"{self.limit}" if self.limit else "", self.remedy]
         return ": ".join(parts[:2] if parts[1] else parts[:1]) + "".join(f"; {part}" for part in parts[2:] if part)
 
 
 @dataclass(frozen=True, slots=True)
 class OutLine:
-    """A line of the result: its text without comment, the comment, and the line of the source; 0: no line of it."""
+    """A line of the result: its text without comment, the comment, and the line of the source; 0: none."""
 
     text: str
     comment: str = ""
@@ -66,7 +66,7 @@ class OutLine:
 
 @dataclass(frozen=True, slots=True)
 class ReportLine:
-    """A line of the source that says something, what was written for it, and the verdicts on it, worst first."""
+    """A line of the source with code, the lines written for it, and the verdicts on it, worst first."""
 
     number: int
     code: str
@@ -75,22 +75,22 @@ class ReportLine:
 
     @property
     def kind(self) -> LineKind:
-        """The worst of its verdicts; without any, it is the same."""
+        """Worst kind of its verdicts; without any, it is the same."""
         return max((each.kind for each in self.verdicts), key=lambda kind: kind.worth, default=LineKind.SAME)
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What became of a program.
+    """The result of a translation.
 
     Attributes:
         where: the name of the source.
-        part: what the source is for.
-        to: what the result is for.
-        lines: the lines of the source that say something, in order.
+        part: the part of the source.
+        to: the target of the result.
+        lines: the lines of the source with code, in order.
         whole: verdicts on the program as a whole, such as its size.
-        assumed: what the text does not say.
-        wiring: pairs of a wire of the source and of the target, each with what it is for.
+        assumed: the assumptions about facts missing in the text.
+        wiring: pairs of a wire of the source and of the target, each with its purpose.
     """
 
     where: str
@@ -103,7 +103,7 @@ class Report:
 
     @property
     def counts(self) -> dict[LineKind, int]:
-        """The number of lines of each kind."""
+        """Number of lines of each kind."""
         counted = Counter(line.kind for line in self.lines)
         return {kind: counted[kind] for kind in LineKind}
 
@@ -114,7 +114,7 @@ class Report:
         return all(kind is LineKind.SAME for kind in kinds)
 
     def of(self, number: int) -> ReportLine | None:
-        """Return what became of a line of the source; None: it says nothing."""
+        """Return the result for a line of the source; None: the line has no code."""
         return next((line for line in self.lines if line.number == number), None)
 
     def __iter__(self) -> Iterator[ReportLine]:

@@ -1,9 +1,9 @@
-"""A bench file for another part or controller: the program of each chip, and what the bench wires between them.
+"""A bench file for another part or controller: the program of each chip, and the wiring between them.
 
 For one of our parts the result is a bench file again, with the comments of the old one: chips are of the other part,
 and wires, signals from outside and recordings name its pins.  Any other target is a controller for each chip, which
 runs its program by itself, at the same time as the others; the wires between them are listed, to be made by hand.
-What has no counterpart is commented out, and listed.
+Tables without a counterpart are commented out, and listed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SAME_LEVEL = ("output", "input", "step", "direction")  # roles whose levels are 
 
 @dataclass(frozen=True, slots=True)
 class BenchLine:
-    """Something that the bench has besides its programs, and what became of it; `becomes` is empty if nothing did."""
+    """An element of the bench besides its programs, and its result; `becomes` is empty if there is none."""
 
     what: str
     becomes: str = ""
@@ -45,7 +45,7 @@ class BenchTranslation:
         where: the bench file.
         to: the target.
         programs: the translations of the programs, by the name of the chip.
-        lines: wires and other tables, and what became of them.
+        lines: wires and other tables, and their results.
         files: the texts to write, by the name of the file.
     """
 
@@ -57,7 +57,7 @@ class BenchTranslation:
 
     @property
     def bench(self) -> str:
-        """The name of the bench file among the files; empty: the target is none of our parts."""
+        """Name of the bench file among the files; empty: the target is not one of our parts."""
         return RESULT if RESULT in self.files else ""
 
 
@@ -71,9 +71,9 @@ def translate_bench(
     """Return all programs of a bench file for another part or controller, and the bench.
 
     Raises:
-        UnknownName: there is no such target.
-        UsageError: no chip has a program, or a host speaks to several chips.
-        BenchFileError, ProgramError: the bench, or a program, is not right.
+        UnknownName: the target does not exist.
+        UsageError: no chip has a program, or a host is connected to several chips.
+        BenchFileError, ProgramError: the bench, or a program, has errors.
     """
     name = known(to)
     file = BenchFile(path)
@@ -82,7 +82,7 @@ def translate_bench(
 
 @dataclass(slots=True)
 class _OneChip:
-    """A chip of the bench: its sheet, its program, and where its pins are at the target."""
+    """A chip of the bench: its sheet, its program, and its pins at the target."""
 
     sheet: Sheet
     crystal: str | int | None
@@ -91,13 +91,13 @@ class _OneChip:
 
 
 class _BenchWriter:
-    """At work on one bench file."""
+    """Writer for one bench file."""
 
     def __init__(self, file: BenchFile, to: str, options: WriterOptions, target_crystal: str | int | None) -> None:
         self.file, self.to, self.options, self.target_crystal = file, to, options, target_crystal
         self.mine = None if to in TARGETS else sheet_of(to)
         self.ending = TARGETS[to].ending if self.mine is None else f".{to}"
-        bench, _ = file.staged()  # refuses what is not right
+        bench, _ = file.staged()  # refuses a bench with errors
         self.chips = {
             name: _OneChip(chip.sheet, table.crystal)
             for (name, chip), table in zip(bench.chips.items(), file.tables.chip, strict=True)
@@ -120,12 +120,12 @@ class _BenchWriter:
         for number, (host, (text, where)) in enumerate(zip(self.file.tables.host, self.file.programs(), strict=True)):
             names = host.chips or list(self.chips)
             if len(names) != 1:
-                raise self.file.error(("host", number), "speaks to several chips; give each of them a host of its own")
+                raise self.file.error(("host", number), "is connected to several chips; use a separate host for each")
             chip = self.chips.get(names[0])
             if chip is None or not text.strip():
                 continue
             if chip.done is not None:
-                raise self.file.error(("host", number), f"is the second one of {names[0]}; write one program of both")
+                raise self.file.error(("host", number), f"is the second host of {names[0]}; combine both programs")
             chip.done = translate_text(
                 text,
                 chip.sheet.part,
@@ -141,7 +141,7 @@ class _BenchWriter:
 
     # ------------------------------------------------------------------------------------------------------------- pins
     def pin(self, chip: str, name: str) -> str:
-        """Return the pin of the target that is for the same; empty: it has none."""
+        """Return the pin of the target with the same purpose; empty: there is none."""
         one = self.chips[chip]
         if name in one.pins:
             return one.pins[name]
@@ -150,7 +150,7 @@ class _BenchWriter:
         return "" if mine is None else mine.name
 
     def inverted(self, chip: str, name: str) -> bool:
-        """Return whether the pin of the target says the same by the other level."""
+        """Return whether the pin of the target has the opposite active level."""
         theirs = next((pin for pin in self.chips[chip].sheet.pins if pin.name == name), None)
         mine = self.mine.role(theirs.role) if self.mine is not None and theirs is not None and theirs.role else None
         if theirs is None or mine is None or theirs.role.startswith(SAME_LEVEL):
@@ -158,7 +158,7 @@ class _BenchWriter:
         return None not in (theirs.sense, mine.sense) and theirs.sense != mine.sense
 
     def _places(self, text: str) -> Iterator[tuple[str, str]]:
-        """Yield the pins of chips that a text names, as chip and pin."""
+        """Yield the pins of chips in a text, as chip and pin."""
         names = "|".join(map(re.escape, self.chips))
         for found in re.finditer(rf"""(?<=["'])({names})\.(\w+)(?=["'])""", text):
             yield found[1], found[2]
@@ -191,18 +191,18 @@ class _BenchWriter:
         said = f"[[{kind}]] {', '.join(f'{chip}.{pin}' for chip, pin in places)}"
         none = [f"{chip}.{pin}" for chip, pin in places if not self.pin(chip, pin)]
         if none:
-            limit = f"the {self.to.upper()} has no pin that {' and '.join(none)} would be"
+            limit = f"the {self.to.upper()} has no pin for {' and '.join(none)}"
             self.lines.append(BenchLine(said, "", f"{limit}: let the host do it, or leave it out"))
             return f"# NOT POSSIBLE: {limit}\n{commented(block)}"
         for chip, pin in places:
             block = re.sub(rf"""(?<=["']){re.escape(chip)}\.{pin}(?=["'])""", f"{chip}.{self.pin(chip, pin)}", block)
         other = [f"{chip}.{pin}" for chip, pin in places if self.inverted(chip, pin)]
-        remedy = f"the level of {', '.join(other)} is the other one: invert it" if other else ""
+        remedy = f"the active level of {', '.join(other)} differs: invert it" if other else ""
         self.lines.append(BenchLine(said, ", ".join(f"{chip}.{self.pin(chip, pin)}" for chip, pin in places), remedy))
         return f"# CHECK: {remedy}\n{block}" if remedy else block
 
     def _chip(self, block: str) -> str:
-        """Return a [[chip]] of the target: its name, and what the target needs of its straps."""
+        """Return a [[chip]] of the target: its name, and the straps that the target needs."""
         assert self.mine is not None  # noqa: S101
         lines = []
         for line in block.splitlines(keepends=True):
@@ -231,7 +231,7 @@ class _BenchWriter:
         kept = [line for line in block.splitlines() if line.lstrip().startswith("#")]
         for key in ("baud", "over"):
             if getattr(host, key) is not None:
-                self.lines.append(BenchLine(f"[[host]] {key} of {name}", "", "the line of the target is its usual one"))
+                self.lines.append(BenchLine(f"[[host]] {key} of {name}", "", "the target uses its default line"))
         rows = ["[[host]]", f'chips = ["{name}"]', f'file = "{name}{self.ending}"', *kept]
         rows += [f'delay = "{host.delay}"'] if host.delay else []
         after = block[len(block.rstrip()) :]
@@ -239,14 +239,14 @@ class _BenchWriter:
 
     # --------------------------------------------------------------------------------------------------- other targets
     def _listed(self) -> None:
-        """List what is between the controllers: it is wired by hand."""
+        """List the wiring between the controllers, which is made by hand."""
         for kind, tables in (("wire", self.file.data.get("wire", [])), ("part", self.file.data.get("part", []))):
             for table in tables:
                 self._listed_table(kind, table)
         for kind in ("drive", "record", "serve"):
             for table in self.file.data.get(kind, []):
                 shown = ", ".join(str(value) for value in table.values())
-                self.lines.append(BenchLine(f"[[{kind}]] {shown}", "", "of the bench alone: it is left out"))
+                self.lines.append(BenchLine(f"[[{kind}]] {shown}", "", "used by the bench only: left out"))
 
     def _listed_table(self, kind: str, table: Mapping[str, Any]) -> None:
         if kind == "part":
@@ -266,7 +266,7 @@ class _BenchWriter:
             if not mine:
                 none.append(end)
         if none:
-            remedy = f"nothing at the {self.to} is for {' and '.join(none)}: connect it to a host that decides"
+            remedy = f"the {self.to} has no counterpart of {' and '.join(none)}: connect it to a host that decides"
             self.lines.append(BenchLine(f"[[wire]] {' -> '.join(ends)}", "", remedy))
         else:
             invert = "through an inverter" if table.get("invert") else ""

@@ -1,4 +1,4 @@
-"""The candidates: the moves that the chip makes at the places of a grid, by their time, the fastest first."""
+"""The candidates: the moves of the chip at the points of a grid, by their time, the fastest first."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ EVERY = 500  # places between two reports
 
 
 class Candidates:
-    """The moves of a grid: how long each takes, and when its steps are.
+    """Moves of a grid: the duration of each, and the instants of its steps.
 
     Args:
         steps: of the move.
-        on_listed: called now and then with the places that have been worked out.
+        on_listed: called now and then with the number of points computed.
 
     Raises:
         UsageError: the part refuses every one.
@@ -49,7 +49,7 @@ class Candidates:
                 self.refused[place] = str(refusal)
         if not timed:
             why = self.refused[0]
-            raise UsageError(f"{calculator.sheet.part}: none of {grid.size} places gives a move; the first: {why}")
+            raise UsageError(f"{calculator.sheet.part}: none of {grid.size} grid points has a move; the first: {why}")
         timed.sort()
         self.order: Sequence[int] = [place for _, place in timed]
         self.time_ps = {place: time for time, place in timed}
@@ -61,23 +61,23 @@ class Candidates:
         return len(self.order)
 
     def values(self, place: int) -> dict[str, Value]:
-        """Return the values at a place."""
+        """Return the values at a grid point."""
         return self.grid.at(place)
 
     def ramp(self, place: int) -> Ramp:
-        """Return the ramp at a place."""
+        """Return the ramp at a grid point."""
         return self.calculator.ramp(self.grid.at(place), self.crystal_hz)
 
     def _times(self, place: int) -> NDArray[np.int64]:
-        """The instants of the steps of a move: (steps,) int64 ps."""
+        """Return the instants of the steps of a move: (steps,) int64 ps."""
         return self.ramp(place).move(self.steps).times()
 
     def key(self, place: int) -> str:
-        """Return what stands for a move: the same for two places whose steps are the same."""
+        """Return the key of a move, equal for two grid points with the same steps."""
         if place not in self._keys:
             self._keys[place] = blake2b(self.times(place).tobytes(), digest_size=8).hexdigest()
         return self._keys[place]
 
     def neighbours(self, place: int) -> list[int]:
-        """Return the places next to one at which there is a move, the fastest first."""
+        """Return the grid points next to one that have a move, the fastest first."""
         return sorted((each for each in self.grid.neighbours(place) if each in self.rank), key=self.rank.__getitem__)

@@ -1,4 +1,4 @@
-"""Who does the work: this process, a pool of processes, or a cluster of Dask that is there already."""
+"""Executors of runs: this process, a pool of processes, or an existing Dask cluster."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from ..lifeline import end_of_parent, follow, held_back, obey_termination
 from ..version import __version__
 
 PATIENCE = "10 s"  # for a scheduler that does not answer
-AHEAD = 2  # runs in flight for each that can be computed at once
+AHEAD = 2  # runs in flight per concurrent run
 MOST_JOBS = 256
 
 
 class Workers(NamedTuple):
-    """An executor, how many runs are kept in flight, and what to say when it fails."""
+    """An executor, the number of runs kept in flight, and the message for its failure."""
 
     executor: Executor
     window: int
@@ -32,10 +32,10 @@ class Workers(NamedTuple):
 
 
 class Inline(Executor):
-    """Computes at once, in this thread."""
+    """Computes immediately, in this thread."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return the result of a call, which is there already."""
+        """Return a completed future with the result of a call."""
         future: Future[Any] = Future()
         future.set_result(fn(*args, **kwargs))
         return future
@@ -45,7 +45,7 @@ INLINE = Workers(Inline(), 1, "")
 
 
 class Worker(SpawnProcess):
-    """A process of the pool, which ends with the one that has started it."""
+    """A process of the pool, which ends with its parent."""
 
     def start(self) -> None:
         """Begin."""
@@ -53,9 +53,9 @@ class Worker(SpawnProcess):
             super().start()
 
     def run(self) -> None:
-        """Compute what it is given."""
-        signal(SIGINT, SIG_IGN)  # Windows holds nothing back
-        obey_termination()  # by which a pool whose worker has died ends the others
+        """Compute the tasks of the pool."""
+        signal(SIGINT, SIG_IGN)  # Windows does not delay signals
+        obey_termination()  # with which a pool whose worker has died ends the others
         follow(end_of_parent)
         super().run()
 
@@ -73,7 +73,7 @@ class WorkerContext(SpawnContext):
         return self.made[-1]
 
     def kill(self) -> None:
-        """End all workers, whatever they are doing."""
+        """End all workers, even in the middle of a task."""
         for worker in self.made:
             if worker.pid is not None:
                 worker.kill()
@@ -81,7 +81,7 @@ class WorkerContext(SpawnContext):
 
 @contextmanager
 def cancelled_quietly() -> Iterator[None]:
-    """Keep the thread of a pool whose workers are killed quiet: it fails at a task that has been cancelled before."""
+    """Silence the thread of a pool whose workers are killed: it fails at a task that has been cancelled before."""
     from concurrent.futures import InvalidStateError
 
     before = threading.excepthook
@@ -102,7 +102,7 @@ def processes(jobs: int) -> Iterator[Workers]:
     """Yield a pool of processes of this machine; with one job nothing is started.
 
     Raises:
-        UsageError: no number of processes.
+        UsageError: the number of processes is not allowed.
     """
     from concurrent.futures import ProcessPoolExecutor
 
@@ -118,7 +118,7 @@ def processes(jobs: int) -> Iterator[Workers]:
     with pool:
         try:
             yield Workers(pool, AHEAD * number, "a process of the pool has died; try fewer jobs")
-        except BaseException:  # nobody waits for what is being computed
+        except BaseException:  # the running tasks are not awaited
             with cancelled_quietly():
                 context.kill()
                 pool.shutdown()
@@ -129,10 +129,11 @@ def processes(jobs: int) -> Iterator[Workers]:
 def dask(address: str) -> Iterator[Workers]:
     """Yield the executor of a cluster of Dask.
 
-    A cluster runs whatever is sent to it, as pickles do: use your own ones only.
+    A cluster runs any code sent to it as pickles: use only your own cluster.
 
     Raises:
-        UsageError: no Dask, no cluster at this address, one without workers, or with another version of slewline.
+        UsageError: Dask is not installed, or the cluster is not found, has no workers, or has another version of
+            slewline.
     """
     try:
         make: Any = import_module("distributed").Client  # typed in some of its versions only
@@ -146,7 +147,7 @@ def dask(address: str) -> Iterator[Workers]:
         raise UsageError(f"{where}: {_first_line(error)}; {remedy}") from None
     silent = [(logger, logger.level) for logger in map(getLogger, ("distributed", "tornado"))]
     for logger, _ in silent:
-        logger.setLevel(CRITICAL)  # of a cluster that is gone one message is enough: ours
+        logger.setLevel(CRITICAL)  # one message is enough for a lost cluster: ours
     try:
         threads = sum(client.nthreads().values())
         if not threads:
@@ -160,12 +161,12 @@ def dask(address: str) -> Iterator[Workers]:
 
 
 def version_here() -> str:
-    """Return the version of slewline: what a worker is asked for."""
+    """Return the version of slewline, which workers must have."""
     return __version__
 
 
 def _check_versions(client: Any, where: str) -> None:
-    """Refuse workers with another slewline, whose verdicts may be others."""
+    """Refuse workers with another version of slewline, whose verdicts may differ."""
     for worker, found in sorted(client.run(version_here, on_error="return").items()):
         if found != __version__:
             has = f"slewline {found}" if isinstance(found, str) else f"no slewline ({_first_line(found)})"

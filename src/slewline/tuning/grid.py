@@ -1,11 +1,11 @@
-"""The grid: values of the parameters of a ramp, and who is next to whom.
+"""The grid: values of the parameters of a ramp, and their neighbours.
 
-F=3..10             every whole number
-S=1..254/8          eight of them, evenly spaced in what counts (`measure` of the parameter)
+F=3..10             every integer
+S=1..254/8          eight values, evenly spaced in the parameter's `measure`
 R=4..40 by 4        every fourth
 R=4,8,15            these
 R=400 steps/s..4000 steps/s/12      rates in their unit
-R=120 rpm..1200 rpm/12              or in turns, where the steps a turn of the motor are known
+R=120 rpm..1200 rpm/12              or in turns, if the steps per turn of the motor are known
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ FORMS = "a range such as 3..10, 1..254/8 (eight of them) or 4..40 by 4, or a lis
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Parameters with their values, ascending; a place is a number from 0 to `size` - 1, the last parameter first."""
+    """Parameters with their values, ascending; points are numbered from 0 to `size` - 1, the last parameter first."""
 
     names: tuple[str, ...]
     values: tuple[tuple[Value, ...], ...]
 
     @property
     def size(self) -> int:
-        """How many places there are."""
+        """Number of grid points."""
         return prod(map(len, self.values))
 
     def at(self, place: int) -> dict[str, Value]:
-        """Return the values at a place."""
+        """Return the values at a grid point."""
         return {name: of[digit] for name, of, digit in zip(self.names, self.values, self.digits(place), strict=True)}
 
     def digits(self, place: int) -> tuple[int, ...]:
-        """Return which value each parameter has at a place."""
+        """Return the index of each parameter's value at a grid point."""
         found = []
         for of in reversed(self.values):
             place, digit = divmod(place, len(of))
@@ -56,7 +56,7 @@ class Grid:
         return tuple(reversed(found))
 
     def neighbours(self, place: int) -> Iterator[int]:
-        """Yield the places where one parameter has the next lower or higher value: two at most for each."""
+        """Yield the grid points where one parameter has the next lower or higher value: at most two per parameter."""
         apart = 1
         for of, digit in zip(reversed(self.values), reversed(self.digits(place)), strict=True):
             if digit:
@@ -81,14 +81,14 @@ def _short(values: Sequence[Value]) -> str:
 def read_grid(
     calculator: Calculator, given: str | Mapping[str, Given] | None, crystal_hz: int, per_turn: int | None = None
 ) -> Grid:
-    """Return the grid that a user asks for; parameters that are left out have those values that are `tried`.
+    """Return the grid described by a user; omitted parameters have their default values (`tried`).
 
     Args:
-        per_turn: the steps a turn of the motor, for rates in turns; None: there is no motor.
+        per_turn: the steps per turn of the motor, for rates in turns; None: there is no motor.
 
     Raises:
-        UnknownName: no such parameter.
-        UsageError: values that are none or out of range, or more than a million places.
+        UnknownName: a parameter does not exist.
+        UsageError: a value is not one of the parameter or out of range, or the grid has more than a million points.
     """
     part = calculator.sheet.part
     texts = _split(part, given) if isinstance(given, str) else dict(given or {})
@@ -110,7 +110,7 @@ def read_grid(
         values[quantity.name] = _values(calculator, quantity, named.get(quantity.name), crystal_hz, per_turn)
     grid = Grid(tuple(values), tuple(values.values()))
     if grid.size > MOST:
-        raise UsageError(f"{part}: {_sizes(grid)} = {grid.size} places; allowed {MOST}; give fewer values, such as /12")
+        raise UsageError(f"{part}: {_sizes(grid)} = {grid.size} points; allowed {MOST}; use fewer values, such as /12")
     return grid
 
 
@@ -119,7 +119,7 @@ def _sizes(grid: Grid) -> str:
 
 
 def _split(part: str, text: str) -> dict[str, Given]:
-    """The values of each parameter, as text."""
+    """Return the values of each parameter, as text."""
     found = list(_NAME.finditer(text))
     before = text[: found[0].start()] if found else text
     if before.strip():
@@ -136,7 +136,7 @@ def _split(part: str, text: str) -> dict[str, Given]:
 def _values(
     calculator: Calculator, quantity: RampParameter, given: Given | None, hz: int, per_turn: int | None
 ) -> tuple[Value, ...]:
-    """The values of a parameter, ascending."""
+    """Return the values of a parameter, ascending."""
     where = f"{calculator.sheet.part}: {quantity.name}"
     if given is None:
         if not quantity.tried and quantity.default is None:
@@ -160,14 +160,14 @@ def _values(
 
 
 def _value(calculator: Calculator, quantity: RampParameter, given: object, hz: int, per_turn: int | None) -> Value:
-    """A value; a rate may be in turns, if the steps a turn are known."""
+    """Return a value; a rate may be in turns, if the steps per turn are known."""
     if isinstance(given, str) and per_turn is not None:
         given = in_steps(given, per_turn)
     return value_of(calculator, quantity, given, hz)
 
 
 def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int, per_turn: int | None) -> list[Value]:
-    """The values in a text."""
+    """Return the values in a text."""
     where = f"{calculator.sheet.part}: {quantity.name} {text!r}"
     if quantity.arg is None:
         return [value_of(calculator, quantity, each.strip(), hz) for each in text.split(",")]
@@ -196,7 +196,7 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
             raise UsageError(f"{where}: {high} is below {low}; give the lower one first")
         count, by = (None if each is None else int(each) for each in (match[3], match[4]))
         if count == 0 or by == 0:
-            raise UsageError(f"{where}: a range of nothing; give 1 or more after {'/' if count == 0 else 'by'}")
+            raise UsageError(f"{where}: empty range; write 1 or more after {'/' if count == 0 else 'by'}")
         among = range(low, high + 1, by or 1)
         if min(len(among), count or len(among)) > MOST:
             raise UsageError(f"{where}: {len(among)} values; allowed {MOST}; give their number, such as {piece}/12")
@@ -205,7 +205,7 @@ def _spoken(calculator: Calculator, quantity: RampParameter, text: str, hz: int,
 
 
 def evenly(quantity: RampParameter, low: int, high: int, count: int) -> Iterator[int]:
-    """Yield up to `count` whole numbers from `low` to `high`, evenly spaced in what counts of the parameter."""
+    """Yield up to `count` integers from `low` to `high`, evenly spaced in the parameter's `measure`."""
     every, measure = range(low, high + 1), quantity.measure
     if count >= len(every):
         yield from every

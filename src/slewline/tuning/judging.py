@@ -1,4 +1,4 @@
-"""The judge: one move under one scenario, in step or not.  A pure function of plain data: an executor may map it."""
+"""The judge: one move under one scenario, in step or not.  A pure function of plain data, which an executor may map."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
     from ..parts.motors.law import MotorLaw
 
-AT_REST = 0.6  # full steps beside the command at rest: lost
+AT_REST = 0.6  # full steps off the command at rest: lost
 SETTLING, WATCHED, LONGEST = 60_000_000_000, 15_000_000_000, 600_000_000_000  # ps
-DIVERGED = 1e6  # full steps, of a state that is no number any more
+DIVERGED = 1e6  # full steps, of a state that has become NaN
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """What is judged: the instants of the steps, int64 ps, and the scenario."""
+    """Data to be judged: the instants of the steps, int64 ps, and the scenario."""
 
     times: NDArray[np.int64]
     scenario: Scenario
@@ -39,14 +39,14 @@ class Verdict:
 def judge(run: Trial) -> Verdict:
     """Return the verdict on a move: lost with 0.6 full steps or more at rest, or more than 3.9 under way.
 
-    The rotor may ring for a while: it is watched until its lag has been below 0.6 for 15 ms, or for 0.6 s.
+    The rotor may ring for a while: it is observed until its lag has been below 0.6 for 15 ms, or for 0.6 s.
     """
     import numpy as np
 
     scenario = run.scenario
     law = law_of(scenario)
     numbers = scenario.first + scenario.direction * np.arange(1, len(run.times) + 1, dtype=np.int64)
-    times = run.times - run.times[0] + 1  # an edge at 0 would be no edge
+    times = run.times - run.times[0] + 1  # an edge at 0 would not be an edge
     end, command = int(times[-1]), scenario.first
     start, stop, state, worst, error = 0, end + SETTLING, law.at_rest(command), 0.0, 0.0
     while start < end + LONGEST:
@@ -74,7 +74,7 @@ def law_of(scenario: Scenario) -> MotorLaw:
 
 
 def engine() -> str:
-    """Return the quickest engine that is here; they all give the same bits."""
+    """Return the fastest available engine; all have the same bits."""
     from ..parts.motors.integration import numba_is_there
 
     return "numba" if numba_is_there() else "python"

@@ -1,4 +1,4 @@
-"""Runs: each is judged once, whether by this process, by a pool, or in an earlier session that left a log."""
+"""Runs, each judged once, by this process, by a pool, or in an earlier session that left a log."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Order = Callable[[int], Sequence[Scenario]]  # by number in the row: the scenari
 
 
 class Outcome(NamedTuple):
-    """What became of a candidate: the scenario that it fails in, if it does, and its greatest lag up to there."""
+    """Outcome of a candidate: the scenario in which it fails, if any, and its greatest lag up to there."""
 
     place: int
     killer: Scenario | None
@@ -46,7 +46,7 @@ class _Chain:
     names: list[str] = field(default_factory=list)
 
     def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> Outcome | None:
-        """Return the outcome as far as verdicts are known; None: the next one is to be judged first."""
+        """Return the outcome if the known verdicts suffice; None: the next scenario has to be judged first."""
         while len(self.names) < len(self.scenarios):
             scenario = self.scenarios[len(self.names)]
             verdict = verdicts.get((self.key, scenario.name))
@@ -60,18 +60,18 @@ class _Chain:
 
     @property
     def next(self) -> Scenario:
-        """The scenario whose verdict is not known."""
+        """Scenario whose verdict is not known."""
         return self.scenarios[len(self.names)]
 
     @property
     def asks(self) -> tuple[str, str]:
-        """What that verdict is known by."""
+        """Key of that verdict."""
         return self.key, self.next.name
 
 
 @dataclass(slots=True)
 class _Row:
-    """Candidates whose outcomes are being found out."""
+    """Candidates whose outcomes are being determined."""
 
     done: dict[int, Outcome] = field(default_factory=dict)  # by number
     flying: dict[Future[Verdict], _Chain] = field(default_factory=dict)
@@ -79,11 +79,11 @@ class _Row:
 
 
 class Runs:
-    """All verdicts, and the way to more of them.
+    """All verdicts, and the computation of more.
 
     Args:
         judge: a pure function that can be pickled.
-        log: what was judged before, and where new verdicts go.
+        log: earlier verdicts, and the file for new ones.
     """
 
     def __init__(self, judge: Judge, candidates: Candidates, workers: Workers, log: Log | None) -> None:
@@ -94,11 +94,11 @@ class Runs:
         self.killed: Counter[str] = Counter()  # candidates, by the scenario that they failed in
 
     def outcomes(self, places: Sequence[int], order: Order, known: Callable[[int], int]) -> Iterator[Outcome]:
-        """Yield the outcomes of places, in their order, whatever the order in which they are found out.
+        """Yield the outcomes of grid points, in their order, whatever the order of their computation.
 
         Args:
             order: the scenarios of the nth.
-            known: how many outcomes must have been yielded before that order can be given.
+            known: how many outcomes must have been yielded before that order is defined.
         """
         row = _Row()
         begun = yielded = 0
@@ -135,7 +135,7 @@ class Runs:
             self._land(row, normal)
 
     def _go_on(self, chain: _Chain, row: _Row) -> None:
-        """Take a chain as far as it is known, and have its next run judged."""
+        """Advance a chain as far as verdicts are known, and submit its next run."""
         outcome = chain.follow(self.verdicts)
         if outcome is not None:
             row.done[chain.number] = outcome
@@ -151,7 +151,7 @@ class Runs:
             row.waiting[chain.asks] = []
 
     def _keep(self, chain: _Chain, future: Future[Verdict]) -> None:
-        """Write the verdict down that an executor has brought."""
+        """Record the verdict of an executor."""
         try:
             verdict = future.result()
         except EXECUTORS_FAIL as error:
@@ -166,7 +166,7 @@ class Runs:
         self.verdicts[chain.asks] = verdict
 
     def _land(self, row: _Row, normal: bool) -> None:
-        """Give up what is not begun; keep what is finished, and wait for the rest if nothing has failed."""
+        """Cancel runs not begun; keep finished ones, and wait for the rest if nothing has failed."""
         left = {future: chain for future, chain in row.flying.items() if not future.cancel()}
         if normal:
             wait(left)
@@ -182,5 +182,5 @@ class Runs:
 
     def _gone(self, error: BaseException) -> UsageError:
         found = (str(error).splitlines() or [""])[0] or type(error).__name__
-        kept = "" if self.log is None else f"; {self.log.path} has all that was judged: the same command goes on there"
+        kept = "" if self.log is None else f"; {self.log.path} has all verdicts so far: the same command resumes there"
         return UsageError(f"{self.workers.remedy or 'the executor has failed'} ({found}){kept}")

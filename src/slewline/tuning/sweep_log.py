@@ -1,10 +1,10 @@
-"""The log of a sweep: JSON, one line a judged run, written as it happens.  A sweep that was killed goes on with it.
+"""The log of a sweep: JSON, one line per judged run, written immediately.  A sweep that was killed is resumed from it.
 
     {"tune": 1, "digest": "5c0f...", "slewline": "0.1.0", "task": {...}}
     {"move": "9a1e...", "values": {"F": 3, ...}, "run": "nominal, forward", "lost": false, "error": 0.02, "worst": 1.4}
 
-A line without its end was being written when the process was killed: it is cut off.  One sweep at a time writes into
-a log, which it holds locked.
+A line without its end was being written when the process was killed: it is cut off.  One sweep at a time writes to a
+log, which it locks.
 """
 
 from __future__ import annotations
@@ -25,39 +25,39 @@ from .judging import Verdict
 VERSION = 1
 FIRST = b'{"tune":'  # as it begins
 SHORT = 120  # characters of a value in a message
-_ABSENT = "not there"
+_ABSENT = "missing"
 
 
 def digest(task: Mapping[str, Any]) -> str:
-    """Return what stands for a task and the version of slewline."""
+    """Return the digest of a task and the version of slewline."""
     text = json.dumps([VERSION, __version__, task], sort_keys=True)
     return blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def interrupted(log: Log | None, here: int, most: int | None) -> str:
-    """Return what to say when a search is interrupted: what is kept of it, and how it goes on.
+    """Return the message for an interrupted search: the part kept, and how to resume.
 
     Args:
-        here: the runs that were judged since it began.
-        most: the runs that it may take; None: they are not counted yet.
+        here: the number of runs judged since the start.
+        most: the greatest number of runs; None: they are not counted yet.
     """
     of = "" if most is None else f" of up to {most:,}"
     if log is None:
         return (
             f"interrupted after {here:,}{of} runs, which are lost; with --store F.jsonl (store=) every run is kept, "
-            "and the same command goes on from there"
+            "and the same command resumes from there"
         )
-    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: the same command goes on from there"
+    return f"interrupted; {log.path} has {len(log.verdicts):,}{of} runs: the same command resumes from there"
 
 
 class Log:
-    """The log in a file; a new one is begun, one of the same task continued.
+    """The log in a file: a new one is begun, one of the same task is continued.
 
     Args:
-        task: all that verdicts depend on, as data for JSON.
+        task: all data that verdicts depend on, for JSON.
 
     Raises:
-        UsageError: no log, that of another task, one that another sweep writes into, or a file that cannot be read or
+        UsageError: the file is not a log, is that of another task, is in use by another sweep, or cannot be read or
             written.
     """
 
@@ -65,9 +65,9 @@ class Log:
         self.path = Path(path)
         self.verdicts: dict[tuple[str, str], Verdict] = {}
         if not self.path.parent.is_dir():
-            raise UsageError(f"{path}: there is no directory {str(self.path.parent)!r}; make it, or name another file")
+            raise UsageError(f"{path}: no directory {str(self.path.parent)!r}; create it, or name another file")
         if self.path.exists() and not self.path.is_file():
-            raise UsageError(f"{path}: is no file; name one that may be written, such as tune.jsonl")
+            raise UsageError(f"{path}: is not a file; name a writable file, such as tune.jsonl")
         try:
             self._file: BinaryIO = open(path, "a+b", buffering=0)  # noqa: SIM115
         except OSError as error:
@@ -79,10 +79,10 @@ class Log:
             raise
 
     def _begin(self, task: Mapping[str, Any]) -> None:
-        """Read what is there, and write the first line where there is none."""
+        """Read the existing lines, and write the first line of a new log."""
         path = self.path
         if not lock(self._file.fileno()):
-            raise UsageError(f"{path}: another sweep writes into it; wait until it is finished, or name another file")
+            raise UsageError(f"{path}: another sweep writes to it; wait until it is finished, or name another file")
         try:
             whole = self._read(task)
         except BenchFileError as error:
@@ -97,7 +97,7 @@ class Log:
             self._write({"tune": VERSION, "digest": digest(task), "slewline": __version__, "task": task})
 
     def _read(self, task: Mapping[str, Any]) -> int:
-        """Read what is there; return how many bytes of it are whole lines."""
+        """Read the existing lines; return how many bytes of them are complete lines."""
         whole = 0
         self._file.seek(0)
         file = BufferedReader(cast("FileIO", self._file))
@@ -121,7 +121,7 @@ class Log:
         """Write a verdict.
 
         Args:
-            key: what stands for the move, and the name of the scenario.
+            key: the key of the move, and the name of the scenario.
         """
         self.verdicts[key] = verdict
         self._write(
@@ -143,10 +143,10 @@ class Log:
 
     def _refused(self, error: OSError) -> UsageError:
         why = error.strerror or error
-        return UsageError(f"{self.path}: {why}; what was judged before is kept; name a file that can be written")
+        return UsageError(f"{self.path}: {why}; earlier verdicts are kept; name a writable file")
 
     def _check(self, line: bytes, task: Mapping[str, Any]) -> None:
-        """Refuse a log of another task, or a file that is no log."""
+        """Refuse a log of another task, or a file that is not a log."""
         head = _object(line)
         if head is None or not isinstance(head.get("task"), dict) or "tune" not in head:
             raise UsageError(f"{self.path}: is no log of a sweep; name a new file")
@@ -166,7 +166,7 @@ class Log:
             )
         except (KeyError, TypeError, ValueError, OverflowError):
             found = line[:SHORT].decode(errors="replace")
-            raise UsageError(f"{self.path}, line {number}: {found}: is no judged run; remove the line") from None
+            raise UsageError(f"{self.path}, line {number}: {found}: is not a run record; remove the line") from None
 
 
 def _object(line: bytes) -> dict[str, Any] | None:
@@ -178,7 +178,7 @@ def _object(line: bytes) -> dict[str, Any] | None:
 
 
 def differences(was: Any, now: Any, where: str = "") -> Iterator[str]:
-    """Yield where two values for JSON differ, the outermost names first."""
+    """Yield the differences between two values for JSON, the outermost names first."""
     if isinstance(was, dict) and isinstance(now, dict):
         for name in dict.fromkeys([*was, *now]):
             yield from differences(was.get(name, _ABSENT), now.get(name, _ABSENT), f"{where}.{name}".lstrip("."))

@@ -1,4 +1,4 @@
-"""What is to be tuned, and what was found: values that can be pickled, and written as JSON."""
+"""The task of a tuning, and its result: values that can be pickled, and written as JSON."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .perturbations import Perturbation, Scenario, System, scenarios
 
 @dataclass(frozen=True)
 class TuningTask:
-    """A chip and its grid, a motor with driver and load, and what may be otherwise."""
+    """A chip and its grid, a motor with driver and load, and the perturbations."""
 
     part: str
     crystal_hz: int
@@ -40,18 +40,18 @@ class TuningTask:
         return self.motor, self.driver, self.load
 
     def scenarios(self) -> tuple[Scenario, ...]:
-        """Return all ways in which a candidate is judged."""
+        """Return all scenarios under which a candidate is judged."""
         return scenarios(self.system, self.perturbations, self.stepping, self.step_ps)
 
     def switching(self) -> tuple[Scenario, ...]:
-        """Return the same ways with a switching chopper, if the driver is the mean of one."""
+        """Return the same scenarios with a switching chopper, if the driver is the mean of one."""
         if self.driver.kind != "averaged":
             return ()
         system = self.motor, replace(self.driver, kind="chopper"), self.load
         return scenarios(system, self.perturbations, self.stepping, CHOPPED_PS, ", switching")
 
     def as_json(self) -> dict[str, Any]:
-        """Return all that verdicts depend on."""
+        """Return all data that verdicts depend on."""
         found = asdict(replace(self, said={}))
         del found["said"]
         found["grid"] = {name: list(of) for name, of in zip(self.grid.names, self.grid.values, strict=True)}
@@ -110,7 +110,7 @@ class Tuned:
         candidates: the number of candidates in the grid.
         refused: the number of candidates that the part refuses.
         best: the fastest move that holds; None if none does.
-        recommended: the fastest move with a margin to those that fail; None if there is none.
+        recommended: the fastest move with a margin to failing moves; None if there is none.
         switched: True if the recommended move was judged with the switching chopper as well.
         runs: the number of runs on which the result is based.
         runs_here: the number of them that were computed in this session.
@@ -140,12 +140,12 @@ class Tuned:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """What is assumed for figures of the motor that were left out, in words; empty for a motor with a name."""
+        """Assumptions for figures of the motor that were left out, in words; empty for a motor with a name."""
         return assumptions(self.task.said.get("motor"))
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What may decide the result beside the ramps, such as a great ripple of the chopper, in words."""
+        """Effects that may decide the result besides the ramps, such as a great ripple of the chopper, in words."""
         return chopper_notes(self.task.motor, self.task.driver, self.task.said.get("driver"))
 
     @property

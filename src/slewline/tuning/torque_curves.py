@@ -1,4 +1,4 @@
-"""Torque curves in closed form: what a motor can pull at a rate, and what a ramp demands.  They judge nothing."""
+"""Torque curves in closed form: the pull-out torque of a motor, and the torque that a ramp needs; no verdicts."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-FUNDAMENTAL = {"full": 0.900, "half": 0.832, "wave": 0.637}  # of the holding torque: what a rotor averages over a turn
-BOOSTED = 0.974  # half steps with sqrt(2) times the current where one phase is on alone
+FUNDAMENTAL = {"full": 0.900, "half": 0.832, "wave": 0.637}  # of the holding torque: mean over a turn
+BOOSTED = 0.974  # half steps with sqrt(2) times the current if one phase is on alone
 
 
 def hold(system: System) -> float:
-    """Return the torque that holds the rotor with two phases on, N m."""
+    """Return the holding torque with two phases on, N m."""
     motor, driver, _ = system
     return motor.held(driver.phase_current(motor))
 
 
 def resonance(system: System) -> float:
-    """Return the natural frequency of a rotor that is held, Hz, for small swings."""
+    """Return the natural frequency of a rotor at a held position, Hz, for small oscillations."""
     motor, _, load = system
     inertia = motor.inertia + (0.0 if load.stiffness else load.inertia)
     return sqrt(motor.teeth * hold(system) / inertia) / (2 * pi)
 
 
 def pull_out(system: System, stepping: str, rates: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the greatest torque at some rates, full steps/s: what the current gives, if the supply drives it."""
+    """Return the greatest torque at some rates, full steps/s: that of the current, as far as the supply drives it."""
     import numpy as np
 
     motor, driver, _ = system

@@ -65,7 +65,7 @@ def tune(
             default values.
         perturb: the perturbations, such as "load 20%, supply -10%", or "none"; by default load, inertia, supply,
             current, friction, drag, and all unfavourable ones together.
-        stepping: what a step is to the motor: "full", "wave", "half", or "micro 8".
+        stepping: the step mode of the motor: "full", "wave", "half", or "micro 8".
         crystal, options: as for `slewline.ramp`.
         executor: an executor of concurrent.futures, to judge several moves at a time; the result is the same.
         store: a file that keeps the verdicts: a sweep that was interrupted is resumed from it.
@@ -74,10 +74,10 @@ def tune(
         on_progress: a function that is called with a `Progress` after every candidate.
 
     Raises:
-        UnknownName: there is no such part, parameter, motor or perturbation.
+        UnknownName: a part, parameter, motor or perturbation does not exist.
         UsageError: a value is out of range, the store cannot be used, or the executor fails.
         NothingHolds: every candidate loses steps (with `full_map` the map is returned instead).
-        KeyboardInterrupt: Ctrl-C; its text says how many runs the store has.
+        KeyboardInterrupt: Ctrl-C; its text has the number of runs in the store.
     """
     task, calculator = task_of(part, motor, driver, load, steps, grid, perturb, stepping, crystal, options)
     workers = INLINE if executor is None else Workers(executor, AHEAD * (cpu_count() or 1), "")
@@ -96,13 +96,13 @@ def task_of(
     crystal: str | int | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> tuple[TuningTask, Calculator]:
-    """Read what a user gives; raises as `tune`."""
+    """Return the task that a user describes; raises as `tune`."""
     calculator = ramps_of(part, options)
     name = calculator.sheet.part
     hz = calculator.sheet.crystal_hz if crystal is None else crystal_for(calculator.sheet, crystal)
     number = whole(steps)
     if number is None or number < 1:
-        raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 and more")
+        raise UsageError(f"{name}: a move of {steps!r} steps; allowed 1 or more")
     rows = read_perturbations(perturb)
     used, driven, loaded = read_system(motor, driver, load or "")
     pulse = check_steps(stepping)
@@ -124,7 +124,7 @@ def perform(
     on_progress: OnProgress = lambda _: None,
     judge: Judge = judge,
 ) -> Tuned:
-    """Search the grid of a task; arguments as for `tune`, and raises as it does."""
+    """Search the grid of a task; arguments and exceptions as for `tune`."""
     log = None if store is None else Log(str(store), task.as_json())
     most = None
     runs: Runs | None = None
@@ -183,7 +183,7 @@ def _map(search: BestFirst) -> Iterable[MapPlace]:
         yield MapPlace(values, candidates.time_ps[place], says, killer.name if killer else None, outcome.worst)
 
 
-REMEDIES = {  # by the first word of what kills, what may help
+REMEDIES = {  # remedies, by the first word of the perturbation
     "load": "less torque, or a stronger motor",
     "inertia": "less inertia, or gentler ramps in the grid",
     "supply": "a higher supply, or lower rates in the grid",
@@ -196,10 +196,10 @@ REMEDIES = {  # by the first word of what kills, what may help
 
 
 def nothing_holds(search: BestFirst, note: str = "") -> UsageError:
-    """Return the error that says what kills the slowest candidate, and what may help.
+    """Return the error with the cause of failure of the slowest candidate, and a remedy.
 
     Args:
-        note: what is wrong with the current of the motor, which explains all.
+        note: an error in the current of the motor, which explains the failures.
     """
     from .task import NothingHolds
 

@@ -1,4 +1,4 @@
-"""The bench file with a ramp that was found: chip, motor, driver, load and what a host sends, for `slewline run`."""
+"""The bench file of a tuned ramp: chip, motor, driver, load and the commands of a host, for `slewline run`."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ..core.time.timebase import readable
 from ..language.ramp_answers import Calculator
 from .task import Tuned
 
-HEADS = {True: "the recommended ramp", False: "the fastest ramp that holds; no better one is recommended"}
+HEADS = {True: "the recommended ramp", False: "the fastest ramp that holds; none is recommended"}
 
 
 def is_tuned(text: str) -> bool:
-    """Return whether a bench file is one of `bench_file`."""
+    """Return whether a bench file is a result of `bench_file`."""
     return text.startswith(tuple(f"# {head}: " for head in HEADS.values()))
 
 
@@ -48,7 +48,7 @@ def bench_file(tuned: Tuned, calculator: Calculator) -> str:
 
 
 def _given(value: Any) -> Any:
-    """What a bench file has of a motor, driver or load: its text, its table, or the figures that are no defaults."""
+    """Return the entry of a motor, driver or load: its text, its table, or the figures that differ from defaults."""
     if is_dataclass(value) and not isinstance(value, type):
         usual = {each.name: each.default for each in fields(value)}
         return {name: of for name, of in asdict(value).items() if of != usual[name] and name not in ("name", "source")}
@@ -62,14 +62,14 @@ def _table(name: str, table: Mapping[str, Any]) -> Iterator[str]:
 
 
 def toml(value: Any) -> str:
-    """Return a value as TOML writes it, on one line."""
+    """Return a value in TOML, on one line."""
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(key)} = {toml(of)}" for key, of in value.items()) + " }"
     if isinstance(value, Sequence) and not isinstance(value, str):
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return json.dumps(value)  # numbers and truth are written as in JSON
+    return json.dumps(value)  # numbers and booleans are written as in JSON
 
 
 def _key(text: object) -> str:

@@ -1,4 +1,4 @@
-"""The picture of what was tuned: map, torque curve and lag."""
+"""The picture of a tuning: map, torque curve and lag."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ if TYPE_CHECKING:
 
 STATES = {"holds": HOLDS, "fails": FAILS, "fails nominally": FAILS_NOMINALLY, "refused": REFUSED}
 POINTS, STRETCHES = 200, 500  # of the curve; of the lag, each with its least and its greatest
-AFTER = 60_000_000_000  # ps that are shown after the last step
+AFTER = 60_000_000_000  # ps shown after the last step
 
 
 def save_tuning(
     path: str | Path, tuned: Tuned, calculator: Calculator, width: str | float = "page", dark: bool = False
 ) -> None:
-    """Draw what was tuned into a file, SVG, PNG or PDF.
+    """Draw the result of a tuning into a file, SVG, PNG or PDF.
 
     Args:
         tuned: with its full map.
 
     Raises:
         NothingHolds: no move was found.
-        UsageError: another suffix, a path that cannot be written, or no matplotlib.
+        UsageError: the suffix is another one, the path cannot be written, or matplotlib is not installed.
     """
     from ..record.pictures.picture_files import SUFFIXES, save
     from ..record.whole_file import check_suffix
@@ -71,7 +71,7 @@ def _told(calculator: Calculator, values: object) -> str:
 
 
 def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
-    """The two parameters with most values, the others as in the chosen move."""
+    """Return the map over the two parameters with most values, the others as in the chosen move."""
     grid, chosen = tuned.task.grid, tuned.chosen
     sizes = dict(zip(grid.names, map(len, grid.values), strict=True))
     names = sorted(grid.free, key=lambda name: -sizes[name])[:2]
@@ -101,7 +101,7 @@ def _map(tuned: Tuned, calculator: Calculator) -> GridMap | None:
 
 
 def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
-    """The pull-out curve with the demand of the chosen move, and of the next faster one that fails."""
+    """Return the pull-out curve with the demand of the chosen move, and of the next faster one that fails."""
     import numpy as np
 
     task, chosen = tuned.task, tuned.chosen
@@ -131,7 +131,7 @@ def _curve(tuned: Tuned, calculator: Calculator) -> TorqueCurve:
 
 
 def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
-    """The lag of the chosen move, nothing perturbed."""
+    """Return the lag of the chosen move, without perturbations."""
     import numpy as np
 
     task, chosen = tuned.task, tuned.chosen
@@ -146,7 +146,7 @@ def _lag(tuned: Tuned, calculator: Calculator) -> LagCurve:
 
 
 def outline(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the indices that are drawn, (n,) ascending: of every stretch the least and the greatest value."""
+    """Return the indices to be drawn, (n,) ascending: of every stretch the least and the greatest value."""
     import numpy as np
 
     if len(values) <= 2 * STRETCHES:

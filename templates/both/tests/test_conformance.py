@@ -20,8 +20,8 @@ def test_facts_and_tests_agree() -> None:
     proven = {fact for mark in marks for fact in re.findall(r'"([^"]+)"', mark)}
     left_open = {fact for fact, row in facts.items() if "open" in row}
     for wrong, why in (
-        (proven - set(facts), "named by a test, but no row has it"),
-        (set(facts) - proven - left_open, "no test proves it, and its row does not say open = ..."),
+        (proven - set(facts), "a test names it, but no row has it"),
+        (set(facts) - proven - left_open, "no test proves it, and its row has no open = ..."),
         (proven & left_open, "open, but a test proves it"),
     ):
         assert not wrong, f"{', '.join(sorted(wrong))}: {why}"

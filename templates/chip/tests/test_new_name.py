@@ -1,4 +1,4 @@
-"""The facts of the NEW-NAME: each test proves those of conformance.toml that it names."""
+"""The facts of the NEW-NAME: each test proves the facts of conformance.toml that it names."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Ask = Callable[[str], str]
 
 @pytest.fixture
 def bench() -> slewline.Bench:
-    """Return a bench; its time is virtual, and begins at 0."""
+    """Return a bench, whose virtual time begins at 0."""
     return slewline.Bench()
 
 
@@ -26,7 +26,7 @@ def x(bench: slewline.Bench) -> NewName:
 
 @pytest.fixture
 def ask(bench: slewline.Bench, x: NewName) -> Ask:
-    """Return what a host does: send a command, wait for the answer, and return it."""
+    """Return a function of a host that sends a command, waits for the answer, and returns it."""
     return bench.host(x).ask
 
 
@@ -39,7 +39,7 @@ def test_a_host_gets_an_answer(x: NewName, ask: Ask) -> None:
 
 @pytest.mark.fact("CMD-V", "CMD-M")
 @pytest.mark.parametrize(("command", "position"), [("M40", 40), ("M-40", -40)])
-def test_a_move_has_its_steps_at_the_speed_that_was_set(
+def test_a_move_has_its_steps_at_the_set_speed(
     bench: slewline.Bench, x: NewName, ask: Ask, command: str, position: int
 ) -> None:
     assert (ask("V500"), ask(command)) == ("OK", "OK")
@@ -58,7 +58,7 @@ def test_the_speed_at_power_up(bench: slewline.Bench, x: NewName, ask: Ask) -> N
 
 
 @pytest.mark.fact("CMD-S")
-def test_a_stop_is_at_once(bench: slewline.Bench, x: NewName, ask: Ask) -> None:
+def test_a_stop_is_immediate(bench: slewline.Bench, x: NewName, ask: Ask) -> None:
     ask("M1000")
     assert (ask("S"), 0 < x.position < 10) == ("OK", True)
     stopped = x.position

@@ -1,4 +1,4 @@
-"""The facts of the NEW-NAME: each test proves those of conformance.toml that it names."""
+"""The facts of the NEW-NAME: each test proves the facts of conformance.toml that it names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MS = 10**9  # virtual time is counted in picoseconds
 
 @pytest.fixture
 def bench() -> slewline.Bench:
-    """Return a bench with the part alone, whose contact is recorded; its time is virtual, and begins at 0."""
+    """Return a bench with only the part, whose contact is recorded; its virtual time begins at 0."""
     bench = slewline.Bench()
     bench.part(NewName, name="relay")
     bench.record("relay.contact")
@@ -20,7 +20,7 @@ def bench() -> slewline.Bench:
 
 
 def moved(bench: slewline.Bench) -> list[int]:
-    """Return when the contact has moved, once there is nothing left to do."""
+    """Run until idle; return the instants at which the contact has moved."""
     bench.run_until_idle()
     times, _ = bench.edges("relay.contact")
     return [int(time) for time in times]

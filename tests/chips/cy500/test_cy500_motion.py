@@ -441,5 +441,5 @@ def test_a_rotor_follows_the_phases_and_a_translator_misses_a_direction() -> Non
     rotor = rig.bench.part("rotor", name="motor", to="x")
     rig.say("R 253", "N 12", "+", "G", "-", "N 3", "G")
     assert rotor.position == 9
-    with pytest.raises(WiringError, match="gives the direction"):
+    with pytest.raises(WiringError, match="shows the direction"):
         rig.bench.part("translator", to="x")

@@ -342,17 +342,19 @@ def test_what_an_aborted_motion_waits_for_is_told(mover: Make) -> None:
     look = slewing(x, 1000) + 10 * TOP
     x.on(look - 1, "abort", 0)
     x.till(look + LOW)
-    assert x.x.waiting.startswith("x: G aborted: down to rate 10, and on to its target unless abort=0 there since ")
+    assert x.x.waiting.startswith(
+        "x: G aborted: down to rate 10, then continues to its target unless abort=0 there since "
+    )
     x.put(x.now, "abort", 1)
     x.till(look + sum(DOWN) + 10)
     x.put(x.now, "abort", 0)  # no longer looked at
     x.run(3 * LOW)
-    assert x.x.waiting.startswith("x: G aborted, abort=1 at rate 10: on to its target since ")
+    assert x.x.waiting.startswith("x: G aborted, abort=1 at rate 10: continues to its target since ")
     x.on(x.now - x.origin + 1000, "step_inhibit", 1)
     x.run(2 * LOW)
     x.put(x.now, "step_inhibit", 0)
     x.run(2 * LOW)
-    assert x.x.waiting.startswith("x: G aborted, abort=1 at rate 10: on to its target since ")
+    assert x.x.waiting.startswith("x: G aborted, abort=1 at rate 10: continues to its target since ")
     x.finish()
     assert x.x.travel == 1000
 

@@ -289,7 +289,7 @@ def test_a_request_that_comes_and_goes_between_two_looks_is_not_seen(
     x.till(look + 50 * TOP)
     assert len(x.changes("instrobe")) == (0 if missed else 2)
     assert [found.text for found in x.x.findings if found.code == "request-withdrawn"] == [
-        "a request that was not seen" if stepwise else "a rate request came and went within one step: not seen"
+        "a request that was not seen" if stepwise else "a rate request began and ended within one step: it was missed"
     ] * missed
 
 

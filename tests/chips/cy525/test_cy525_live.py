@@ -516,7 +516,7 @@ def test_verify_in_a_running_program_is_refused_and_changes_nothing(rig):
     remedy = r"host: x takes no command while its program runs; verify\(0, live=True\) reads through PROG/LIVE"
     with pytest.raises(slewline.UsageError, match=remedy):
         r.host.verify(0)
-    with pytest.raises(slewline.UsageError, match="wait until RUN is high, or give live commands"):
+    with pytest.raises(slewline.UsageError, match="wait until RUN is high, or use live commands"):
         r.host.run_program()
     assert r.codes == [] and r.host.idle and r.host.received == b""
     for each in (r, undisturbed):

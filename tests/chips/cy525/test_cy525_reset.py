@@ -22,7 +22,7 @@ RESET = 90  # clocks: 15 us at 6 MHz
 LEAD = 10 * US  # a motion sets its lines so long before its first step
 KNOWN = {"rate": 10, "firstrate": 10, "slope": 250, "divisor": 1, "position": 0}
 FIVE = {"number": 5, **KNOWN}
-ZERO = "G at rate 0: a rate above 20, or abort=0"
+ZERO = "G at rate 0, waiting for a rate above 20, or abort=0"
 ENDLESS = {**KNOWN, "rate": 20, "number": 64_000}
 OUTPUTS = tuple(pin.name for pin in SHEET.pins if pin.reset is not None and pin.way in ("out", "both"))
 REST = {
@@ -165,11 +165,11 @@ STATES = {
     "READY is due": ("waiting for READY after G", FIVE, lambda h: moving(h, clocks=5 * STEP + 20)),
     "endless": ("G runs until abort=0", ENDLESS, lambda h: moving(h, "H\rG\r", 30 * STEP)),
     "endless, ABORT low from the start": (
-        "G runs until RESET, abort being low from the start", ENDLESS,
+        "G runs until RESET, because abort was low at the start", ENDLESS,
         lambda h: (h.put(h.now, "abort", 0), moving(h, "H\rG\r", 30 * STEP)),
     ),
     "aborted": (
-        "G aborted: down to rate 10, and on to its target unless abort=0 there", ENDLESS,
+        "G aborted: down to rate 10, then continues to its target unless abort=0 there", ENDLESS,
         lambda h: (moving(h, "H\rG\r", 50 * STEP), h.put(h.now, "abort", 0), h.run(STEP)),
     ),
     "rate zero, request low": (ZERO, ENDLESS, lambda h: at_rate_zero(h, up=False)),

@@ -192,8 +192,8 @@ def test_what_leaves_the_zero_rate_is_told(mover: Make, rate: int, abort: int, w
     x = mover(number=60_000)
     x.put(x.now, "abort", abort)
     look = zero(x, f"F 10\rR {rate}\rS 255\rZ 1\r") if rate == 12 else zero(x, "F 127\rR 127\rS 255\rZ 1\r")
-    assert x.x.waiting.startswith(f"x: G at rate 0: {ways} since ")
+    assert x.x.waiting.startswith(f"x: G at rate 0, waiting for {ways} since ")
     x.request(x.now - x.origin + 1000, 5)
     x.till(look + 200_000)
     told = [found.text for found in x.x.findings if found.code == "fly-zero-low"]
-    assert told == [f"rate 5 at rate 0 changes nothing: it takes {ways}"]
+    assert told == [f"rate 5 at rate 0 has no effect; required {ways}"]

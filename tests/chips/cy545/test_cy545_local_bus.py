@@ -292,7 +292,7 @@ def test_a_bank_of_the_wrong_number_of_digits_is_told_once(value: str, rate: int
     rig.say("R #", "R #")
     assert rig.x.registers["rate"] == rate
     assert [found.code for found in rig.bench.findings] == ["digit-count"] * bool(says)
-    assert all(f"3 digits for R, and the bank has {len(value)}: " in found.text for found in wheels.findings)
+    assert all(f"3 digits for R, but the bank has {len(value)}: " in found.text for found in wheels.findings)
     assert all(says in found.text for found in wheels.findings)
 
 

@@ -268,7 +268,7 @@ def test_rates_of_ones_own_replace_the_table_in_the_chip_and_in_its_sheet() -> N
     ("wrong", "says"),
     [
         (MINE[:255], "255 numbers; allowed 256 or none"),
-        ([*MINE[:255], 5], "5 at 255 is below 2550; allowed rising ones"),
+        ([*MINE[:255], 5], "5 at 255 is below 2550; allowed ascending numbers"),
         ([0, *MINE[1:]], "allowed whole numbers, each 1..40000"),
     ],
 )

@@ -211,7 +211,7 @@ def test_two_modules_with_one_address_garble_their_answers(part: str) -> None:
     assert line.wire("2F\r") == b"R\r"  # the same bits at the same time
     (told,) = line.bench.findings
     assert (told.code, told.text[:34]) == ("same-address", "x1, x2 have the same address on on")
-    assert told.text.endswith("all of them answer; strap sel2, sel1, sel0 apart")
+    assert told.text.endswith("all of them answer; strap sel2, sel1, sel0 differently")
     line.chips[1].pin("ui1").drive(1)
     line.chips[1].pin("ui2").drive(0)
     assert line.wire("2V2\r") == b"V30\r"  # 1 and 2 at once, with the parity of either

@@ -71,7 +71,7 @@ def test_an_update_behind_which_nothing_starts_is_told_with_what_is_missing(comm
     if not stepwise:
         (text,) = starts(rig)
         assert text.startswith("axis 4: UPDATE while ") and text.endswith(
-            f": nothing starts; give {missing.replace(' ', ' and ')} before it"
+            f": no motion starts; send {missing.replace(' ', ' and ')} before it"
         )
     (text,) = linted(*commands, "UPDATE")
     assert f"without {missing.replace(' ', ' and ')}:" in text

@@ -15,7 +15,7 @@ test("a time that somebody has written is one for a request, and a number of pic
 test("a number without a unit is no time", () => {
   for (const text of ["500", "1.5", "1,5", " 20 "]) {
     const number = text.trim().replace(",", ".");
-    const says = `time ${text.trim()}: has no unit; write ${number} ms or ${number} s`;
+    const says = `time ${text.trim()} has no unit; write ${number} ms or ${number} s`;
     assert.throws(() => picoseconds(text), new RegExp(`^Error: ${says.replaceAll(".", "\\.")}$`));
   }
 });

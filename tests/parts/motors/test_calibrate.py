@@ -69,9 +69,9 @@ def test_a_torque_at_the_stall_counts():
 @rows(
     ("given", "says"),
     [
-        ({}, "nothing to calibrate with; give a start-stop rate, a pull-out rate, or both"),
-        ({"start_stop": 5000}, "start-stop rate 5000 steps/s: this motor does not come to it even without friction"),
-        ({"pull_out": 9000}, "pull-out rate 9000 steps/s: this motor does not come to it even without iron loss"),
+        ({}, "nothing to calibrate with; set a start-stop rate, a pull-out rate, or both"),
+        ({"start_stop": 5000}, "start-stop rate 5000 steps/s: this motor does not reach it even without friction"),
+        ({"pull_out": 9000}, "pull-out rate 9000 steps/s: this motor does not reach it even without iron loss"),
         ({"pull_out": 0.0}, "pull-out rate 0 steps/s; allowed 20 to 100000 full steps/s"),
         ({"start_stop": 2e5}, "start-stop rate 200000 steps/s; allowed"),
     ],
@@ -82,7 +82,7 @@ def test_what_cannot_be_is_said(given, says):
 
 
 def test_more_than_the_motor_could_with_any_constant_is_said():
-    with pytest.raises(UsageError, match="it: this motor does more even with a drag of 3"):
+    with pytest.raises(UsageError, match="it: this motor is faster even with a drag of 3"):
         room._greatest(lambda constant: True, 3.0, "it", "drag", "3")
 
 

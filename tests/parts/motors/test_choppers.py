@@ -120,11 +120,11 @@ def test_named_drivers_have_their_own_chopper():
     ("motor", "driver", "says"),
     [
         (SMALL, "24 V, 2.8 A chopper", "chopper at 20 kHz: the current ripples by up to 0.5 A of 2.8 A at high rates, "
-         "which takes up to 9% of the torque; the frequency is assumed: name the driver, such as DRV8825, or give its "
+         "which costs up to 9% of the torque; the frequency is assumed: name the driver, such as DRV8825, or set its "
          "frequency, such as 36 kHz"),
         (SMALL, "24 V, 2.8 A", "chopper at 20 kHz: the current ripples by up to 0.5 A of 2.8 A"),
         (SMALL, "24 V, 2.8 A chopper, 36 kHz", ""),
-        (SMALL, "24 V, 2.8 A, 20 kHz", "takes up to 9% of the torque"),
+        (SMALL, "24 V, 2.8 A, 20 kHz", "costs up to 9% of the torque"),
         (SMALL, "A4988, 24 V, 1.4 A", "chopper at a pause of 12 us: the current ripples by up to 0.24 A of 1.4 A"),
         (SMALL, "current 2.8 A", ""),
         ("QSH4218-51-10-049", "24 V, 1 A chopper", ""),

@@ -340,9 +340,9 @@ def test_a_rotor_that_nothing_brakes_turns_on() -> None:
 @pytest.mark.parametrize(
     ("times", "commands", "says"),
     [
-        ([10, 10], [1, 2], "edge 1 at 10 ps; each comes after the one before, 10 ps"),
-        ([0], [1], "edge 0 at 0 ps; each comes after the start, 0 ps"),
-        ([10, 20], [1], "2 edges with 1 commands; give one command for each edge"),
+        ([10, 10], [1, 2], "edge 1 at 10 ps; each must be after the one before, 10 ps"),
+        ([0], [1], "edge 0 at 0 ps; each must be after the start, 0 ps"),
+        ([10, 20], [1], "2 edges with 1 commands; pass one command for each edge"),
     ],
 )
 def test_edges_ascend_and_have_a_command_each(times: list[int], commands: list[int], says: str) -> None:

@@ -1,4 +1,4 @@
-"""Motors by name and by a table of figures."""
+"""Motors by name and by a table with figures."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ NEEDS = (
     "inertia (kg m2: of the rotor)"
 )
 TABLE = ", ".join(row.name for row in FIGURES)
-ALLOWED = f"the name of a motor, text such as '{EXAMPLE}', or a table of like, step_angle, {TABLE}"
-OTHER = f"; for another motor give the figures of its data sheet: '{EXAMPLE}'"
+ALLOWED = f"the name of a motor, text such as '{EXAMPLE}', or a table with like, step_angle, {TABLE}"
+OTHER = f"; for another motor use the figures of its data sheet: '{EXAMPLE}'"
 
 
 @rows("name", MOTORS)
@@ -139,7 +139,7 @@ def test_a_reluctance_motor_has_a_swing_and_its_phases_make_its_steps():
         (SMALL | {"swing": "1 mH"}, "m: swing 0.001 H; only windings = 'reluctance' have one: leave it out"),
         (
             VR,
-            "m: needs swing (H: how far the inductance of a reluctance motor goes up and down from the mean); such as "
+            "m: needs swing (H: amplitude of the inductance of a reluctance motor around its mean); such as "
             f"'{EXAMPLE}', or like and the name of a motor",
         ),
         (

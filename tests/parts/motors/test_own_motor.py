@@ -126,7 +126,7 @@ def test_what_is_assumed_is_what_the_model_takes():
         (f"{EXAMPLE}, step angle 0 deg", "m: step_angle '0 deg'; allowed an angle"),
         (f"{EXAMPLE}, step angle 1.8 deg, teeth 50", "m: step_angle and teeth both set the full steps a turn"),
         (f"{EXAMPLE}, inertia", "inertia is given twice"),
-        (f"reluctance, swing 1 mH, step angle 15 deg, {EXAMPLE}", "step_angle of a reluctance motor; give its teeth"),
+        (f"reluctance, swing 1 mH, step angle 15 deg, {EXAMPLE}", "step_angle of a reluctance motor; use its teeth"),
         (f"{without('inertia')}, inertia", "m: inertia ''; allowed a number (kg m2)"),
     ],
 )  # fmt: skip
@@ -141,7 +141,7 @@ def test_another_motor_is_not_offered_for_an_unknown_one(name):
     with pytest.raises(UnknownName) as error:
         read_motor(name, "--motor")
     assert "did you mean" not in str(error.value)
-    assert str(error.value).endswith(f"; for another motor give the figures of its data sheet: '{EXAMPLE}'")
+    assert str(error.value).endswith(f"; for another motor use the figures of its data sheet: '{EXAMPLE}'")
 
 
 @rows("name", MOTORS)

@@ -1,4 +1,4 @@
-"""Files that a user names: journals, bench files as they are read, images of memories.
+"""Files of users: journals, bench files as text, images of memories.
 
 A key of bench files is a row in `tables.py`, an entry of journals one in `entries.py`, played by `replaying.py`
 above.

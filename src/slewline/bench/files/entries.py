@@ -1,6 +1,6 @@
 """The entries of a journal, read one at a time and checked: a journal may come from anybody, and be of any length.
 
-`FIELDS` lists what every entry has; `replaying.py` relies on it.
+`FIELDS` lists the fields of every entry; `replaying.py` relies on it.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from ...gate import BOM, from_json, opened
 from ...gate import LATEST_PS as LATEST
 from .journal import VERSION
 
-LONGEST = 1 << 26  # bytes of a line: one with a script of the greatest length
+LONGEST = 1 << 26  # bytes of a line: the length with the longest script
 
 
 class Kind(NamedTuple):
-    """What the value of a field may be."""
+    """The allowed values of a field."""
 
     says: str
     types: tuple[type, ...]
@@ -66,13 +66,14 @@ OPTIONAL: dict[str, Kind] = {  # in any entry that has them
 
 
 class Entries:
-    """The entries of a journal file, with the numbers of their lines; each time from the first one on.
+    """The entries of a journal file, with the numbers of their lines; each iteration starts at the first one.
 
-    With `begin` it is read from a byte on at which a line begins, and numbers of lines count from there, or on from
-    those `before` it.  A last line that was cut off is left out, with the warning TornJournal at the first reading.
+    With `begin` reading starts at that byte, where a line begins, and numbers of lines count from there, or continue
+    after the `before` lines before it.  A last line that was cut off is left out, with the warning TornJournal at the
+    first reading.
 
     Raises:
-        BenchFileError: not readable, or not a journal; or, while they are read, an entry that makes no sense.
+        BenchFileError: not readable, or not a journal; or, during reading, an invalid entry.
     """
 
     def __init__(self, path: str | PathLike[str], begin: int = 0, before: int = 0) -> None:
@@ -81,7 +82,7 @@ class Entries:
             self.file: BinaryIO = opened(path)
         except BenchFileError as error:
             raise BenchFileError(f"journal {error}") from None
-        self.count: int | None = None  # how many there are, once they have all been read: a later reading sees no more
+        self.count: int | None = None  # their number, after the first reading: a later one stops there
 
     def __iter__(self) -> Iterator[tuple[int, dict[str, Any]]]:
         self.file.seek(self.begin)
@@ -113,7 +114,7 @@ class Entries:
         self.count = found
 
     def _parsed(self, number: int, line: bytes) -> dict[str, Any] | None:
-        """An entry; None, if it is cut off."""
+        """Return an entry; None if it is cut off."""
         try:
             line.decode("ascii")
             entry = from_json(line)
@@ -135,7 +136,7 @@ class Entries:
             raise BenchFileError(f"journal {self.path}: the first line is not that of a journal, version {VERSION}")
 
     def _check(self, number: int, entry: dict[str, Any], last: int) -> None:
-        """Check that an entry has what its kind has."""
+        """Check that an entry has the fields of its kind."""
         do = entry["do"]
         fields = FIELDS.get(do)
         if fields is None:

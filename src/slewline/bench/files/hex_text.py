@@ -1,11 +1,11 @@
-"""Bytes as hexadecimal text, and the files that hold them: every reader of such a file begins here.
+"""Bytes as hexadecimal text, and files of them: every reader of such a file begins here.
 
-    52 7F 4E 2C 01    ; pairs of digits, a comment      what a host sends, or a program without its address
+    52 7F 4E 2C 01    ; pairs of digits, a comment      bytes from a host, or a program without its address
     :0100100041AE                                        Intel HEX: the image of a memory
 
-What the name of a file says counts: a file named .hex, .ihx or .ihex is text in one of these two forms, or refused with
-line and column, and never taken for the bytes of a program.  Lines end with LF, CR LF or CR; a byte order mark before
-the first one is skipped.
+The name of a file determines its kind: a file named .hex, .ihx or .ihex must be text in one of these two forms.  It is
+otherwise refused with line and column, and never taken for the bytes of a program.  Lines end with LF, CR LF or CR; a
+byte order mark before the first one is skipped.
 """
 
 from __future__ import annotations
@@ -21,27 +21,28 @@ LINE_ENDS = re.compile(r"\r\n|\r|\n")  # str.splitlines breaks at other characte
 
 
 def is_named_hex(name: object) -> bool:
-    """Return whether the name of a file says that it holds hexadecimal text."""
+    """Return whether a file has an extension for hexadecimal text."""
     return str(name).lower().endswith(HEX)
 
 
 def hex_text(data: bytes, where: str) -> str:
-    """Return the text of a file that holds bytes in hexadecimal, its lines ended by LF.
+    """Return the text of a file of hexadecimal bytes, with lines that end with LF.
 
     Args:
         where: the file, for messages.
 
     Raises:
-        BenchFileError: it is empty, or has a byte outside of comments that is no ASCII text; with line and column.
+        BenchFileError: the file is empty, or has a byte outside of comments that is not ASCII text; with line and
+            column.
     """
     lines = LINE_ENDS.split(data.removeprefix(BOM).decode("latin-1"))
     if not any(line.strip() for line in lines):
-        raise BenchFileError(f"{where}: is empty, so it has no bytes")
+        raise BenchFileError(f"{where}: the file is empty; write pairs of hexadecimal digits, such as 43 00")
     for number, line in enumerate(lines, 1):
         for column, character in enumerate(line.split(";", 1)[0], 1):
             if character != "\t" and not " " <= character <= "~":
                 found = f"{where}, line {number}, column {column}: byte {ord(character):02X}"
-                remedy = "bytes themselves go into a .bin file"
+                remedy = "put raw bytes into a .bin file"
                 raise BenchFileError(f"{found}; allowed text, pairs of hexadecimal digits or Intel HEX; {remedy}")
     return "\n".join(lines)
 
@@ -55,17 +56,17 @@ def hex_bytes(data: bytes, where: str) -> bytes:
     """Return the bytes in a file of hexadecimal text, in either form.
 
     Raises:
-        BenchFileError: it is empty, or has anything else.
+        BenchFileError: the file is empty, or has any other content.
     """
     text = hex_text(data, where)
     return from_hex(text, where) if has_records(text) else bytes.fromhex(" ".join(hex_lines(text, where)))
 
 
 def hex_lines(text: str, where: str) -> list[str]:
-    """Return the lines of a text of bytes in hexadecimal, without their comments.
+    """Return the lines of a text of hexadecimal bytes, without their comments.
 
     Raises:
-        BenchFileError: a line has anything else; the message has line and column; or no line has a byte.
+        BenchFileError: a line has any other content, with line and column; or no line has a byte.
     """
     found = []
     for number, line in enumerate(text.split("\n"), 1):

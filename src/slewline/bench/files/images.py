@@ -1,4 +1,4 @@
-"""Images of memories in files: read whatever they are, written in the form of their name."""
+"""Images of memories in files: read in any form, written in the form of their extension."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def read_image(path: str | PathLike[str]) -> bytes:
     """
     data, where = read_file(path), str(path)
     if Path(path).suffix[1:].lower() in CATALOGUE.names():
-        raise BenchFileError(f"{path}: is a program, by its name; slewline asm makes an image of it: --output F.ihx")
+        raise BenchFileError(f"{path}: a program, by its extension; slewline asm --output F.ihx makes an image of it")
     if not is_named_hex(path):
         marked = data[len(BOM) :].lstrip()[:1] == b":"  # a text; a dump may begin with the same bytes as a mark
         return from_file(data.removeprefix(BOM) if marked else data, where)
@@ -35,7 +35,7 @@ def read_image(path: str | PathLike[str]) -> bytes:
 
 
 def image_given(owner: str, image: Any) -> Any:
-    """Return an image as it is given to a part: that in a file, of a `Path`; anything else as it is.
+    """Return an image passed to a part: for a `Path` the content of the file, anything else unchanged.
 
     Raises:
         UsageError: text that is the name of a file, and would be taken for the content itself.
@@ -50,13 +50,13 @@ def image_given(owner: str, image: Any) -> Any:
 
 
 def as_image_file(path: str | PathLike[str], image: bytes) -> bytes:
-    """Return the content of a file for an image: Intel HEX, if its name ends so, else the bytes."""
+    """Return the content of a file for an image: Intel HEX if it has such an extension, else the bytes."""
     return to_hex(image).encode("ascii") if is_named_hex(path) else image
 
 
 @answering("write_image()")
 def write_image(path: str | PathLike[str], image: bytes) -> None:
-    """Write a memory image to a file, which appears whole or not at all.
+    """Write a memory image to a file, completely or not at all.
 
     Args:
         path: the file; Intel HEX if its name ends in .hex, .ihx or .ihex, else a binary dump.

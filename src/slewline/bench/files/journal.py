@@ -1,23 +1,24 @@
-"""The journal: every input from outside, one JSON object a line; replaying it gives the same run, to the bit.
+"""The journal: every input from outside, one JSON object per line; a replay repeats the run, to the bit.
 
     {"do": "journal", "version": 1, "seed": 0, "slewline": "0.1.0"}
     {"do": "add", "t": 0, "part": "cy525", "behaviour": 2, "name": "x", ...}
     {"do": "drive", "t": 12000000000, "round": 1, "pin": "x.abort", "level": 0}
 
-`t` is the instant in picoseconds; `round` 1 marks what was done while that instant was running its first round, which
-is before its changes commit; the rest is done after the instant.  Lines are written as they happen, so a journal of a
-run that was killed is good up to its last whole line.
+`t` is the instant in picoseconds; `round` 1 marks inputs made in the first round of that instant, before its changes
+commit; all others are made after the instant.  Lines are written immediately, so the journal of a killed run is valid
+up to its last complete line.
 
     {"do": "store", "t": 15000000000, "of": "x", "call": 3, "error": "x.eeprom: cannot write the memory: ..."}
 
-What a store outside has refused, or made of its content, and when it was still writing, is in it as well: `call` is
-the number of the call since its owner was put on the bench, and a replay does the same there (`core/memory/store.py`).
-`entries.py` lists what each entry has.
+It also has the faults of a store outside: failed calls, changed content, and delays.  `call` is the number of the call
+since its owner was put on the bench, and a replay repeats the fault there (`core/memory/store.py`).  `entries.py` lists
+the fields of each entry.
 
-`part` and, of a part, `kind` are names that find the class again: ours, those of entry points, or module:Class.
+`part` and, for a part, `kind` are names by which the class is found again: built-in ones, those of entry points, or
+module:Class.
 
-A run is repeated to the bit only by the laws that made it: `behaviour` is the column of that name in the sheet of the
-part.  A journal without it was made before the column was there, and counts as 1.
+A run is repeated to the bit only with the same laws: `behaviour` is the column of that name in the sheet of the part.
+A journal without it is older than the column, and counts as 1.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from ...errors import BenchFileError
 from ...version import __version__
 
 VERSION = 1
-FIRST = b'{"do":"journal",'  # as it begins
+FIRST = b'{"do":"journal",'  # its start
 
 
 class Journal:
@@ -45,8 +46,8 @@ class Journal:
 
     Attributes:
         path: the path of the file.
-        failure: the reason why nothing can be written any more; "" while all is well.
-        on_failure: hook, called once with that reason; with a listener, the run goes on without a journal.
+        failure: the reason why it can no longer be written; "" if there is none.
+        on_failure: hook, called once with that reason; with a listener, the run continues without a journal.
 
     Raises:
         BenchFileError: the file exists and is not a journal, or cannot be written.  A later failure to write raises it
@@ -75,7 +76,7 @@ class Journal:
         """Write one input, at this instant.
 
         Raises:
-            BenchFileError: an argument that cannot be written down, such as a function; or the file takes no more.
+            BenchFileError: an argument that a journal cannot hold, such as a function; or the file cannot be written.
         """
         if self.failure:
             if not self.on_failure:
@@ -101,7 +102,7 @@ class Journal:
 
     @classmethod
     def continued(cls, path: str | PathLike[str], kernel: Kernel) -> Journal:
-        """Go on with a journal that is there, at its end."""
+        """Continue an existing journal at its end."""
         journal = cls.__new__(cls)
         journal._open(path, kernel, "a")
         return journal
@@ -112,7 +113,7 @@ class Journal:
 
 
 def _plain(value: Any) -> Any:
-    """What is written for a value of another type: a NumPy integer, a fraction."""
+    """Return the JSON form of a value of another type: a NumPy integer, a fraction."""
     if isinstance(value, Integral):
         return int(value)
     if isinstance(value, Fraction):
@@ -121,13 +122,13 @@ def _plain(value: Any) -> Any:
 
 
 def closed(file: TextIO) -> None:
-    """Close a file of which every line has been written, or refused, already."""
+    """Close a file of which every line has been written, or has failed, already."""
     with suppress(OSError):
         file.close()
 
 
 def replaced(path: str | PathLike[str]) -> bool:
-    """Return whether a journal that is written here will replace another one.
+    """Return whether writing a journal here will replace another one.
 
     Raises:
         BenchFileError: the file exists and is not a journal, so it must not be lost; or it is a FIFO.

@@ -1,4 +1,4 @@
-"""The order in which the parts of a bench file are made: a part after those that it names."""
+"""The order in which the parts of a bench file are made: a part after the parts that it names."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ def ordered(
     chips: Collection[str],
     error: Callable[[int, str, str], SlewlineError],
 ) -> list[int]:
-    """Return the numbers of parts in an order in which each comes after those that it names; else as in the file.
+    """Return the numbers of parts in an order in which each comes after the parts that it names; else as in the file.
 
     Args:
         parts: the tables.
-        names: what the parts are called.
+        names: the names of the parts.
         chips: names that are on the bench already.
-        error: makes an error of the number of a table, a key, and what is wrong.
+        error: makes an error from the number of a table, a key, and the cause.
 
     Raises:
-        SlewlineError: a part names what is not on the bench, or parts name each other.
+        SlewlineError: a part names one that is not on the bench, or parts name each other.
     """
     numbers: dict[str, int] = {}
     for number, name in enumerate(names):
-        numbers.setdefault(name, number)  # the second one of a name is refused when it is made
+        numbers.setdefault(name, number)  # a second part with the same name is refused when it is made
     placed: dict[int, None] = {}
 
     def missing(number: int) -> tuple[str, int] | None:
-        """Return the key by which a part names one that is not placed, and that one."""
+        """Return the key by which a part names another one that is not placed yet, and the number of that one."""
         for key in NAMING:
             wanted = parts[number].get(key)
             if wanted is None or wanted in chips:

@@ -1,4 +1,4 @@
-"""What comes with the package beside its modules: the examples, the lessons among them, and the templates."""
+"""Files that come with the package: examples, including those of the lessons, and templates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ...errors import UsageError
 
 PACKAGE = Path(__file__).parents[2]
 CHECKOUT = PACKAGE.parents[1]
-SOUGHT = {  # of an installed package, of a checkout: folders, by what the names of their files begin with
+SOUGHT = {  # of an installed package, of a checkout: folders, by the prefix of their files' names
     "examples": (
         {"": PACKAGE / "examples"},
         {"": CHECKOUT / "examples", "lessons": CHECKOUT / "docs/lessons"},
@@ -23,12 +23,12 @@ HEADS = {
     ".ipynb": r'(?s:.*?)"# (.*?)(?:\\n)?"',
 }
 COMMENT = r"[;#]\s*(.*)"
-LEAVE_OUT = (".out", ".pyc")  # what a script prints is kept next to it, for the tests
+LEAVE_OUT = (".out", ".pyc")  # the output of a script is kept next to it, for the tests
 PAGE = "index.md"  # of the lessons
 
 
 def named(what: str = "examples") -> dict[str, Path]:
-    """Return the files by their names, such as "drill/looped.toml", the upper ones first.
+    """Return the files by their names, such as "drill/looped.toml", top-level files first.
 
     Args:
         what: "examples" or "templates".

@@ -17,7 +17,7 @@ except ImportError:
 __all__ = ["Place", "Tables", "ValidationError", "convert", "keys_of"]
 
 Level = Literal[0, 1]
-Written = str | int  # a time as a file has it
+Written = str | int  # a time as written in a file
 Place = Sequence[str | int]  # ("chip", 0, "crystal")
 
 

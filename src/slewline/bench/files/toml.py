@@ -1,7 +1,7 @@
-"""TOML from anybody: what its reader would choke on is refused before, with its line.
+"""TOML from anybody: content that would overload its reader is refused before, with its line.
 
-The reader of Python takes time and memory that grow with the square of the parts of a key, and a number of any length,
-which a message cannot show then.
+The time and memory of Python's reader grow with the square of the parts of a key, and it accepts a number of any
+length, which a message then cannot show.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
     """Return the tables in the text of a file.
 
     Raises:
-        BenchFileError: it is not TOML, or has keys or numbers that no file of ours needs.
+        BenchFileError: it is not TOML, or has keys or numbers that no file of slewline needs.
     """
     bare = _APART.sub(_masked, text)
     for pattern, says in _REFUSED.items():
@@ -52,12 +52,12 @@ def read_toml(path: str | PathLike[str], text: str) -> dict[str, Any]:
 
 
 def _masked(found: re.Match[str]) -> str:
-    """A string as one name, which it is in a key, and a comment as nothing; every line stays where it was."""
+    """Return a string as one name, as in a key, and a comment as an empty text; all lines keep their numbers."""
     return re.sub(r"[^\n]", " " if found[0][0] == "#" else "_", found[0])
 
 
 def unquoted(text: str, error: Exception) -> str:
-    """Return the remedy where a value that is not TOML looks like text without quotes; "" where it does not."""
+    """Return the remedy for a value that is not TOML and looks like text without quotes; "" for other values."""
     at = re.search(r"at line (\d+)", str(error))
     lines = text.splitlines()
     line = lines[int(at[1]) - 1] if at and int(at[1]) <= len(lines) else ""

@@ -1,5 +1,5 @@
-"""What a bench records, draws and writes, and its timing diagrams.
+"""Recording, pictures and files of a bench, and its timing diagrams.
 
-What is recorded is decided in `signals.py`.  A call that draws checks the suffix of its file first; `timing.py` is
-the model.
+`signals.py` selects the signals that are recorded.  A call that draws checks the extension of its file first;
+`timing.py` is the model.
 """

@@ -1,4 +1,4 @@
-"""Pictures of a bench: what its axes did, and its pins; drawn, written into files, and read off at cursors."""
+"""Pictures of a bench: its axes and its pins; drawn, written into files, and read off at cursors."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
     from ...record.style import TimeAxis
     from .waveform_files import FilePath
 
-AROUND = 20  # so much of the motion is shown before and after it: 1/20
-MAX_PHASED = 100  # motions, above which their phases would be narrower than their names
+AROUND = 20  # 1/20 of the motion is shown before and after it
+MAX_PHASED = 100  # with more motions, their phases would be narrower than their names
 MAX_NOTES = 4  # lines of parameters
-MOST_PINS = 12  # of more recorded pins a notebook shows none: they are drawn by bench.plot
-MAX_VALUES = 3  # of a parameter that are written, of motions in which it differs
+MOST_PINS = 12  # with more recorded pins a notebook shows none: use bench.plot
+MAX_VALUES = 3  # of a parameter that differs between motions
 
 AxisNames = Sequence[int | str] | int | str | None
 
 
 class Pictures:
-    """What draws a circuit and its recorded signals."""
+    """The pictures of a circuit and its recorded signals."""
 
     def __init__(self, signals: Signals) -> None:
         self.signals, self.circuit, self.kernel = signals, signals.circuit, signals.circuit.kernel
@@ -51,7 +51,7 @@ class Pictures:
         return figure(self.contents(options), width=options["width"], dark=options["dark"], ax=ax)
 
     def plot(self, path: FilePath, options: Picture) -> None:
-        """Draw into a file."""
+        """Draw a picture into a file."""
         from ...record.pictures.figures import description_of, figure
         from ...record.pictures.picture_files import SUFFIXES, save
         from ...record.whole_file import check_suffix
@@ -62,7 +62,7 @@ class Pictures:
         save(picture, path, contents.title, description_of(picture), options["dark"])
 
     def svg(self) -> str | None:
-        """Return what a notebook shows of a bench; None where nothing has moved, or matplotlib is missing."""
+        """Return the picture of a bench in a notebook; None if nothing has moved, or matplotlib is missing."""
         from ...record.pictures.figures import description_of, figure
         from ...record.pictures.picture_files import drawn
 
@@ -116,9 +116,9 @@ class Pictures:
         rows = [measured(name, trace, instants) for name, trace in (*traces, *checked(over).items())]
         return replace(found, rows=(*found.rows, *rows))
 
-    # ------------------------------------------------------------------------------------------------- what is shown
+    # ------------------------------------------------------------------------------------------------------ contents
     def contents(self, options: Picture) -> Contents:
-        """Return what a picture shows, to be drawn."""
+        """Return the contents of a picture, to be drawn."""
         from ...record.pictures.figures import Contents
         from ...record.style import TimeAxis
 
@@ -197,21 +197,21 @@ class Pictures:
         return first, last
 
     def _motion(self, axes: Sequence[OneAxis]) -> tuple[int, int] | None:
-        """The first and the last instant (ps) at which one of the axes moves; None: none does."""
+        """Return the first and the last instant (ps) at which one of the axes moves; None: none does."""
         spans = [span for axis in axes if (span := moving_from_to(axis, axis.motor.since, self.kernel.now)) is not None]
         return (min(begin for begin, _ in spans), max(end for _, end in spans)) if spans else None
 
     def _loaded(self, axes: AxisNames, before: int) -> int:
-        """When a position register was loaded last before an instant (ps): what it held until then is not shown.
+        """Return when a position register was last loaded before an instant (ps); earlier values are not shown.
 
-        Nor is what is no longer kept.
+        Nor are values that are no longer kept.
         """
         motors = [axis.motor for axis in self._axes(axes)]
         loads = [since for motor in motors for since, _ in motor.offsets if since <= before]
         return max([self.circuit.since, *loads, *(motor.since for motor in motors)])
 
     def _activity(self, pins: Sequence[str | Trace] | None) -> tuple[int, int] | None:
-        """From the first to the last edge of the pins that are shown, command or finding; None: there is none."""
+        """Return the first and the last edge, command or finding of the pins shown (ps); None: there is none."""
         now = self.kernel.now
         traces = self._traces(pins, 0, now, 0, None)
         found = [int(ps) for trace in traces if len(trace.times_ps) for ps in trace.times_ps[[0, -1]]]
@@ -220,7 +220,7 @@ class Pictures:
         return (min(found), max(found)) if found else None
 
     def _axes(self, axes: AxisNames) -> list[OneAxis]:
-        """The axes that are asked for; all of them by default."""
+        """Return the requested axes; by default all of them."""
         all_of_them = [*self.circuit.axes()]
         if axes is None:
             return [axis for _, _, axis in all_of_them]
@@ -230,24 +230,24 @@ class Pictures:
             fits = [axis for chip, n, axis in all_of_them if one in (n, axis.name, chip.name)]
             if not fits or isinstance(one, bool):
                 names = [axis.name for _, _, axis in all_of_them]
-                says = f"axes: no axis {one!r}; there are {', '.join(names)}, and numbers from 1 on"
+                says = f"axes: no axis {one!r}; allowed {', '.join(names)}, or numbers from 1"
                 raise UnknownName(says + hint(one, names))
             found += [axis for axis in fits if axis not in found]
         return found
 
     def _owner(self, axis: OneAxis) -> tuple[Chip, int]:
-        """The chip of an axis, and its number there."""
+        """Return the chip of an axis, and the number of the axis."""
         return next((chip, n) for chip, n, one in self.circuit.axes() if one.motor is axis.motor)
 
     def name_of(self, axis: OneAxis) -> str:
-        """An axis as the legend names it: with its chip, if there are several."""
+        """Return the name of an axis for the legend: with its chip, if there are several."""
         chip, number = self._owner(axis)
         if chip.sheet.axes == 1:
             return chip.name
         return f"axis {number}" if len(self.circuit.chips) == 1 else f"{chip.name} axis {number}"
 
     def _tracks(self, options: Picture, run: str, zero: int, start: int, stop: int) -> list[Track]:
-        """What the axes did in a window of the picture, those that move; one, if none does.  Below, what parts did."""
+        """Return the tracks of the moving axes, or of one axis if none moves, and those of parts below them."""
         first, last = max(start + zero, 0), min(stop + zero, self.kernel.now)
         chosen = self._axes(options["axes"])
         around = self._parts(options["parts"], chosen)
@@ -260,13 +260,13 @@ class Pictures:
         return [replace(track, name=f"{run}, {track.name}" if len(tracks) > 1 else run) for track in tracks]
 
     def _parts(self, parts: Sequence[str] | str | None, axes: Sequence[OneAxis]) -> list[Chosen]:
-        """The parts whose quantities are shown with some axes."""
+        """Return the parts whose quantities are shown with some axes."""
         return chosen(self.circuit.parts, parts, list(dict.fromkeys(self._owner(axis)[0] for axis in axes)))
 
     def _tracks_of_parts(
         self, around: Sequence[Chosen], zero: int, first: int, last: int, moving: bool
     ) -> Iterator[Track]:
-        """What parts did; `moving`: no quantity that does not change."""
+        """Yield the tracks of parts; with `moving`, without constant quantities."""
         import numpy as np
 
         from ...record.pictures.tracks import Track
@@ -281,7 +281,7 @@ class Pictures:
         from ...record.pictures.tracks import Track
 
         motions = axis.motions(first, last)
-        if any(axis.motor.played(first + 1, motions[0].time_ps if motions else last)):  # the one before was under way
+        if any(axis.motor.played(first + 1, motions[0].time_ps if motions else last)):  # the last one is in progress
             motions = [motion for motion in axis.motions(None, first) if motion.time_ps < first][-1:] + motions
         ideals = ((motion, motion.ideal) for motion in motions) if ideal else ()
         return Track(
@@ -300,7 +300,7 @@ class Pictures:
         return [Mark(f.time_ps, "finding", f.code) for f in owner.findings if first <= f.time_ps <= last]
 
     def _measured(self, options: Picture, zero: int) -> Iterator[Track]:
-        """Measured steps among some runs, their first one at that of this bench (ps; `zero` of it is 0)."""
+        """Yield measured steps among the runs, shifted to the first step of this bench (ps; `zero` of it is 0)."""
         from ...record.pictures.measured import track
 
         found = {name: run for name, run in (options["runs"] or {}).items() if not hasattr(run, "_pictures")}
@@ -318,7 +318,7 @@ class Pictures:
     def _traces(
         self, pins: Sequence[str | Trace] | None, first: int, last: int, zero: int, over: Mapping[str, Trace] | None
     ) -> list[Trace]:
-        """What the pins did in a window of the picture; names without their chip, if there is but one."""
+        """Return the traces of pins in a window of the picture; names are without their chip if there is only one."""
         from ...record.measuring.overlay import checked, fitting
         from ...record.recording.recorder import width_of
         from ...record.recording.traces import Trace
@@ -338,7 +338,7 @@ class Pictures:
         return found
 
     def _notes(self, tracks: Sequence[Track]) -> Iterator[str]:
-        """Lines that tell with which parameters the axes moved."""
+        """Yield lines with the parameters of the motions of the axes."""
         words = {name: word for chip in self.circuit.chips.values() for name, word in words_of(chip).items()}
         lines = {track.name: parameters_of(track, words) for track in tracks if not track.part}
         if len({*lines.values()}) == 1:
@@ -349,12 +349,12 @@ class Pictures:
 
 
 def words_of(chip: Chip) -> dict[str, str]:
-    """Return what the commands of a chip are called, by their letters: {"R": "rate"}."""
+    """Return the names of the commands of a chip, by their letters: {"R": "rate"}."""
     return {row.form: row.name.lower().replace("_", " ") for row in chip.sheet.commands}
 
 
 def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
-    """Yield tracks without their positions, if none of these changes: of an axis at rest, or on its way home."""
+    """Yield tracks, without constant positions, as of an axis at rest or during homing."""
     import numpy as np
 
     still = not any(
@@ -368,7 +368,7 @@ def without_rest(tracks: Sequence[Track], axis: TimeAxis) -> Iterator[Track]:
 
 
 def differences(tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield how far the motions of a track leave their ideals at most, in words."""
+    """Yield the greatest deviation of the motions of each track from their ideals, in words."""
     from ...record.style import few
 
     for track in tracks:

@@ -1,4 +1,4 @@
-"""What has a value at every instant, by name: "x.velocity", "m.axis2.position", "driver.current"."""
+"""Quantities with a value at every instant, by name: "x.velocity", "m.axis2.position", "driver.current"."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from ...parts.base.part import Part
 
 
 def axes_of(chip: Chip) -> Iterator[tuple[str, OneAxis]]:
-    """Yield the axes of a chip, by the scope of their quantities: that of the chip if it has only one."""
+    """Yield the axes of a chip, with the prefix of their quantities: that of the chip if it has only one."""
     for number in range(1, chip.sheet.axes + 1):
         yield chip.name if chip.sheet.axes == 1 else f"{chip.name}.axis{number}", chip.axis(number)
 
 
-Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and what is shown of it
+Chosen = tuple[Part, tuple[Quantity, ...]]  # a part, and its quantities shown
 
 
 def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips: Sequence[Chip]) -> list[Chosen]:
-    """Return the parts whose quantities are shown, each with those of them that are.
+    """Return the parts whose quantities are shown, each with these quantities.
 
     Args:
-        wanted: names of parts, or of single quantities, "m.position"; None: of every part that has some and is wired to
-            one of the chips, or to a part that is.
+        wanted: names of parts, or of single quantities, "m.position"; None: all parts with quantities that are wired to
+            one of the chips, directly or through another part.
 
     Raises:
         UnknownName: no such part or quantity, or the part has none.
@@ -50,7 +50,7 @@ def chosen(parts: Mapping[str, Part], wanted: Sequence[str] | str | None, chips:
 
 
 def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
-    """Return the parts that are wired to one of some chips, or to a part that is, or are on its shaft."""
+    """Return the parts that are wired to one of some chips, or to another such part, or are on its shaft."""
     reached: set[object] = {terminal.net.root for chip in chips for terminal in chip.pins.values()}
     every = rest = list(parts)
     found: list[Part] = []
@@ -62,13 +62,13 @@ def attached(parts: Iterable[Part], chips: Iterable[Chip]) -> list[Part]:
 
 
 def joints_of(part: Part) -> set[object]:
-    """Return what joins a part to others: the wires on its pins, and what turns its shaft."""
+    """Return the connections of a part to others: the wires on its pins, and the driver of its shaft."""
     source = getattr(getattr(part, "shaft", None), "source", None)
     return {*(pin.net.root for pin in part.pins.values()), *([source] if source is not None else [])}
 
 
 def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | None:
-    """Return the first and the last instant of a window at which an axis moves; None: it makes no step there."""
+    """Return the first and the last instant of a window at which an axis moves; None: it takes no step there."""
     played = [(train, a, b) for _, train, a, b in axis.motor.played(start, stop)]
     if not played:
         return None
@@ -82,7 +82,7 @@ def moving_from_to(axis: OneAxis, start: int, stop: int) -> tuple[int, int] | No
 
 
 def first_step(axis: OneAxis, stop: int) -> int | None:
-    """Return the instant (ps) of the first step of an axis; None: it makes no step."""
+    """Return the instant (ps) of the first step of an axis; None: it takes no step."""
     return next((train.clock.ps(train.end(a)) for _, train, a, _ in axis.motor.played(0, stop)), None)
 
 

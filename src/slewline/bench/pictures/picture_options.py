@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from .window import Between
 
     class Bench(Protocol):
-        """As much of a bench as a picture needs; the class itself imports this folder."""
+        """The interface of a bench for a picture; the class itself imports this folder."""
 
         _pictures: Any
 
 
 class PictureOptions(TypedDict, total=False):
-    """What `bench.figure` and `bench.plot` take besides title, pins and window."""
+    """The options of `bench.figure` and `bench.plot` besides title, pins and window."""
 
     axes: Sequence[int | str] | int | str | None
     parts: Sequence[str] | str | None
@@ -32,7 +32,7 @@ class PictureOptions(TypedDict, total=False):
 
 
 class Picture(PictureOptions, total=False):
-    """All that a picture shows."""
+    """All options of a picture."""
 
     title: str | None
     pins: Sequence[str | Trace] | None
@@ -47,7 +47,7 @@ PICTURE = Picture(
 
 
 class DiagramOptions(TypedDict, total=False):
-    """What `bench.timing` and `bench.timing_figure` take besides pins and window."""
+    """The options of `bench.timing` and `bench.timing_figure` besides pins and window."""
 
     between: Iterable[Between]
     causes: Iterable[tuple[str, str]]

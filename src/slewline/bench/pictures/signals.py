@@ -1,4 +1,4 @@
-"""The signals of a bench: which pins are recorded, and what they did."""
+"""The signals of a bench: the recorded pins, and their edges."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Signals:
-    """What is recorded of a circuit."""
+    """The recorded signals of a circuit."""
 
     def __init__(self, circuit: Circuit) -> None:
         self.circuit = circuit
@@ -34,7 +34,7 @@ class Signals:
 
     @property
     def recorder(self) -> Recorder:
-        """The recorder, made when it is first needed."""
+        """The recorder, created on first use."""
         if self._recorder is None:
             from ...record.recording.recorder import Recorder
 
@@ -49,7 +49,7 @@ class Signals:
 
         Args:
             pins: full names, such as "x.slew".
-            keep: how far back changes are kept, for endless runs; None: as `Bench(keep=)` says, by default all.
+            keep: how far back changes are kept, for endless runs; None: as given by `Bench(keep=)`, by default all.
 
         Raises:
             UnknownName: there is no such pin, chip or part.
@@ -65,7 +65,7 @@ class Signals:
             self._record_commands(name.split(".")[0], keep_ps)
 
     def _record_commands(self, owner: str, keep_ps: int | None) -> None:
-        """What a chip works on is recorded with its pins."""
+        """Record the current commands of a chip together with its pins."""
         from ...record.recording.recorder import TextLog
 
         if owner in self.commands:
@@ -74,7 +74,7 @@ class Signals:
             self.commands[owner] = TextLog(self.circuit.kernel, self.circuit.chips[owner].on_command, keep_ps)
 
     def _probe(self, name: str) -> Net | Terminal:
-        """The net of a pin; of a pin that is a wire of a bus, the pin."""
+        """Return the net of a pin; for a wire of a bus, the pin."""
         net = self.circuit.net(name)
         if not isinstance(net, Bus):
             return net
@@ -94,7 +94,7 @@ class Signals:
                 yield f"{chip.name}.{chip.sheet.bus}"
 
     def window_of(self, nets: Mapping[str, Net | Terminal], start: Time | None, stop: Time | None) -> tuple[int, int]:
-        """Return a window that recorded nets can be asked about: without `start`, as far back as all of them go.
+        """Return a window in which all the nets are recorded: by default, from as far back as all of them go.
 
         Raises:
             NotRecorded: there is no such time, since recording begins now.
@@ -118,7 +118,7 @@ class Signals:
 
         Raises:
             UnknownName: there is no such pin.
-            NotRecorded: it is not recorded, or nothing is.
+            NotRecorded: the pin is not recorded, or none is.
         """
         if pins is None:
             if not self.recorded:
@@ -131,18 +131,18 @@ class Signals:
         return {name: self.recorded[name] if name in self.recorded else self._recorded_wire(name) for name in names}
 
     def _recorded_wire(self, name: str) -> Net | Terminal:
-        """A wire of a bus that is recorded as a whole."""
+        """Return a wire of a bus that is recorded as a whole."""
         wire, net = self._probe(name), self.circuit.net(name)
         if wire is not net and net in self.recorded.values():
             return wire
         raise NotRecorded(f"{name} is not recorded; call bench.record({name!r}) before time passes")
 
     def full_name(self, name: str) -> str:
-        """Return the full name of a recorded pin; the owner may be missing where only one has such a pin.
+        """Return the full name of a recorded pin; the owner may be left out if only one has such a pin.
 
         Raises:
-            UsageError: several have.
-            NotRecorded: it is not recorded.
+            UsageError: several owners have such a pin.
+            NotRecorded: the pin is not recorded.
         """
         if not isinstance(name, str) or "." in name or not name:
             self.chosen([name])
@@ -153,7 +153,7 @@ class Signals:
         if not found:
             owners = list(self.circuit.chips)
             full = f"{owners[0]}.{name}" if len(owners) == 1 else name
-            self.chosen([full])  # raises what is wrong
+            self.chosen([full])  # raises the right error
         return found[0]
 
     def edges(
@@ -192,7 +192,7 @@ class Signals:
             name: the full name: of an axis "x.velocity" or "m.axis2.position", of a part "driver.current".
 
         Raises:
-            UnknownName: there is no such quantity; the message lists those there are.
+            UnknownName: there is no such quantity; the message lists the existing ones.
         """
         chips, parts = self.circuit.chips, self.circuit.parts
         known = self.quantities()

@@ -1,4 +1,4 @@
-"""Timing diagrams of a bench, and the times that data sheets print, checked on what was recorded."""
+"""Timing diagrams of a bench, and a check of recorded signals against the times in data sheets."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class TimingDiagrams:
-    """What draws and measures recorded signals."""
+    """Diagrams and measurements of recorded signals."""
 
     def __init__(self, signals: Signals) -> None:
         self.signals, self.circuit = signals, signals.circuit
@@ -83,7 +83,7 @@ class TimingDiagrams:
         stop: Time | None = None,
         **options: Unpack[DiagramOptions],
     ) -> Figure:
-        """Return the diagram that `timing` writes, as a matplotlib Figure.
+        """Return the diagram of `timing`, as a matplotlib Figure.
 
         Raises:
             UsageError, NotRecorded: as `timing`.
@@ -116,7 +116,7 @@ class TimingDiagrams:
 
         Args:
             chips: a list of names of chips; by default all chips.
-            start, stop: the window; by default as far back as the pins are recorded, up to now.
+            start, stop: the window; by default from as far back as the pins are recorded, up to now.
 
         Raises:
             NotRecorded: nothing is recorded.

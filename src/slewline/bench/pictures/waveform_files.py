@@ -1,6 +1,6 @@
 """Files of a bench: waveforms, and edges and steps as CSV or arrays.
 
-What a waveform file has besides the pins is gathered here: what the axes do, comments, and its layout.
+The content of a waveform file besides the pins is collected here: quantities of the axes, comments, and its layout.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
 
     FilePath = str | Path
 
-VCD, CSV, NPZ = (".vcd",), (".csv",), (".npz",)  # endings of files
+VCD, CSV, NPZ = (".vcd",), (".csv",), (".npz",)  # file extensions
 STEPS = (*CSV, *NPZ)
 NOT_ENTERED = 'use it in a with statement: with bench.stream_vcd("run.vcd"):'
 _time = attrgetter("time_ps")
 MAX_MARKS = 26  # that a viewer names
 AROUND = 50  # before and after the motion, a layout shows a fiftieth of it
-APART = 30  # marks are so far apart that their names can be read: a thirtieth of what is shown
+APART = 30  # distance of marks that keeps their names legible: a thirtieth of the view
 
 
 class WaveformFiles:
-    """What writes recorded signals, and steps, into files."""
+    """Methods that write recorded signals, and steps, to files."""
 
     def __init__(self, signals: Signals, streams: list[TimedStream]) -> None:
         self.signals, self.circuit, self.streams = signals, signals.circuit, streams
@@ -59,12 +59,12 @@ class WaveformFiles:
         values: bool = False,
         layout: bool = False,
     ) -> int:
-        """Write recorded pins as a VCD file; an existing file is replaced whole or not at all.
+        """Write recorded pins as a VCD file; an existing file is replaced completely or not at all.
 
         Args:
             path: the file.
             pins: names such as "x.slew"; by default all recorded pins.
-            start, stop: the window; by default as far back as all of them are recorded, up to now.
+            start, stop: the window; by default from as far back as all of them are recorded, up to now.
             timescale: the unit of time in the file, "1", "10" or "100" with a unit from "ps" to "s"; times are rounded
                 down to it.
             buses: "bits": the wires of a bus, one by one, which every viewer reads; "whole": the bus as a vector, which
@@ -111,7 +111,7 @@ class WaveformFiles:
         return {"buses": buses, "values": sources, "comments": comments_of(chips, values, parts)}
 
     def _parts_of(self, chips: Sequence[Chip], nets: Iterable[str]) -> list[Part]:
-        """The parts around some chips, and those whose own pins are recorded."""
+        """Return the parts around some chips, and the parts whose own pins are recorded."""
         named, around = {name.split(".")[0] for name in nets}, attached(self.circuit.parts.values(), chips)
         return [part for part in self.circuit.parts.values() if part in around or part.name in named]
 
@@ -129,12 +129,12 @@ class WaveformFiles:
         Args:
             path: the file.
             pins: names such as "x.slew"; by default all recorded pins.
-            start, stop: the window; by default as far back as all of them are recorded, up to now.
+            start, stop: the window; by default from as far back as all of them are recorded, up to now.
 
         Raises:
             UnknownName: there is no such pin.
             NotRecorded: a pin is not recorded, or no longer that far back.
-            UsageError: a name with another suffix than .csv, or a path that cannot be written.
+            UsageError: an extension other than .csv, or a path that cannot be written.
         """
         from ...record.recording.export_csv import save_edges
         from ...record.whole_file import check_suffix
@@ -148,7 +148,7 @@ class WaveformFiles:
         """Write the steps of all chips as CSV (time_ps, chip, axis, direction, position) or as arrays (.npz).
 
         Raises:
-            UsageError: a name with another suffix, or a path that cannot be written.
+            UsageError: another extension, or a path that cannot be written.
             NotRecorded: the past of an axis is no longer kept that far back.
         """
         from ...record.whole_file import check_suffix
@@ -200,7 +200,7 @@ class WaveformFiles:
     ) -> Streaming:
         """Write recorded pins to a VCD file while time passes, so that a long window needs no memory.
 
-        The arguments are those of `save_vcd`.  The call returns a context manager: what happens in its `with` block is
+        The arguments are those of `save_vcd`.  The call returns a context manager: changes during its `with` block are
         written, and the `lost` of `with ... as vcd` is the number that `save_vcd` returns.
 
         Raises:
@@ -227,7 +227,7 @@ class WaveformFiles:
 
 
 class Streaming:
-    """What `stream_vcd` returns: what happens in the block of its `with` statement goes into the file."""
+    """The result of `stream_vcd`: changes during its `with` block are written to the file."""
 
     def __init__(self, streams: list[TimedStream], manager: AbstractContextManager[VcdStream]) -> None:
         self._streams, self._manager = streams, manager
@@ -242,15 +242,15 @@ class Streaming:
         return self._manager.__exit__(*error)
 
     def feed(self, ps: int) -> None:
-        """Write what has happened up to an instant (ps)."""
+        """Write all changes up to an instant (ps)."""
         if self._stream is not None:
             self._stream.write_until(ps)
 
     def check_entered(self) -> None:
-        """Refuse to let time pass that was to be streamed.
+        """Check, before time passes, that the stream is used in a `with` statement.
 
         Raises:
-            UsageError: the `with` statement is missing.
+            UsageError: it is not.
         """
         if self._stream is None:
             self._streams.remove(self)
@@ -269,10 +269,10 @@ def chips_of(chips: Mapping[str, Chip], names: Iterable[str]) -> list[Chip]:
 def values_of(
     chips: Iterable[Chip], commands: Mapping[str, TextLog], parts: Iterable[Part] = ()
 ) -> list[VariableSource]:
-    """Return what has a value besides the pins, for a waveform file.
+    """Return the sources of values besides the pins, for a waveform file.
 
-    Of every chip its findings and the command in progress; of every axis what moves it, and its quantities; of parts
-    that have quantities, these and their findings.
+    For every chip its findings and the command in progress; for every axis the command that moves it, and its
+    quantities; for parts with quantities, these and their findings.
     """
     from ...record.waveforms.vcd_sources import CurveSource, TextSource, reference
 
@@ -305,7 +305,7 @@ def comments_of(chips: Iterable[Chip], values: bool, parts: Iterable[Part] = ())
 
 
 def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSetup:
-    """Return what a viewer shows first of a window (ps): the motion, or all of it if nothing moves, with marks."""
+    """Return the first view of a window (ps) for a viewer: the motion, or all of it if nothing moves, with marks."""
     from ...record.waveforms.viewer_layouts import ViewerSetup
 
     axes = [axis for chip in chips for _, axis in axes_of(chip)]
@@ -321,7 +321,7 @@ def view_of(chips: Sequence[Chip], start: int, stop: int, unit: int) -> ViewerSe
 
 
 def _apart(marks: Iterable[tuple[int, str]], distance: int) -> list[tuple[int, str]]:
-    """Marks by time, the first of them first of all; those that come too near to another one are left out."""
+    """Return marks in order of time, without those too close to another one; the earliest one is always kept."""
     kept: list[tuple[int, str]] = []
     for mark in marks:
         if len(kept) < MAX_MARKS and all(abs(mark[0] - other) > distance for other, _ in kept):

@@ -1,4 +1,4 @@
-"""A window of what a bench has recorded: signals, the intervals between their edges, and the lanes of a diagram."""
+"""A window of a recorded bench: signals, the intervals between their edges, and the lanes of a diagram."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from ...record.recording.traces import Trace
     from .signals import Signals
 
-Between = str | tuple[str, str]  # two edges, or the symbol of a printed time
-STAYS = 1_000_000  # ps: so long, at most, a word stays on the bus after the strobe that has written it
+Between = str | tuple[str, str]  # two edges, or the symbol of a time in the data sheet
+STAYS = 1_000_000  # ps: longest time that a word remains on the bus after its strobe
 
 
 class Window:
-    """What was recorded in a window (ps); `reach`: a signal begins where its recording does, if that is later."""
+    """The recorded signals in a window (ps); with `reach`, a signal may begin later, where its recording does."""
 
     def __init__(self, signals: Signals, start: int, stop: int, *, reach: bool = False) -> None:
         self.signals, self.start, self.stop, self.reach = signals, start, stop, reach
@@ -35,17 +35,17 @@ class Window:
         self.found = cache(self._found)
 
     def _signal(self, name: str) -> SignalEdges:
-        """What a pin or bus did, by its full name."""
+        """Return the signal of a pin or bus, by its full name."""
         probe, recorder = self.signals.chosen([name])[name], self.signals.recorder
         since = max(self.start, recorder.since(probe)) if self.reach else self.start
         return SignalEdges.of(probe, recorder, since, self.stop)
 
     def _found(self, chip: Chip, limit: Limit) -> Spans:
-        """Begin and end of every interval that a limit is about (ps)."""
+        """Return start and end of every interval to which a limit applies (ps)."""
         return intervals(limit, lambda pin: self.signal(f"{chip.name}.{pin}"))
 
     def check(self, chip: Chip, limit: Limit) -> Checked:
-        """Return how a limit's intervals keep it, or which pin is not recorded."""
+        """Return the intervals of a limit compared with it, or the pin that is not recorded."""
         bound = Bound.of(limit, chip.crystal_hz)
         for pin in (limit.start.split()[0], limit.end.split()[0], *(pin for pin, _ in (*limit.given, *limit.before))):
             try:
@@ -66,7 +66,7 @@ class Window:
             yield from self._named(between)
             return
         if not isinstance(between, Sequence) or len(between) != 2:
-            raise UsageError(f"between {between!r}: expected two edges, or the symbol of a printed time")
+            raise UsageError(f"between {between!r}: expected two edges, or the symbol of a time in the data sheet")
         first, second = (Edge.read(text) for text in between)
         first, second = (edge._replace(pin=self.signals.full_name(edge.pin)) for edge in (first, second))
         begin = first.find(self.signal(first.pin), self.start, include=True)
@@ -77,7 +77,7 @@ class Window:
         yield self._interval(first, second, begin, end)
 
     def _interval(self, first: Edge, second: Edge, begin: int, end: int) -> Interval:
-        """An interval with the printed limits that are about these two edges."""
+        """Return an interval with the limits in the data sheet for these two edges."""
         bounds = []
         owner, _, pin = first.pin.partition(".")
         chip = self.signals.circuit.chips.get(owner)
@@ -90,14 +90,14 @@ class Window:
         return Interval(f"{first.pin} {first.change}", f"{second.pin} {second.change}", begin, end, tuple(bounds))
 
     def _named(self, symbol: str) -> Iterator[Interval]:
-        """Of each printed time of this symbol that was recorded, the interval that is nearest to its limit."""
+        """Yield, for each recorded time with this symbol, the interval that is closest to its limit."""
         limits = [(chip, limit) for chip in self.signals.circuit.chips.values() for limit in chip.sheet.limits]
         named = [(chip, limit) for chip, limit in limits if limit.symbol == symbol]
         if not named:
             known = ", ".join(dict.fromkeys(limit.symbol for _, limit in limits if limit.symbol))
             pair = '; two edges are a pair in the list: [("x.slew falls", "x.slew rises")]' if " " in symbol else ""
             raise UsageError(
-                f"between {symbol!r}: the data sheet prints no such time; its symbols: {known or 'none'}{pair}"
+                f"between {symbol!r}: the data sheet has no such time; its symbols: {known or 'none'}{pair}"
             )
         seen = False
         for chip, limit in named:
@@ -113,7 +113,7 @@ class Window:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def lane(self, name: str, label: str | None, several: bool, decode: bool, over: Trace | None) -> Lane:
-        """Return a pin or bus as a lane, and what is drawn over it; `several`: with the owner's name before it."""
+        """Return a pin or bus as a lane, with the trace drawn over it; `several`: with the owner's name before it."""
         from ...record.measuring.overlay import fitting
         from ...record.pictures.diagram import Lane
 
@@ -130,13 +130,13 @@ class Window:
         )
 
     def measured_lane(self, trace: Trace, label: str | None) -> Lane:
-        """Return a measured trace as a lane of its own; it floats where the file has nothing."""
+        """Return a measured trace as a lane of its own; it floats where the file has no data."""
         from ...record.pictures.diagram import Lane
 
         return Lane(trace.name, label or trace.name, SignalEdges.of_trace(trace, self.start, self.stop))
 
     def _characters(self, chip: Chip, name: str) -> list[Written]:
-        """The characters on a serial line, also those that only begin or end in the window."""
+        """Return the characters on a serial line, including characters that only begin or end in the window."""
         from ...record.measuring.sampled_characters import characters, shown
         from ...record.pictures.diagram import LaneText as Written
 
@@ -157,7 +157,7 @@ class Window:
         ]
 
     def _meaning(self, chip: Chip | None) -> Callable[[int, int], str]:
-        """What a value of the bus means: a character, or the command that is written."""
+        """Return a function from a value on the bus to its meaning: a character, or the command that is written."""
         if chip is None or chip.sheet.channel(HostPort) is None:
             return lambda value, _end: f"'{chr(value)}'" if 32 < value < 127 else "CR" if value == 13 else ""
         try:
@@ -176,7 +176,7 @@ class Window:
 
 
 def _strobes(chip: Chip) -> tuple[str, str]:
-    """The pins that show that a command is on the bus, and that it is written."""
+    """Return the pins that show that a command is on the bus, and that it is written."""
     return chip.sheet.in_role("command").name, chip.sheet.in_role("write").name
 
 
@@ -186,7 +186,7 @@ def _rows(found: Spans) -> list[tuple[int, int]]:
 
 
 def _printed(chip: Chip | None, pin: str) -> str:
-    """A pin as data sheets write it: in capitals, a slash before what is active low."""
+    """Return a pin as data sheets print it: in capitals, with a slash if it is active low."""
     text = pin.upper().replace("IO_", "I/O ").replace("_", " ")
     row = next((row for row in chip.sheet.pins if row.name == pin), None) if chip is not None else None
     return f"/{text}" if row is not None and row.active == 0 else text

@@ -1,4 +1,4 @@
-"""Run scripts: what a host sends, line after line, and what it does in between.
+"""Run scripts: the commands of a host, line by line, and its actions between them.
 
-A directive is a row in `directives.py`; what a line means to a host is in `protocols.py`, by the channel.
+A directive is a row in `directives.py`; `protocols.py` sends lines over each channel.
 """

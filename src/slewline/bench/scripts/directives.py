@@ -1,4 +1,4 @@
-"""The directives of a run script: what a host does between the commands.  script.py has the guide to them."""
+"""The directives of a run script: actions of a host between its commands.  script.py has the guide to them."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from ...core.chip import Chip
 
 PIN = r"(\w+(?:\.\w+)?)"
-ANY = Arg("value", 4, -1 << 31, (1 << 32) - 1)  # what a chipset may return
-POLL_PS = 5 * 10**10  # a host that waits for a module asks it so often
+ANY = Arg("value", 4, -1 << 31, (1 << 32) - 1)  # values that a chipset may return
+POLL_PS = 5 * 10**10  # interval of the queries of a host that waits for a module
 
 
 class DirectiveKind(NamedTuple):
-    """How a directive is queued, the pin that it needs, and what raises if it does not fit a chip."""
+    """How a directive is queued, the pin that it needs, and a function that raises if it does not fit a chip."""
 
     queue: Queue
     pin: str = ""
@@ -41,11 +41,11 @@ MEANT = {  # the chips that a directive is for, by the channel
     SerialLine: "a directive for a module on a serial line",
     HostPort: "for a chipset that takes packets",
 }
-LETTERS = "a directive for a chip that takes letters"  # where packets are taken instead
+LETTERS = "a directive for a chip that takes letters"  # where packets are used instead
 
 
 def _over(kind: type[Channel]) -> Fits:
-    """Refuse a directive to a host on another kind of channel."""
+    """Return a check that refuses a directive for a host on another kind of channel."""
 
     def fits(runner: ScriptRunner, chip: Chip) -> None:
         found = type(runner.host.channel)
@@ -70,7 +70,7 @@ _on_bus, _on_line, _with_packets = _over(BusHandshake), _over(SerialLine), _over
 def _has_state(runner: ScriptRunner, chip: Chip) -> None:
     _on_line(runner, chip)
     if not chip.sheet.acting("state"):
-        raise UsageError(f"{chip.name} ({chip.sheet.part}) has no command that asks whether it is busy")
+        raise UsageError(f"{chip.name} ({chip.sheet.part}) has no command that queries whether it is busy")
 
 
 def _resettable(runner: ScriptRunner, chip: Chip) -> None:
@@ -138,7 +138,7 @@ def _until(rest: str) -> DirectiveKind:
 
 
 async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
-    """Wait until the position register has a value, whatever changes it; nothing is paid for steps in between."""
+    """Wait until the position register has a value, for whatever reason; steps in between cost nothing."""
     axis = runner.axis(chip)
     axis.on_change.add(runner.event.set)
     try:
@@ -146,7 +146,7 @@ async def _reached(runner: ScriptRunner, chip: Chip, position: int) -> None:
         while axis.position != position:
             due = axis.would_arrive(position)
             if due is not None and due <= runner.kernel.now:
-                due = None  # the train was cut off before
+                due = None  # the train was cut off earlier
             if await first_of(runner.kernel, due, (runner.event.net, None)) is None:
                 await runner.next_round()
     finally:
@@ -316,7 +316,7 @@ def _ask(rest: str) -> DirectiveKind:
 
 
 async def _ready(runner: ScriptRunner, chip: Chip) -> None:
-    """Ask a module for its state until it is no longer busy."""
+    """Query the state of a module until it is no longer busy."""
     question = chip.sheet.acting("state")[0].form
     while True:
         found = await answers(runner, chip, question)
@@ -330,7 +330,7 @@ async def _ready(runner: ScriptRunner, chip: Chip) -> None:
 def _wait_status(bit: str) -> DirectiveKind:
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         def never() -> bool:
-            """Can nothing move the axis any more?"""
+            """Return whether nothing can move the axis any more."""
             at_rest = chip.idle and not chip.armed and runner.kernel.next_time() is None
             return bit.lower() == "motion_complete" and at_rest
 
@@ -351,7 +351,7 @@ def _wait_status(bit: str) -> DirectiveKind:
 
 
 def _not_started(chip: Chip, axis: int) -> str:
-    """Why an axis of a chipset is at rest, if a finding explains it; one after which it has moved does not."""
+    """Return why an axis of a chipset is at rest, if a finding since its last motion explains it."""
     found = [each for each in chip.findings if each.code == "no-start" and each.text.startswith(f"axis {axis}:")]
     if not found or chip.axis(axis).motor.count(found[-1].time_ps + 1, chip.kernel.now):
         return ""
@@ -365,7 +365,7 @@ def _expect(rest: str) -> DirectiveKind:
     async def act(runner: ScriptRunner, chip: Chip) -> None:
         results = runner.packet_host.results
         if not results:
-            raise UsageError("no command above has returned anything")
+            raise UsageError("no command above has returned a value")
         axis, command, value = results[-1]
         arg = chip.sheet.rows(PacketRow)[command].reads[0]
         if packets.number(rest, arg) != value:

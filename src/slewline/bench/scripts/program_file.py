@@ -1,4 +1,4 @@
-"""Files that a host plays: a script, or the bytes of a .hex file."""
+"""Files for a host: a script, or the bytes of a .hex file."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from .script_runner import Script
 
 
 def program_text(path: str | PathLike[str], data: bytes | None = None) -> str:
-    """Return the text of a program file: of one named .hex the text of its bytes.
+    """Return the text of a program file; for a .hex file the text of its bytes.
 
     Args:
-        data: what it holds, if that has been read.
+        data: the content of the file, if it has been read.
 
     Raises:
-        BenchFileError: it cannot be read or is no text; it is named .hex and is the image of a memory.
+        BenchFileError: it cannot be read or is not text; it is named .hex and is the image of a memory.
     """
     if not is_named_hex(path):
         return read_text(path, data)
     text = hex_text(read_file(path) if data is None else data, str(path))
     if has_records(text):
-        remedy = "slewline dis shows it, and --memory or file in a [[part]] loads it into a memory"
-        raise BenchFileError(f"{path}: is the image of a memory in Intel HEX, not what a host sends; {remedy}")
+        remedy = "slewline dis lists it, and --memory, or file in a [[part]], loads it into a memory"
+        raise BenchFileError(f"{path}: the image of a memory in Intel HEX, not a program for a host; {remedy}")
     return text
 
 
 def program_script(text: str, where: str, sheet: Sheet) -> Script:
-    """Return the script of a program file: the bytes of a .hex file line by line, to a chipset packet by packet.
+    """Return the script of a program file: the bytes of a .hex file line by line, for a chipset packet by packet.
 
     Args:
         where: the name of the file.
-        sheet: of the chip that the host speaks to, the first of several.
+        sheet: of the chip that the host commands, the first of several.
 
     Raises:
         BenchFileError: it is named .hex, and is not pairs of hexadecimal digits.

@@ -1,4 +1,4 @@
-"""What a line of a script means to a host, by the channel on which it speaks."""
+"""The execution of the lines of a script, for each kind of channel."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 class BusProtocol(ScriptProtocol):
-    """A command goes out when the chip is READY, as text or in binary form, as the chip takes it then."""
+    """A command is sent when the chip is READY, as text or in binary form, whichever the chip takes then."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is queued: as text or in binary form, as the chip takes it when its turn comes."""
+        """Return how a command is queued: as text or in binary form, whichever the chip takes when it is sent."""
 
         async def send(runner: ScriptRunner, chip: Chip) -> None:
             port = runner.port(chip)
@@ -44,14 +44,14 @@ class BusProtocol(ScriptProtocol):
 
 
 class LineProtocol(ScriptProtocol):
-    """A command is a line that is answered."""
+    """A command is a line with an answer."""
 
     def command(self, body: str) -> Queue:
         """Return how a line is sent, and its answer reported."""
         return asking(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send bytes as they are, and tell what the module answers if a line ends with them."""
+        """Send bytes unchanged, and report the answer of the module if a line ends with them."""
         if data.endswith(b"\r"):
             runner.tell(f"-> {meaning(await answers(runner, chip, data), chip.sheet)}")
         else:
@@ -59,10 +59,10 @@ class LineProtocol(ScriptProtocol):
 
 
 class PacketProtocol(ScriptProtocol):
-    """A command is a packet, and the host waits for what it returns."""
+    """A command is a packet, and the host waits for the words that it returns."""
 
     def command(self, body: str) -> Queue:
-        """Return how a command is sent as a packet, and what it returns reported."""
+        """Return how a command is sent as a packet, and the words that it returns reported."""
         return exchanging(body)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
@@ -80,7 +80,7 @@ class PacketProtocol(ScriptProtocol):
 
 
 class FlowProtocol(ScriptProtocol):
-    """A command goes out by handshakes, in the form of the mode; an answer is reported if it comes back here."""
+    """A command is sent by handshakes, in the form of the mode; an answer over this channel is reported."""
 
     def command(self, body: str) -> Queue:
         """Return how a command is queued, and its answer reported."""
@@ -98,7 +98,7 @@ class FlowProtocol(ScriptProtocol):
         return self.send(b"", send)
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an act is queued that sends bytes; a directive after it waits until the chip has taken them."""
+        """Return how an action that sends bytes is queued; a directive after it waits until the chip has taken them."""
 
         async def taken(runner: ScriptRunner, chip: Chip) -> None:
             await first_of(runner.kernel, runner.kernel.now + TAKEN_US * US_PS, (runner.flow_host.port.busy, 1))
@@ -132,7 +132,7 @@ class AdaptiveProtocol(ScriptProtocol):
         return lambda runner: runner.do(send)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send characters as they are."""
+        """Send characters unchanged."""
         with runner.nested():
             runner.adaptive_host.send(data)
 
@@ -152,7 +152,7 @@ SPEECH: Mapping[type[Channel], ScriptProtocol] = {
 
 
 def sending(send: Act) -> Queue:
-    """Bytes over a bus; a directive after them waits until the chip has taken them."""
+    """Return how bytes are sent over a bus; a directive after them waits until the chip has taken them."""
 
     def queue(runner: ScriptRunner) -> None:
         runner.do(send)
@@ -163,7 +163,7 @@ def sending(send: Act) -> Queue:
 
 
 async def _taken(runner: ScriptRunner, chip: Chip) -> None:
-    """The chip is READY again, or at work for so long that it moves or waits."""
+    """Wait until the chip is READY again, or busy for so long that it must be moving or waiting."""
     port = runner.port(chip)
     await first_of(runner.kernel, runner.kernel.now + port.ps(TAKEN_US), (port.ready, 1))
 
@@ -178,12 +178,12 @@ def asking(text: str) -> Queue:
 
 
 async def answers(runner: ScriptRunner, chip: Chip, line: str | bytes) -> list[str]:
-    """Send a line, and return what the module answers."""
+    """Send a line, and return the answers of the module."""
     return await runner.line_host.to(chip.name).uart.exchange(line)
 
 
 def meaning(found: Sequence[str], sheet: Sheet) -> str:
-    """Answers, with the meaning in the sheet of one that is an error or a state."""
+    """Return answers in words, with the meaning from the sheet of an error or a state."""
     if not found:
         return "no answer"
     says = dialect_of(sheet).said(found[0])
@@ -191,7 +191,7 @@ def meaning(found: Sequence[str], sheet: Sheet) -> str:
 
 
 def exchanging(text: str) -> Queue:
-    """Return how a command is sent as a packet, and what it returns reported."""
+    """Return how a command is sent as a packet, and the words that it returns reported."""
 
     async def exchange(runner: ScriptRunner, chip: Chip) -> None:
         host, port, command = (
@@ -211,7 +211,7 @@ def exchanging(text: str) -> Queue:
 
 
 def returned(sheet: Sheet, arg: Arg, value: int) -> str:
-    """Return in words what a chipset returned: words of bits in hexadecimal, with the names of those that are 1."""
+    """Return a word from a chipset, as text: words of bits in hexadecimal, with the names of the bits that are 1."""
     dialect = spoken_as(sheet, packets.Packets)
     bits = {"status": dialect.status, "mode": dialect.mode}.get(arg.name, ())
     if arg.unit and not arg.unit.startswith("bits"):

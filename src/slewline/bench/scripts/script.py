@@ -1,36 +1,36 @@
-"""The run script: what a host sends, a command a line, and what it does in between.
+"""The run script: the commands of a host, one per line, and its actions between them.
 
     ; weld.txt             a comment runs to the end of the line
-    R 80                   goes out with a carriage return
-    A$P 40                 a label goes out as it is
-    QX                     Q goes out without a carriage return, as the chip wants it; here X follows
-    @until run=1           a line that begins with @ directs the host
+    R 80                   sent with a carriage return
+    A$P 40                 a label is sent unchanged
+    QX                     Q is sent without a carriage return, as the chip requires; X follows
+    @until run=1           a line that begins with @ is a directive to the host
 
-A directive begins when the chip is READY after the command above it, or has been at work on it for 1 ms (at 11 MHz: a
-motion, a delay, a wait).  A module on a serial line is asked line by line: address, checksum and carriage return are
-added, and what comes next waits for the answer.
+A directive begins when the chip is READY after the command above it, or has been busy with it for 1 ms (at 11 MHz: a
+motion, a delay, a wait).  For a module on a serial line, address, checksum and carriage return are added to each line,
+and the next line waits for the answer.
 
     Po                     the transcript shows the answer: Po -> Y
     S10
-    E                      the program runs while what follows is asked
+    E                      the program runs while the next lines are sent
 
-Directives take times such as 20 ms, and pins of the chip that the host speaks to (abort) or of anything on the bench
+Directives take times such as 20 ms, and pins of the chip that the host commands (abort) or of anything on the bench
 (y.abort):
 
     @wait 20 ms            let time pass
     @until run=1           wait for a level of a pin; here, after X, until the program has ended
     @until position=40     wait for a position
-    @drive abort=0         put a level on a pin, now
+    @drive abort=0         drive a pin to a level, now
     @drive abort=0@12 ms   or at an instant of the run
-    @release abort         let go of a pin, now; or, as above, @release abort@15 ms
-    @pulse wait=0 20 us    put a level on a pin for a time
+    @release abort         release a pin, now; or, as above, @release abort@15 ms
+    @pulse wait=0 20 us    drive a pin to a level for a time
     @power off             switch the supply off, or on
-    @bytes 43 00           send bytes as they are
-    @to y                  from here on, speak to chip y of those that share the bus or the line
-    @tell shaft slip 20    tell a part something, here to let 20 counts slip
+    @bytes 43 00           send bytes unchanged
+    @to y                  from here on, command chip y of those on the same bus or line
+    @tell shaft slip 20    act on a part, here to let the shaft slip by 20 counts
     @note the door opens   write a line in the transcript
 
-To a chip on a bus; while ASCII/BINARY is low, commands go out in binary form:
+To a chip on a bus; while ASCII/BINARY is low, commands are sent in binary form:
 
     @reset                 pulse RESET
     @live R 20 | V 0       commands to a running program, through PROG/LIVE; V reads its group
@@ -40,14 +40,14 @@ To a chip on a bus; while ASCII/BINARY is low, commands go out in binary form:
 
 To a module on a serial line:
 
-    @until ready           ask F until the answer is no longer B
-    @ask V1                ask something, as a line without @ does
+    @until ready           send F until the answer is no longer B
+    @ask V1                send a query, like a line without @
 
 To a chipset that takes packets a line is a command and its number, decimal or hexadecimal; the
-transcript shows what it returns.  These two may also be written without @:
+transcript shows the words that it returns.  These two may also be written without @:
 
-    @wait motion_complete  ask for the status word of the current axis until this bit is 1; !in_motion: until it is 0
-    @expect 0x0300         what the last command has returned; anything else is a finding, and the exit status 1
+    @wait motion_complete  read the status word of the current axis until this bit is 1; !in_motion: until it is 0
+    @expect 0x0300         check the result of the last command; any other one is a finding, and the exit status is 1
 """
 
 from __future__ import annotations
@@ -73,16 +73,16 @@ if TYPE_CHECKING:
     from ...parts.hosts.host import Host
     from ..bench import Bench
 
-COPIED = {  # what manuals print, and what to write instead
+COPIED = {  # characters printed in manuals, and their ASCII form
     **dict.fromkeys("\u00d8\u00f8\u2205", "write 0 for a slashed zero"),
     **dict.fromkeys("\t\u00a0\u2002\u2003\u2007\u2009\u202f\u3000", "write a blank"),
     **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212", "write -"),
     **dict.fromkeys("\u201c\u201d\u201e\u00ab\u00bb", 'write "'),
     **dict.fromkeys("\u2018\u2019", "write '"),
-    **dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", "delete this character, which is not seen"),
+    **dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", "delete this invisible character"),
     **dict.fromkeys("\u2193\u21b5", "leave out the symbol of the return key"),
 }
-LONGEST = 1000  # characters of a line; no chip takes as many
+LONGEST = 1000  # characters of a line; more than any chip takes
 EXAMPLES = re.findall(r"^    (@(\w+).*?)  +\S", __doc__ or "", re.MULTILINE)
 
 
@@ -91,14 +91,14 @@ def _runner(bench: Bench, host: Host, script: Script) -> ScriptRunner:
 
 
 def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], where: str = "script") -> None:
-    """Queue a script on a host; it plays while time passes, side by side with those of other hosts.
+    """Queue a script on a host; it runs while time passes, in parallel with those of other hosts.
 
     Args:
-        script: text, lines, or what `read_script` made of them.
+        script: text, lines, or the result of `read_script`.
         where: the name of the script in messages.
 
     Raises:
-        ProgramError: lines that cannot be played; all of them are in `.problems`.
+        ProgramError: lines that cannot be executed; all of them are in `.problems`.
     """
     if not isinstance(script, Script):
         script = read_script(script if isinstance(script, str) else "\n".join(script), where)
@@ -114,18 +114,18 @@ def run_script(bench: Bench, host: Host, script: Script | str | Iterable[str], w
 
 
 def check_script(bench: Bench, host: Host, script: Script) -> None:
-    """Raise what is wrong with a script.
+    """Check a script.
 
     Raises:
-        ProgramError: lines that cannot be played; all of them are in `.problems`.
+        ProgramError: lines that cannot be executed; all of them are in `.problems`.
     """
     script.refuse(refused(bench, host, script))
 
 
 def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
-    """Return what is wrong with a script, pins and chips that the bench does not have included.
+    """Return the problems of a script, including pins and chips that the bench does not have.
 
-    `run` plays nothing of a script with such lines, and `lint` calls each of them an error.
+    `run` executes no line of such a script, and `lint` reports each problem as an error.
     """
     found = list(script.problems)
     runner, chip = _runner(bench, host, script), bench.chips[host.chip.name]
@@ -146,7 +146,7 @@ def refused(bench: Bench, host: Host, script: Script) -> list[Problem]:
 
 
 def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem]:
-    """What is wrong with a command that no host can send."""
+    """Return the problems of a command that no host can send."""
     dialect = dialect_of(sheet)
     if step.directs or dialect.directs(step.text):
         return []
@@ -159,7 +159,7 @@ def _no_command(step: ScriptLine, sheet: Sheet, crystal_hz: int) -> list[Problem
 
 # ------------------------------------------------------------------------------------------------------------- reading
 def read_script(text: str, where: str = "script") -> Script:
-    """Take a text apart.  Never raises: what is wrong is in `problems`."""
+    """Parse a text.  Never raises: errors are in `problems`."""
     steps, problems = [], []
     for line, column, body in host_lines(text):
         step = ScriptLine(line, column, body, command(body))
@@ -174,7 +174,7 @@ def read_script(text: str, where: str = "script") -> Script:
 
 
 def _plain(step: ScriptLine) -> None:
-    """A host sends printable ASCII, and no line without end."""
+    """Check that a line is printable ASCII, and not too long."""
     if len(step.text) > LONGEST:
         raise UsageError(f"a line of {len(step.text)} characters; allowed {LONGEST}")
     odd = next((c for c in step.text if not " " <= c <= "~"), None)
@@ -184,7 +184,7 @@ def _plain(step: ScriptLine) -> None:
 
 
 def _line(step: ScriptLine) -> ScriptLine:
-    """A command; in some dialects, some words direct the host without @."""
+    """Return the line of a command; in some dialects, some words are directives without @."""
     word = step.text.split()[0].lower()
     if word not in DIRECTIVES:
         return step
@@ -209,7 +209,7 @@ def _directive(step: ScriptLine) -> ScriptLine:
 
 
 def _reading(verb: str, text: str) -> DirectiveKind:
-    """A directive, read: its verb, and the text that begins with it."""
+    """Return a directive from its verb, and the text that begins with it."""
     rest = text[len(verb) :].strip()
     if bool(rest) == (verb == "reset"):
         raise UsageError("@reset takes no argument" if rest else f"@{verb} needs an argument")

@@ -1,4 +1,4 @@
-"""How a host plays a run script: every line becomes an action in its queue."""
+"""The execution of a run script by a host: every line becomes an action in its queue."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 SHOWN = 160  # characters of a line in a message
 US_PS = 1_000_000
-TAKEN_US = 1000  # a command that keeps the chip busy for longer has begun a motion, a delay or a wait
+TAKEN_US = 1000  # a command that takes longer has begun a motion, a delay or a wait
 
 Act = Callable[["ScriptRunner", "Chip"], Awaitable[None]]
 Queue = Callable[["ScriptRunner"], None]
@@ -40,8 +40,8 @@ Fits = Callable[["ScriptRunner", "Chip"], object]
 class ScriptLine:
     """A line of a script.
 
-    `queue` puts it into the queue of a host; the bench must have what `pin` and `to` name, and `fits` raises what is
-    wrong with it for the chip that is spoken to.
+    `queue` puts it into the queue of a host; `pin` and `to` must exist on the bench, and `fits` raises an error if the
+    line does not fit the chip.
     """
 
     line: int
@@ -54,7 +54,7 @@ class ScriptLine:
 
     @property
     def directs(self) -> bool:
-        """Is it a directive to the host?"""
+        """True if the line is a directive to the host."""
         return self.text.startswith("@")
 
     @property
@@ -64,13 +64,13 @@ class ScriptLine:
         return words[0] if self.directs and words else ""
 
     def problem(self, code: str, found: str, remedy: str = "") -> Problem:
-        """Return what is wrong with this line, as a problem in its place."""
+        """Return an error in this line, as a problem with its place."""
         return Problem(self.line, self.column, min(len(self.text), SHOWN), code, "error", found, remedy=remedy)
 
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """A script that was read: its lines, and what is wrong with them."""
+    """A parsed script: its lines, and their problems."""
 
     text: str
     where: str
@@ -78,7 +78,7 @@ class Script:
     problems: tuple[Problem, ...]
 
     def refuse(self, problems: Iterable[Problem]) -> None:
-        """Raise what is wrong, if anything is."""
+        """Raise a ProgramError if there are problems."""
         found = sorted(problems)
         if found:
             lines = (line if len(line) <= SHOWN else f"{line[:SHOWN]} ..." for line in self.text.splitlines())
@@ -86,7 +86,7 @@ class Script:
 
 
 class ScriptRunner:
-    """A host that plays a script on a bench.
+    """A host that executes a script on a bench.
 
     `step` is the line that is being queued, `directed`: a directive follows it.
     """
@@ -97,13 +97,13 @@ class ScriptRunner:
         self.step: ScriptLine | None = None
         self.directed = False
         self.event = Event(self.kernel, f"{host.name}.(bell)")
-        # the host by its class, of which it is one: `ScriptLine.fits` has seen to that
+        # the host, typed by its class: `ScriptLine.fits` has checked it
         self.bus_host, self.line_host = cast("BusHost", host), cast("SerialHost", host)
         self.packet_host, self.flow_host = cast("PacketHost", host), cast("FlowHost", host)
         self.adaptive_host = cast("AdaptiveHost", host)
 
     def do(self, act: Act) -> None:
-        """Queue an action of the host for the present line; what goes wrong in it is reported with the line."""
+        """Queue an action of the host for the present line; its errors are reported with the line."""
         step, script, host = cast("ScriptLine", self.step), self.script, self.host
         chip = self.bench.chips[host.chip.name]
         text = f"at {step.text[:60]!r} ({script.where}, line {step.line})"
@@ -117,28 +117,28 @@ class ScriptRunner:
         host.queue.post(text, action)
 
     def port(self, chip: Chip) -> CommandPort:
-        """Return what the host has on the bus of a chip."""
+        """Return the port of the host on the bus of a chip."""
         return self.bus_host.ports[chip.name]
 
     def packet_port(self, chip: Chip) -> PacketPort:
-        """Return what the host has on the host port of a chip."""
+        """Return the port of the host on the host port of a chip."""
         return self.packet_host.ports[chip.name]
 
     def axis(self, chip: Chip) -> Axis:
-        """Return the axis that the host speaks of: the current one, where there are several."""
+        """Return the axis that the commands of the host address: the current one, if there are several."""
         return chip.axes[self.protocol.axis(self, chip) - 1]
 
     def tell(self, text: str) -> None:
-        """Report what the host does, in the transcript."""
+        """Report an action of the host, in the transcript."""
         self.host.on_event(text)
 
     async def next_round(self) -> None:
-        """Let the round of this instant end, so that its changes show."""
+        """Wait for the end of this round, so that its changes are visible."""
         self.event.set()
         await edge(self.event.net)
 
     def nested(self) -> AbstractContextManager[None]:
-        """Report no input that is made in here: listeners have had the whole script.
+        """Report no inputs made in this block: listeners have received the whole script.
 
         Calls of the host only queue.
         """
@@ -149,7 +149,7 @@ class ScriptRunner:
         return self.bench.pin(name if "." in name else f"{chip.name}.{name}")
 
     def put(self, terminal: Terminal, value: int | None, at: int | None = None) -> None:
-        """Drive a pin or let go of it, now or at an instant."""
+        """Drive a pin or release it, now or at an instant."""
         if at is not None:
             self.bench.at(f"{at} ps", lambda: self.put(terminal, value))
             return
@@ -162,25 +162,25 @@ class ScriptRunner:
 
 # ------------------------------------------------------------------------------------------------------------ commands
 def command(body: str) -> Queue:
-    """Send a command as the channel of the host has it."""
+    """Return how a command is queued over the channel of the host."""
     return lambda runner: runner.protocol.command(body)(runner)
 
 
 class ScriptProtocol:
-    """What a script sends over a channel, and how: a command, bytes as they are, and of which axis."""
+    """The rules for a script on a channel: how commands and bytes are sent, and which axis they address."""
 
     def command(self, body: str) -> Queue:
         """Return how a command is queued."""
         raise NotImplementedError
 
     def send(self, data: bytes, act: Act) -> Queue:
-        """Return how an act is queued that sends bytes."""
+        """Return how an action that sends bytes is queued."""
         return lambda runner: runner.do(act)
 
     async def send_now(self, runner: ScriptRunner, chip: Chip, data: bytes) -> None:
-        """Send bytes as they are."""
+        """Send bytes unchanged."""
         raise NotImplementedError
 
     def axis(self, runner: ScriptRunner, chip: Chip) -> int:
-        """Return the number of the axis that the host speaks of."""
+        """Return the number of the axis that the commands of the host address."""
         return 1

@@ -1,1 +1,1 @@
-"""The CY500: what it has beside the family, and where it differs."""
+"""The CY500: its additions to the family, and its differences."""

@@ -1,4 +1,4 @@
-"""What only the CY500's linter knows: the article's warnings, each where a run of the text comes upon it."""
+"""Rules of the CY500's linter alone: the article's warnings, each at the command that it concerns."""
 
 from __future__ import annotations
 
@@ -17,44 +17,44 @@ TURNS = ("CW", "CCW")
 
 
 class State(NamedTuple):
-    """Modes and registers as far as the text shows."""
+    """Modes and registers, as far as known from the text."""
 
     last: str = ""
     home: bool = False
     jog: bool = False
-    absolute: bool = False  # P was the last of N and P
+    absolute: bool = False  # True if P came after N
     rate: int | None = None
     slope: int = 0
     number: int | None = None
 
 
 def remarks(statement: Statement, state: State) -> Iterator[Odd]:
-    """Yield what the article warns of."""
+    """Yield the article's warnings about a command."""
     name = statement.row.name
     if name == "ATHOME" and state.last in TURNS:
         yield Odd(
-            "a-after-direction", "warning", "A right after a change of direction", "T.2 A", "a command in between"
+            "a-after-direction", "warning", "A directly follows a change of direction", "T.2 A", "a command in between"
         )
     if name == "ATHOME" and state.home:
-        yield Odd("a-twice", "warning", "A again without RESET or I", "T.2 A")
+        yield Odd("a-twice", "warning", "A is repeated without RESET or I", "T.2 A")
     if name == "NUMBER" and state.last == "ATHOME":
-        less = f"N right after A takes one step less: {statement.values[0] - 1}"
+        less = f"N directly after A moves one step less: {statement.values[0] - 1}"
         yield Odd("n-after-a", "warning", less, "T.2 N", "any command between")
     if name == "FACTOR" and state.slope:
-        yield Odd("factor-in-slope", "warning", "slopes force the factor to 1", "T.2 S", "S 0 ends them")
+        yield Odd("factor-in-slope", "warning", "slopes force the factor to 1", "T.2 S", "send S 0 to end the slopes")
     if name == "TIL" and state.jog:
-        yield Odd("til-and-jog", "warning", "T in jog mode: both use XSS", "T.2 J, T")
+        yield Odd("til-and-jog", "warning", "T is sent in jog mode, although both use XSS", "T.2 J, T")
     if name == "GOSTEP" and state.jog:
-        yield Odd("go-in-jog", "warning", "G in jog mode, where XSS starts and stops, is ignored", "T.2 J")
+        yield Odd("go-in-jog", "warning", "G is ignored in jog mode, in which XSS starts and stops the motor", "T.2 J")
     elif name == "GOSTEP" and state.rate and state.number and not state.absolute:
         ramp = steps(Law(PERIODS).up(state.rate, state.slope))
         if state.number < 2 * ramp:
             found = f"N {state.number} is too short for slopes of {ramp} steps: the motion ends abruptly"
-            yield Odd("short-slope", "warning", found, "T.2 S", f"{2 * ramp} steps and more")
+            yield Odd("short-slope", "warning", found, "T.2 S", f"at least {2 * ramp} steps")
 
 
 def after(statement: Statement, state: State) -> State:
-    """The state after a command."""
+    """Return the state after a command."""
     value = statement.values[0] if statement.values else 0
     number = value - (state.last == "ATHOME")
     changes: dict[str, dict[str, Any]] = {
@@ -70,7 +70,7 @@ def after(statement: Statement, state: State) -> State:
 
 
 def warnings(source: Source) -> None:
-    """Run the text, and report what the article warns of."""
+    """Run the text, and report the article's warnings."""
     judged(source, State(), remarks, after)
 
 

@@ -52,7 +52,7 @@ class Interpreter(interpreter.Interpreter):
 
     async def no_instruction(self, at: int) -> None:
         """End a program that has no 0 at its end, as if it had one."""
-        self.chip.finding("end-of-program", "the program ends without 0: command mode")
+        self.chip.finding("end-of-program", "the program ends without 0; the chip returns to command mode")
         self.program.end()
 
 
@@ -78,7 +78,7 @@ class Cy500(Cy5xx):
         found, state = super().left_over(), self.state
         if state.waits:
             part = self.sheet.part.upper()
-            found.append(("no-go", f"P {state.target} without G: on the {part} it only sets the target; send G"))
+            found.append(("no-go", f"P {state.target} has no G after it; on the {part} P only sets the target: send G"))
         return found
 
     def _law(self) -> Law:

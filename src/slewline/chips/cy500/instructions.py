@@ -54,15 +54,15 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     registers: Registers
     motion: SlopedMoves
     tested = "xss"
-    in_slope = "slopes force the factor to 1, it counts after them"
+    in_slope = "slopes force the factor to 1; it takes effect after them"
 
     def do_athome(self) -> None:
         """A: set the position to 0; a second A, or an A directly after a change of direction, is a finding."""
         registers = self.registers
         if registers.last in TURNS:
-            self.chip.finding("a-after-direction", "A right after a change of direction")
+            self.chip.finding("a-after-direction", "A directly follows a change of direction")
         if registers.home:
-            self.chip.finding("a-twice", "A again without RESET or I")
+            self.chip.finding("a-twice", "A is repeated without RESET or I")
         registers.home = True
         super().do_athome()
 
@@ -70,7 +70,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         """N: load the number of steps of the next G, less one directly after A."""
         if self.registers.last == "ATHOME" and steps:
             steps -= 1
-            self.chip.finding("n-after-a", f"N right after A: one step less, {steps}")
+            self.chip.finding("n-after-a", f"N directly after A moves one step less: {steps}")
         self.registers.target, self.registers.waits = None, False
         super().do_number(steps)
 
@@ -107,7 +107,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         """G: return the motion by N steps or to P; None, with a finding, if neither was sent."""
         self.registers.waits = False
         if self.registers.jog:
-            self.chip.finding("go-in-jog", "G in jog mode, where XSS starts and stops: ignored")
+            self.chip.finding("go-in-jog", "G is ignored in jog mode, in which XSS starts and stops the motor")
             return None
         return self.relative() if self.registers.target is None else self.absolute(self.registers.target)
 
@@ -116,7 +116,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         number = self.registers.values["number"]
         if self.chip.options.early_part and number % 256 == 0 and number:
             number -= 256
-            self.chip.finding("early-part", f"a multiple of 256 in a part of the first batch: {number} steps")
+            self.chip.finding("early-part", f"a part of the first batch moves {number} steps for this multiple of 256")
         return self.takes(number, "G")
 
     def absolute(self, target: int) -> Awaitable[None]:
@@ -124,7 +124,9 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.check_registers("G", "position")
         way = (target - self.axis.position) * self.sign
         if way < 0:
-            self.chip.finding("wrong-way", f"P {target} lies the other way: round through 65535")
+            self.chip.finding(
+                "wrong-way", f"P {target} is in the other direction: the motion passes the overflow at 65535"
+            )
         return self.takes(way % (1 << 16), f"P {target}")
 
     def takes(self, number: int, text: str) -> Awaitable[None]:
@@ -152,12 +154,12 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         if self.program.buffer:
             super().do_doitnow()
         else:
-            self.chip.finding("empty-program", "D without a program: command mode")
+            self.chip.finding("empty-program", "D has no program to run; the chip stays in command mode")
 
     def do_til(self) -> None:
         """T: run the program from its start while XSS is low; a finding in jog mode, which uses XSS too."""
         if self.registers.jog:
-            self.chip.finding("til-and-jog", "T in jog mode: both use XSS")
+            self.chip.finding("til-and-jog", "T is sent in jog mode, although both use XSS")
         super().do_til()
 
     def do_quit(self) -> None:

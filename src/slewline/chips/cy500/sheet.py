@@ -76,7 +76,7 @@ COMMANDS = Table(
     _row("H", "HALFSTEP", "half steps, until I or RESET", role="half_steps"),
     _row("I", "INITIALIZE", "command mode, program and modes erased, coils off"),
     _row("J", "JOG", "XSS low runs the motor, until I or RESET", like="B", role=""),
-    _row("L", "LEFTRIGHT", "XDIR gives the direction, until I or RESET", like="B", role=""),
+    _row("L", "LEFTRIGHT", "XDIR sets the direction, until I or RESET", like="B", role=""),
     _row("N", "NUMBER", "number of steps of a relative move; right after A, one less", Arg("steps", 2, 1, 65535)),
     _row("O", "ONESTEP", "take one step immediately", like="B", motion=True, role="single"),
     _row("P", "POSITION", "target of an absolute move", Arg("position", 2, 0, 65535), motion=False, role="target"),
@@ -108,7 +108,7 @@ OPTIONS = (
     Option("early_part", "bool", False, "a part of the first batch: N a multiple of 256 makes 256 steps too few (quirk UND-N256)", where="art. T.2 N"),
     Option("p_starts", "bool", False, "P starts the motion by itself, without G (quirk CON-P)", where="CY525 s.1"),
     *at_power_up(REGISTERS),
-    Option("inferred", "table", MappingProxyType({}), "what no source states and the model infers: replace it where you know better", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
+    Option("inferred", "table", MappingProxyType({}), "facts that no source states and the model infers: replace them where you know better", table=(*slopes(PERIODS, 1001, sheet.HALF_STEPS, "art. T.2 R"), *clocks(TIMES))),
 )
 # fmt: on
 

@@ -34,8 +34,8 @@ def remarks(statement: Statement, state: State) -> Iterator[Odd]:
     if distance and state.rate:
         ramp = steps(LAW.up(state.rate, state.slope))
         if distance < 2 * ramp:
-            found = f"{distance} steps have no room for two ramps of {ramp}: all of them are made at R {LAW.start}"
-            yield Odd("short-move", "note", found, "s.3, comparison, item 10", f"{2 * ramp} steps and more")
+            found = f"{distance} steps are too few for two ramps of {ramp}: all are made at R {LAW.start}"
+            yield Odd("short-move", "note", found, "s.3, comparison, item 10", f"at least {2 * ramp} steps")
 
 
 def after(statement: Statement, state: State) -> State:

@@ -27,7 +27,7 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     def do_offset(self, offset: int) -> None:
         """O: show a phase pattern: 0 to 3 full steps, 4 to 7 the half step after each."""
         if offset > sheet.OFFSET.high:
-            self.chip.finding("offset", f"O {offset}: there are patterns 0 to {sheet.OFFSET.high}; ignored")
+            self.chip.finding("offset", f"O {offset} is ignored; allowed patterns 0 to {sheet.OFFSET.high}")
             return
         row = 2 * (offset % 4) + offset // 4  # of the half steps
         self.registers.phase = row if self.registers.half else row // 2
@@ -36,5 +36,5 @@ class Instructions(sloped.Instructions, instructions.Instructions):
     def odd(self) -> Iterable[tuple[bool, str, str]]:
         """Yield the conditions that a motion checks: whether one holds, with the code and the text of its finding."""
         rate, factor = (self.registers.values[name] for name in ("rate", "factor"))
-        yield rate == 0, "range", "R 0 is outside 1 to 255: a little slower than R 1"
+        yield rate == 0, "range", "R 0 is outside 1 to 255: its rate is a little below that of R 1"
         yield factor == 0, "range", "F 0 is outside 1 to 255: it divides by 256"

@@ -67,7 +67,7 @@ COMMANDS = Table(
     _alike("J", TARGET),
     _alike("L", Arg("count", 1, 0, 256), TARGET),  # guide: 256, which is 0 in a byte
     _alike("N"),
-    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step after each"),
+    _own("O", "O", "OFFSET", (OFFSET,), "phase pattern: 0-3 full steps, 4-7 the half step after each", role="phases"),
     _alike("P"),
     _alike("Q"),
     _own("R", "R", "RATE", (RATE,), "step rate", trust="stated", role="top_rate"),
@@ -93,7 +93,7 @@ _ITS: Mapping[str, dict[str, Any]] = {
 }
 PINS = (
     *(replace(pin, **_ITS.get(pin.name, {})) for pin in sheet.PINS),
-    Pin(0, "terminate", "in", "low ends the running step; its number is not known", active=0, pull=1, tie=1, seen="all through a step, not in its first 125 µs", where=PAGE, trust="inferred"),
+    Pin(0, "terminate", "in", "low ends the running step; pin number not known", active=0, pull=1, tie=1, seen="during a step, except its first 125 µs", where=PAGE, trust="inferred"),
 )
 
 # ------------------------------------------------------------------------------------------------- rates, at 11 MHz
@@ -121,12 +121,12 @@ INFERRED = (
     *slopes(PERIODS, MIN_TICKS, sheet.HALF_STEPS, f"{COMPARED} R"),
     *clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"}),
     Option("held_pulse", "int", 1, "inferred: PULSE while STEP INHIBIT holds a step", low=0, high=1, where=f"{COMPARED} item 6"),
-    Option("abort", "choice", "ramp", "inferred: what ABORT low does", choices=WAYS, where="guide"),
-    Option("request", "choice", "stop", "inferred: what I/O REQUEST low at the end of a step does", choices=WAYS, where=f"guide; {COMPARED} item 9"),
+    Option("abort", "choice", "ramp", "inferred: effect of ABORT low", choices=WAYS, where="guide"),
+    Option("request", "choice", "stop", "inferred: effect of I/O REQUEST low at the end of a step", choices=WAYS, where=f"guide; {COMPARED} item 9"),
 )
 OPTIONS = (
     *sheet.OPTIONS,
-    Option("inferred", "table", {}, "what no source states: to be replaced where more is known", table=INFERRED),
+    Option("inferred", "table", {}, "facts that no source states: replace them where more is known", table=INFERRED),
     *at_power_up(sheet.SLOPED_REGISTERS),
 )
 

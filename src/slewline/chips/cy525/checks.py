@@ -117,8 +117,8 @@ def motions(source: Source) -> None:
     for motion in walk.motions:
         endless = judge(source, motion, short)
         if endless and not walk.flight.stopped:
-            found = f"{motion.statement.text} runs until ABORT is low, and nothing in this text lowers it"
-            remedy = "@drive abort=0 after it, or run it with --drive abort=0@2s or --until 2s"
+            found = f"{motion.statement.text} runs until ABORT is low, but no line of this text lowers it"
+            remedy = "add @drive abort=0 after it, or run it with --drive abort=0@2s or --until 2s"
             source.report(motion.statement, "no-abort", "note", found, section="s.3 H; s.7", remedy=remedy)
             walk.flight.stopped = True  # reported once
     unreached(source, short)
@@ -126,7 +126,7 @@ def motions(source: Source) -> None:
     for line, statement in walk.halts.items():
         if line not in used:
             found = "no G or P follows this H"
-            remedy = f"H counts for one motion; {SLIPS['H']}"
+            remedy = f"H applies to one motion; {SLIPS['H']}"
             source.report(statement, "halt-unused", "warning", found, section="s.7", remedy=remedy)
 
 
@@ -140,8 +140,8 @@ def unset(source: Source, found: Iterable[KnownMotion]) -> None:
             del names["S"], names["Z"]  # no ramp, no slope
         letters = [letter for letter, value in names.items() if value is None]
         if letters:
-            says = f"{statement.row.form} uses {', '.join(letters)}, which nothing above has set"
-            remedy = "after power-up the registers hold any values: set them once"
+            says = f"{statement.row.form} uses {', '.join(letters)}, which no command above has set"
+            remedy = "register contents are undefined after power-up: set them once"
             source.report(statement, "unset-register", "note", says, section="s.4", remedy=remedy)
             return
 
@@ -176,7 +176,7 @@ def continuous(source: Source, motion: KnownMotion, span: str, full: int) -> boo
         )
     elif distance is not None and distance < needed:
         found = f"H has no effect: {distance} steps are too few to slew; the ramp {span} takes {full} steps"
-        allowed, remedy = f"at least {needed} steps", "a large N, such as N 65000"
+        allowed, remedy = f"at least {needed} steps", "use a large N, such as N 65000"
         source.report(
             motion.statement, "halt-too-short", "warning", found, allowed=allowed, section="s.7", remedy=remedy
         )
@@ -194,16 +194,16 @@ def normal(
     if rest < 0:
         cut = head(up, distance // 2)
         top = STEP_TICKS.index(cut[-1][0]) if cut else first
-        found = f"R {rate} is not reached: the ramp takes {full} steps up and {full} down, the move has {distance}"
+        found = f"R {rate} is not reached: each ramp takes {full} steps, but the move has {distance}"
         short.append(
-            Unreached(motion.statement, found, f"the move gets as far as rate {top}, {STEPS_PER_SECOND[top]} steps/s")
+            Unreached(motion.statement, found, f"the move reaches rate {top}, {STEPS_PER_SECOND[top]} steps/s")
         )
     elif 0 < rest < SHORT_SLEW_STEPS:
         seconds = rest * STEP_TICKS[first] / source.sheet.crystal_hz
         severity: Severity = "note" if seconds < SHORT_CRAWL else "warning"
         crawl = f"made at F {first} in {seconds * 1000:.0f} ms"
-        found = f"nothing is slewed: two ramps of {full} steps leave {rest}, all {crawl}"
-        allowed = f"{2 * full} steps, or {2 * full + SHORT_SLEW_STEPS} and more"
+        found = f"the move does not slew: two ramps of {full} steps leave {rest} steps, all {crawl}"
+        allowed = f"{2 * full} steps, or at least {2 * full + SHORT_SLEW_STEPS}"
         source.report(motion.statement, "short-slew", severity, found, allowed=allowed, section="s.8, short slew")
 
 
@@ -251,7 +251,7 @@ class Flight:
     def change(self, item: Directive, rate: int) -> None:
         """Follow a rate on the fly, 0 to 127; report one without a motion, out of range or with a dead stop."""
         if self.current is None:
-            found, remedy = "a rate on the fly without a continuous motion", "give H before the G or P"
+            found, remedy = "a rate on the fly needs a continuous motion", "send H before the G or P"
             self.source.report(item, "rate-without-halt", "warning", found, section="s.7", remedy=remedy)
         elif rate > RATE_TOP:
             self.source.report(item, "range", "error", item.text, allowed=f"0..{RATE_TOP}", section="s.7")
@@ -266,7 +266,7 @@ class Flight:
     def stop(self, item: Directive) -> None:
         """Report an abort whose ramp ends above the first rate."""
         if self.current is not None and self.lowest > self.first:
-            found = f"the abort ramps down to rate {self.lowest} only, the last one that was lowered to, and stops dead"
+            found = f"the abort decelerates only to rate {self.lowest}, the last lower rate, and then stops dead"
             remedy = f"lower the rate to {self.first} before the abort"
             self.source.report(item, "crash-stop", "warning", found, section="s.7", remedy=remedy)
         self.current = None
@@ -283,7 +283,7 @@ def rates(source: Source) -> None:
             continue
         value = min(statement.values[0], RATE_TOP)
         if value < FIRST_STATED:
-            found = f"{statement.text}: a little less than 300 steps/s, and not stated exactly"
+            found = f"{statement.text} is a little less than 300 steps/s; the manual does not state it exactly"
             source.report(
                 statement, "rate-uncertain", "note", found, allowed=f"{FIRST_STATED}..{RATE_TOP}", section="T.VII"
             )

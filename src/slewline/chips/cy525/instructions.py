@@ -52,7 +52,7 @@ class Instructions(instructions.Instructions):
             if program.running:
                 program.pc = target
             else:
-                self.chip.finding("til-command", "T given as a command starts the program at its target")
+                self.chip.finding("til-command", "T sent as a command starts the program at its target")
                 program.begin(target)
 
     async def do_offset(self, offset: int) -> None:
@@ -75,5 +75,5 @@ class Instructions(instructions.Instructions):
         yield rate < first, "rate-below-firstrate", "R is below F: the whole move runs at F"
         slow = "rates 0, 1 and 2 are not fixed by the manual: 275, 283, 292 steps/s"
         yield min(rate, first) <= 2, "slow-rate", slow
-        yield slope == 0, "range", "S 0 is outside 1 to 255: a little slower than S 1"
+        yield slope == 0, "range", "S 0 is outside 1 to 255: its ramp is a little slower than that of S 1"
         yield divisor == 0, "range", "Z 0 is outside 1 to 255: it divides by 256"

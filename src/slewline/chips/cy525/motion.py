@@ -60,7 +60,7 @@ class Motion(motion.Motion):
         if self.continuous:
             if any(leg.name == "slew" for leg in plan.legs):
                 if not self.abortable:
-                    chip.finding("abort-low-at-start", "a continuous motion begun with ABORT low ends by RESET only")
+                    chip.finding("abort-low-at-start", "only RESET ends a continuous motion begun with ABORT low")
                 return profile.steady(self.top, ("up", self.ramp(self.first, self.top)))
             chip.finding("halt-without-effect", "H has no effect: the motion is too short to slew")
             self.continuous = False
@@ -90,11 +90,13 @@ class Motion(motion.Motion):
     @property
     def progress(self) -> str:
         if self.crawling:
-            return f"{self.text} aborted, abort=1 at rate {self.first}: on to its target"
+            return f"{self.text} aborted, abort=1 at rate {self.first}: continues to its target"
         if self.aborted:
-            return f"{self.text} aborted: down to rate {self.first}, and on to its target unless abort=0 there"
+            return f"{self.text} aborted: down to rate {self.first}, then continues to its target unless abort=0 there"
         if self.continuous:
-            return f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, abort being low from the start'}"
+            return (
+                f"{self.text} runs until {'abort=0' if self.abortable else 'RESET, because abort was low at the start'}"
+            )
         return f"{self.text} in motion, {self.number} steps"
 
     # -------------------------------------------------------------------------------------- decisions between two steps
@@ -113,7 +115,10 @@ class Motion(motion.Motion):
             self.crawling = True
             chip.waits(self.progress)
             if self.continuous:
-                chip.finding("abort-released", "ABORT released in a continuous motion: on to its nominal target at F")
+                chip.finding(
+                    "abort-released",
+                    "ABORT was released in a continuous motion: it continues to its nominal target at F",
+                )
         return await self.rate_request(plan, step)
 
     def way_down(self, plan: Plan, step: int) -> Plan:
@@ -134,7 +139,8 @@ class Motion(motion.Motion):
             left = left % WRAP or WRAP
             if left < steps(runs):
                 chip.finding(
-                    "target-in-ramp", f"the nominal target lies in the down ramp: abrupt stop after {left} steps"
+                    "target-in-ramp",
+                    f"the nominal target is within the stop ramp: the motor stops abruptly after {left} steps",
                 )
         down = head(runs, left)
         rest = left - steps(down)
@@ -153,7 +159,10 @@ class Motion(motion.Motion):
             if requested:
                 if plan is not STOP:
                     self.mark_deviation("command", "I/O REQUEST")
-                chip.finding("fly-rate-outside-continuous", "I/O REQUEST low in a normal motion: it halts without ramp")
+                chip.finding(
+                    "fly-rate-outside-continuous",
+                    "I/O REQUEST is low in a normal motion: the motor halts without a ramp",
+                )
                 return STOP
             return plan
         missed = self.request.changes - self.request_changes > 1  # low and high again between two samples
@@ -161,7 +170,7 @@ class Motion(motion.Motion):
         if not requested:
             if self.pending or missed:
                 when = "while the motor was ramping" if self.pending else "within one step"
-                chip.finding("request-withdrawn", f"a rate request came and went {when}: not seen")
+                chip.finding("request-withdrawn", f"a rate request began and ended {when}: it was missed")
             self.pending = self.served = self.held_reported = False
             return plan
         ramping = plan.leg(step).name != "slew"
@@ -172,7 +181,8 @@ class Motion(motion.Motion):
             if not self.held_reported:
                 self.held_reported = True
                 chip.finding(
-                    "request-held", "I/O REQUEST still low after SLEW went high: ignored until it has been high"
+                    "request-held",
+                    "I/O REQUEST is still low after SLEW went high: it is ignored until it has been high",
                 )
             return plan
         return await self.change_rate(profile.rate(plan, step))
@@ -200,7 +210,7 @@ class Motion(motion.Motion):
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:
-            self.chip.finding("range", f"rate {byte} on the fly: 127 is used")
+            self.chip.finding("range", f"rate {byte} on the fly is above 127: 127 is used")
         rate = min(byte, sheet.RATE_TOP)
         self.mark_deviation("command", f"R {rate}")
         return rate
@@ -215,7 +225,7 @@ class Motion(motion.Motion):
         self.port.motion_complete.activate()
         higher, ending = [f"a rate above {old}"] * (old < sheet.RATE_TOP), ["abort=0"] * self.abortable
         ways = ", or ".join(higher + ending) or "RESET"
-        chip.waits(f"{self.text} at rate 0: {ways}")
+        chip.waits(f"{self.text} at rate 0, waiting for {ways}")
         poll = self.ticks["wait_poll"]
         abort = (self.abort.when_active,) if self.abortable else ()
         while True:
@@ -227,7 +237,7 @@ class Motion(motion.Motion):
             self.request_changes = self.request.changes
             if rate > old:
                 break
-            chip.finding("fly-zero-low", f"rate {rate} at rate 0 changes nothing: it takes {ways}")
+            chip.finding("fly-zero-low", f"rate {rate} at rate 0 has no effect; required {ways}")
         slew.deactivate()
         await self.uninhibited()
         chip.waits(self.progress)
@@ -245,7 +255,8 @@ class Motion(motion.Motion):
             return 0
         if self.request.is_active:
             self.chip.finding(
-                "request-and-select", "I/O REQUEST and I/O SELECT together: the rate request goes first, no read-out"
+                "request-and-select",
+                "I/O REQUEST and I/O SELECT are active together: the rate request has priority, without a read-out",
             )
             return 0
         position = (self.axis.position + self.sign) % WRAP

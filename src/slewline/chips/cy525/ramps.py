@@ -42,8 +42,8 @@ QUANTITIES = (
     RampParameter("R", COMMANDS["R"].says, COMMANDS["R"].args[0], per_s=1, measure=rate_of, tried="4..80/14"),
     RampParameter("S", COMMANDS["S"].says, SLOPE, free=True, measure=steepness, tried="1..250/12"),
     RampParameter("Z", COMMANDS["Z"].says, DIVISOR, default=1, free=True),
-    RampParameter(RAMP_UNIT.name, "option of the chip: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
-    RampParameter("ramp_jumps", "option of the chip: several units a step", choices=("False", "True"), default="False"),
+    RampParameter(RAMP_UNIT.name, "chip option: a rate unit at S 255, Z 1", RAMP_UNIT, default=profile.LAW.unit),
+    RampParameter("ramp_jumps", "chip option: several units per step", choices=("False", "True"), default="False"),
 )
 
 

@@ -24,7 +24,7 @@ def modes(source: Source) -> None:
     for statement in source.statements:
         mode = mode_of(statement)
         if mode is not None and mode & (MB_6 | MB_3):
-            found = f"O {mode} sets bits of the mode register whose effect is not known: they are kept, without effect"
+            found = f"O {mode} sets bits of the mode register whose effect is not known: they are stored without effect"
             source.report(statement, "mode-bits", "warning", found, section=section(statement.row))
 
 
@@ -54,8 +54,10 @@ def misread(source: Source, statement: Statement, text: bool | None) -> None:
     mode, behind = mode_of(statement), source.blocks[statement.block].statements
     if text is None or mode is None or bool(mode & MB_ASCII) is text or statement is behind[-1]:
         return
-    found = f"{statement.text} makes the chip read {FORMS[not text]}, and what follows is stored in {FORMS[text]}"
-    remedy = f"O {mode ^ MB_ASCII} stays with {FORMS[text]}; a program is stored as the mode is when E comes"
+    found = (
+        f"{statement.text} makes the chip read {FORMS[not text]}, but the commands after it are stored in {FORMS[text]}"
+    )
+    remedy = f"O {mode ^ MB_ASCII} keeps {FORMS[text]}; a program is stored in the mode at its E"
     source.report(statement, "binary-mode", "warning", found, section=section(statement.row), remedy=remedy)
 
 
@@ -64,7 +66,7 @@ def spelled(source: Source, statement: Statement) -> None:
     try:
         spoken_as(source.sheet, Verbatim).sent_binary(source.sheet, statement.text)
     except UsageError as error:
-        remedy = f"O {MB_ASCII} above it leads back to text"
+        remedy = f"O {MB_ASCII} above it returns to text"
         source.report(statement, "binary-mode", "error", str(error), section=section(statement.row), remedy=remedy)
 
 
@@ -94,7 +96,7 @@ def meets(source: Source, item: Statement, started: Statement, live: bool) -> No
         found = f"{item.text}: {begun}, and would ignore it"
         source.report(item, "not-immediate", "warning", found, section="ch.16", remedy="stop it with 0 first")
     elif not live and item.row.role == "stop":
-        found = f"{item.text}: {begun}, and the chip takes no command until it has ended by itself"
+        found = f"{item.text}: {begun}, and the chip accepts no command until it has ended"
         source.report(
             item, "not-heard", "warning", found, section="ch.16", remedy="end the program with a 0 of its own"
         )

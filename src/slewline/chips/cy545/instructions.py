@@ -68,7 +68,9 @@ class Instructions(instructions.ParameterHandlers):
         self.bits.show()
         unknown = mode & (sheet.MB_6 | sheet.MB_3)
         if unknown:
-            self.finding_once("mode-bits", f"O {mode}: what MB6 and MB3 do is not known; they are kept, without effect")
+            self.finding_once(
+                "mode-bits", f"O {mode}: the effect of MB6 and MB3 is not known; they are stored without effect"
+            )
 
     def do_pointer(self, address: int) -> None:
         """Y: load the pointer into the external memory."""
@@ -79,7 +81,9 @@ class Instructions(instructions.ParameterHandlers):
         """B: set, clear, write, AND or OR user bits; a finding if the data bus is in use."""
         one = argument & 0xC0 == 0
         if one and argument & sheet.DATA_BUS and self.program.running:
-            self.chip.finding("bus-bit", f"B {argument}: the data bus is in use; the bit lasts to the next bus cycle")
+            self.chip.finding(
+                "bus-bit", f"B {argument}: the data bus is in use; the bit lasts until the next bus cycle"
+            )
         if one and argument & 0x0F == 6 and self.bits.shared:
             self.chip.finding("shared-bit", f"B {argument}: USRB6 is {self.bits.shared}; only the latch changes")
         self.bits.act(argument)
@@ -88,7 +92,7 @@ class Instructions(instructions.ParameterHandlers):
         """W: sample the bits at a fixed interval until they match."""
         chip, poll = self.chip, self.ticks["wait_poll"]
         origin = chip.tick
-        chip.waits(f"waiting for bits that match (W {argument})")
+        chip.waits(f"waiting until bits match (W {argument})")
         while not self.bits.matches(argument):
             nets = self.bits.nets(argument)
             await first_of(chip.kernel, None, *((net, None) for net in nets))
@@ -119,7 +123,6 @@ class Instructions(instructions.ParameterHandlers):
         self.begin_anew()
 
     def odd(self) -> Iterable[tuple[bool, str, str]]:
-        """Yield the conditions that a motion checks: whether one holds, with the code and text of its finding."""
         values = self.registers.values
         low, high = values["firstrate"], values["rate"]
         yield high < low, "rate-below-firstrate", f"R {high} is below F {low}: the whole motion is made at F"
@@ -128,11 +131,11 @@ class Instructions(instructions.ParameterHandlers):
     def do_enter(self) -> None:
         """E: report a finding in a running program, where it has no effect."""
         if self.program.running:
-            self.program.finding_once("enter-while-running", "E in a program: no action")
+            self.program.finding_once("enter-while-running", "E has no effect in a program")
 
     def do_quit(self) -> None:
         """Q: report a finding, because no program is being entered."""
-        self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
+        self.chip.finding("quit-outside-entry", "Q has no effect outside program entry")
 
     def do_execute(self) -> None:
         """X: run the program at the pointer, unless one is running."""
@@ -175,7 +178,7 @@ class Instructions(instructions.ParameterHandlers):
 
     def branch_as_command(self, letter: str, away: bool, target: int) -> None:
         """Report a branch that the host has sent, although it belongs in a program."""
-        became = "the program starts at its target" if away else "no action"
+        became = "the program starts at its target" if away else "it has no effect"
         code = "til-command" if letter == "T" else "loop-command"
         self.chip.finding(code, f"{letter} as a command of the host: {became}")
         if away:
@@ -191,7 +194,7 @@ class Instructions(instructions.ParameterHandlers):
             await self.display.reply(letter, self.parameter(letter))
         else:
             asked, meant = ", ".join(sheet.QUERIES), query_meant(letter, (*sheet.QUERIES, sheet.LISTING))
-            text = f"? {letter}: no answer; it may ask for {asked} and {sheet.LISTING},n"
+            text = f"? {letter} is not answered; allowed {asked} and {sheet.LISTING},n"
             self.chip.finding("unknown-query", f"{text}; {meant}" if meant else text)
 
     def parameter(self, letter: str) -> int:

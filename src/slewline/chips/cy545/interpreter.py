@@ -221,7 +221,7 @@ class Interpreter:
             if command is None:
                 await self.arbiter.release(self.chip.tick)
             elif command.row.form in REFUSED:
-                self.chip.finding("not-immediate", f"{command.text} while a program runs: ignored")
+                self.chip.finding("not-immediate", f"{command.text} is ignored while a program runs")
                 await self.arbiter.release(self.chip.tick)
             else:
                 await self.execute(command)
@@ -262,7 +262,7 @@ class Interpreter:
     def skip(self) -> None:
         """Skip a byte FF in place of a command, as in the empty handshake; a memory full of FF ends the program."""
         program = self.program
-        program.finding_once("erased-memory", f"FF at address {program.at} where a command was expected: skipped")
+        program.finding_once("erased-memory", f"FF at address {program.at} in place of a command is skipped")
         self.skipped += 1
         if self.skipped >= sheet.MEMORY_BYTES:
             self.skipped = 0

@@ -68,7 +68,7 @@ def remarks(law: Law, hz: int, statement: Statement, state: State) -> Iterator[O
         yield Odd("no-direction", "note", found, "ch.10; ch.16, PULSE and CCW", "write + or - above it")
     distance = state.distance(statement)
     if name == "GO" and distance == 0 and not state.continuous:
-        yield Odd("no-steps", "warning", "G with N 0: no step to take", "ch.4", "N 1 and more")
+        yield Odd("no-steps", "warning", "G with N 0 takes no step", "ch.4", "N of at least 1")
     first, rate, slope = state[:3]
     if first is not None and rate is not None and rate < first:
         found = f"R {rate} is below F {first}: the whole motion is made at F"
@@ -83,10 +83,10 @@ def short(law: Law, hz: int, distance: int, made: tuple[int, int, int]) -> Itera
     if distance <= 2 * ramp:
         top = min(interval for interval, _ in profile.move(distance, *made, law).runs)
         found = (
-            f"R {made[1]} is not reached: the ramp takes {ramp} steps up and {ramp} down, the move has {distance}; "
-            f"it gets as far as rate {law.periods.index(top)}, {hz / top:.0f} steps/s"
+            f"R {made[1]} is not reached: each ramp takes {ramp} steps, but the move has {distance}; "
+            f"it reaches rate {law.periods.index(top)}, {hz / top:.0f} steps/s"
         )
-        yield Odd("short-move", "note", found, SECTION, f"{2 * ramp + 1} steps and more, or a greater S")
+        yield Odd("short-move", "note", found, SECTION, f"{2 * ramp + 1} steps or more, or a greater S")
 
 
 def after(statement: Statement, state: State) -> State:

@@ -36,7 +36,7 @@ class Cy545Ramps(Calculator):
             RampParameter("S", rows["S"].says, rows["S"].args[0], free=True, tried="1..255/12"),
             RampParameter(
                 "ramp_jumps",
-                "option of the chip: several rates a step",
+                "chip option: several rates per step",
                 choices=("False", "True"),
                 default=str(self.law.jumps),
             ),

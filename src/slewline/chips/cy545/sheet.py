@@ -34,8 +34,8 @@ PORT, MEMORY = "ch.16, The Parallel Handshake", "ch.16, External Memory"
 HP, SWITCHES, SERIAL = "ch.16, HP LED Display", "ch.16, Thumbwheel Switch", "ch.16, The Serial Interface"
 # fmt: off
 PINS = (
-    Pin(0, "io_request", "in", "low: a byte from the host is on the bus, or one may come", active=0, pull=1, tie=1, seen="between commands, and for every byte of one", where=PORT, role="request"),
-    Pin(0, "busy", "out", "low: a byte has been taken, or is there; a command is in progress", active=0, reset=1, sense=1, where=PORT, role="ready"),
+    Pin(0, "io_request", "in", "low: a byte from the host is on the bus, or the host is ready for one", active=0, pull=1, tie=1, seen="between commands, and for every byte of one", where=PORT, role="request"),
+    Pin(0, "busy", "out", "low: a byte has been read, or is on the bus; a command is in progress", active=0, reset=1, sense=1, where=PORT, role="ready"),
     *(Pin(0, f"db{bit}", "both", f"data bus, bit {bit}: host, memory, display, switches; or user bit {bit + 8}", active=1, pull=1, where="ch.16; ch.6", role="data") for bit in range(8)),
     *(Pin(0, f"usrb{bit}", "both", f"user bit {bit}; high: an input, too", active=1, pull=1, reset=1, where="ch.6", reflex="stop sought", told=("", "")) for bit in range(6)),
     Pin(0, "usrb6", "both", "user bit 6; FPL, low: output for the host; or CTS, low: the host may send", active=1, pull=1, reset=1, sense=0, where="ch.16; ch.6", role="flow"),
@@ -45,13 +45,13 @@ PINS = (
     Pin(0, "xmem_sel", "out", "low: the memory is selected; its fall latches the high address byte", active=0, reset=1, where=MEMORY, role="memory_select"),
     Pin(0, "sw_sel", "out", "low: the thumbwheel switches are selected", active=0, reset=1, where=SWITCHES, role="switch_select"),
     Pin(0, "ale", "out", "its fall latches the low address byte", active=1, reset=0, where=MEMORY, role="address_latch"),
-    Pin(0, "rd", "out", "low: what is selected drives the bus", active=0, reset=1, where=MEMORY, role="read_strobe"),
-    Pin(0, "wr", "out", "low: what is selected takes the byte on the bus", active=0, reset=1, where=MEMORY, role="write_strobe"),
+    Pin(0, "rd", "out", "low: the selected device drives the bus", active=0, reset=1, where=MEMORY, role="read_strobe"),
+    Pin(0, "wr", "out", "low: the selected device reads the byte on the bus", active=0, reset=1, where=MEMORY, role="write_strobe"),
     Pin(0, "pulse", "out", "low at the start of every step", active=0, reset=1, where="ch.16, PULSE and CCW", role="step"),
     Pin(0, "ccw", "both", "high: counter-clockwise; may be pulled low from outside", active=1, pull=1, reset=1, sense=0, seen="as a step begins", where="ch.16, PULSE and CCW", role="direction"),
     Pin(0, "stopped", "out", "low while the motor steps, and 5 ms longer", active=1, reset=1, sense=0, where="ch.16, STOPPED", role="moving"),
     Pin(0, "slew", "both", "low at the rate of R; pulled low before a motion: it is continuous", active=0, pull=1, reset=1, seen="before the first step of a motion", where="ch.16, SLEW", role="slewing", told=("at a steady rate", "")),
-    Pin(0, "inhibit_abort", "in", "holds the start of a motion; slows down a running one, and stops it at the first rate", active=0, pull=1, tie=1, seen="before the first step; at the end of every step", where="ch.16, INHIBIT_ABORT", role="abort", reflex="brake back", told=("hold or stop the motion", "")),
+    Pin(0, "inhibit_abort", "in", "delays the start of a motion; decelerates a running one, and stops it at the first rate", active=0, pull=1, tie=1, seen="before the first step; at the end of every step", where="ch.16, INHIBIT_ABORT", role="abort", reflex="brake back", told=("hold or stop the motion", "")),
     Pin(0, "cw_limit", "in", "low: no step clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_plus", reflex="stop up", told=("no step clockwise", "")),
     Pin(0, "ccw_limit", "in", "low: no step counter-clockwise", active=0, pull=1, tie=1, seen="before every step", where="ch.16, CW_LIMIT and CCW_LIMIT", role="end_minus", reflex="stop down", told=("no step counter-clockwise", "")),
     Pin(0, "jog", "both", "open: off; low: steps clockwise, driven high: counter-clockwise", seen="while no command is in progress", where="ch.16, JOG Mode", role="jog"),
@@ -79,7 +79,7 @@ COMMANDS = Table(
     _row("B", "BIT", (BIT,), "set, clear, write, AND, OR user bits or bits of the data bus", "ch.6", role="bits"),
     _row("C", "CONTINUOUS", (), "the next motion runs until INHIBIT_ABORT ends it", "ch.4; ch.16, SLEW", role="endless_next"),
     _row("D", "DELAY", (Arg("delay", 2, 1, 65535, unit="ms at 12 MHz"),), "wait", "ch.10", role="delay"),
-    _row("E", "ENTER", (), "store what follows in memory, from the pointer on", "ch.7", role="enter"),
+    _row("E", "ENTER", (), "store the following commands in memory, from the pointer on", "ch.7", role="enter"),
     _row("F", "FIRSTRATE", (Arg("rate", 1, 0, 255, unit="rate index"),), "rate at which every motion starts and ends; a twentieth of it for jog and home", "ch.5", role="start_rate"),
     _row("G", "GO", (), "take the number of steps set by N", "ch.4", motion=True, role="move"),
     _row("H", "HOME", (BIT,), "seek the edge of the home sensor", "ch.4; ch.16, Home Signal", motion=True, role="home"),
@@ -99,12 +99,12 @@ COMMANDS = Table(
     _row("Z", "LONGLOOP", (Arg("count", 2, 0, 65535), TARGET), "branch until the count, of 16 bits, has run out", "ch.4", flow="nt", role="loop", starts=True),
     _row("+", "CW", (), "direction clockwise", "ch.4", role="plus"),
     _row("-", "CCW", (), "direction counter-clockwise", "ch.4", role="minus"),
-    _row("?", "QUERY", (), "ask for a parameter", "ch.14; 2002 p.37", role="question"),
+    _row("?", "QUERY", (), "query a parameter", "ch.14; 2002 p.37", role="question"),
     _row("0", "STOP", (), "stop the program", "ch.4", code=0x00, flow="", role="stop"),
     _row("[", "DISPLAY", (), "write values to addresses of the HP display", "ch.4; ch.16, HP LED Display"),
     _row('"', "STRING", (), "send characters to the display device", "ch.4; ch.14"),
 )
-MISSING = MappingProxyType({"U": "U is reserved", "V": "V is reserved", "M": "M is no command", "K": "K is in no list"})  # ch.4; command summary
+MISSING = MappingProxyType({"U": "U is reserved", "V": "V is reserved", "M": "M is not a command", "K": "K is not in any list"})  # ch.4; command summary
 
 # Digits of the answers to ? (ch.14; the letters other than P, N, R are inferred).
 QUERIES = MappingProxyType({"P": 8, "N": 8, "R": 5, "F": 5, "S": 5, "O": 5, "Y": 5, "B": 5})
@@ -185,12 +185,12 @@ TIMES = MappingProxyType({
     "fetch": _T(20, 12, "a byte from memory, display or switches", _NONE, "inferred"),
     "program_command": _T(PROGRAM_US, 12, "a command of a program, after its last byte", _NONE, "inferred"),
     "store": _T(100, 12, "a byte into RAM, read back", _NONE, "inferred"),
-    "verify_poll": _T(100, 12, "from one read of a byte that has been written to the next", _NONE, "inferred"),
-    "verify_timeout": _T(20_000, 12, "a byte that reads back wrong is given up", _NONE, "inferred"),
+    "verify_poll": _T(100, 12, "between two reads of a written byte", _NONE, "inferred"),
+    "verify_timeout": _T(20_000, 12, "limit for a byte that reads back wrong", _NONE, "inferred"),
     "millisecond": _T(1000, 12, "unit of D", "ch.10"),
     "wait_poll": _T(20, 12, "W samples its bits", _NONE, "inferred"),
     "first_step": _T(100, 12, "G or P to the first PULSE", _NONE, "inferred"),
-    "inhibit_release": _T(25, 12, "INHIBIT_ABORT high to the first PULSE that it has held", _NONE, "inferred"),
+    "inhibit_release": _T(25, 12, "INHIBIT_ABORT high to the first PULSE that it has delayed", _NONE, "inferred"),
     "pulse_low": _T(5, 12, "PULSE low", _NONE, "inferred"),
     "ccw_lead": _T(20, 12, "CCW to the next PULSE", _NONE, "inferred"),
     "hold": _T(5000, 12, "end of the last step to STOPPED high", "ch.16, STOPPED"),
@@ -217,24 +217,24 @@ def _rising(given: Sequence[int]) -> str:
     if len(given) not in (0, RATES):
         return f"{len(given)} numbers; allowed {RATES} or none"
     falls = [k for k in range(1, len(given)) if given[k] < given[k - 1]]
-    return f"{given[falls[0]]} at {falls[0]} is below {given[falls[0] - 1]}; allowed rising ones" if falls else ""
+    return f"{given[falls[0]]} at {falls[0]} is below {given[falls[0] - 1]}; allowed ascending numbers" if falls else ""
 
 
 LONGEST_TICKS = {"pulse_low": 200, "ccw_lead": 1000}  # shorter than a step at MAX_STEPS_PER_S, and than one of jog
 INFERRED = (
     Option("rates", "ints", (), f"inferred: steps/s at 12 MHz by rate index, 0 to {RATES - 1}; none: those of `rate_table`", low=1, high=MAX_STEPS_PER_S, check=_rising, unit="steps/s", where="2002 p.77"),
-    Option("ramp_unit", "int", RAMP_UNIT_TICKS, "inferred: what one rate index takes at S 255", low=1, high=1 << 20, unit="clocks", where="2002 p.77"),
+    Option("ramp_unit", "int", RAMP_UNIT_TICKS, "inferred: duration of one rate index at S 255", low=1, high=1 << 20, unit="clocks", where="2002 p.77"),
     *(replace(row, high=LONGEST_TICKS.get(row.name, row.high)) for row in clocks({name: time for name, time in TIMES.items() if time.trust == "inferred"})),
 )
 OPTIONS = (
-    Option("stepwise", "bool", False, "play every motion step by step instead of whole; slow, and the same to the last edge"),
-    Option("cold", "bool", False, "start without supply; `power(True)` brings the chip up"),
+    Option("stepwise", "bool", False, "play every motion step by step instead of whole; slow, with identical edges"),
+    Option("cold", "bool", False, "start without supply; `power(True)` powers up the chip"),
     Option("rate_table", "choice", "20k", "inferred: the rate table, by its top at 12 MHz (quirk CY545-CON-RATE-TOP)", choices=tuple(TABLES), where="ch.16, JOG; guide"),
-    Option("ramp_jumps", "bool", True, "take all rate indices that are due when a step begins; else at most one a step, as the CY525", where="2002 p.77"),
+    Option("ramp_jumps", "bool", True, "take all rate indices that are due when a step begins; otherwise at most one per step, as the CY525", where="2002 p.77"),
     Option("direction", "choice", "-", "inferred: the direction after reset", choices=("-", "+"), where="ch.10"),
-    Option("fixed_baud", "choice", None, "inferred: a fixed rate instead of the adaptive one, whatever sets it", choices=BAUDS, none=True, where=SERIAL),
+    Option("fixed_baud", "choice", None, "inferred: a fixed baud rate instead of the adaptive one", choices=BAUDS, none=True, where=SERIAL),
     Option("autostart", "bool", False, "inferred: run the program at address 0 after reset", where="guide"),
-    Option("inferred", "table", MappingProxyType({}), "what no readable page states: to be replaced where more is known", table=INFERRED),
+    Option("inferred", "table", MappingProxyType({}), "facts that no readable page states: replace them where more is known", table=INFERRED),
 )
 
 # -------------------------------------------------------------------------------------------------------------- sheets

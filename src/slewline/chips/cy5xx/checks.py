@@ -102,7 +102,7 @@ def written_for(source: Source) -> None:
     met = {sister: [p for p in problems if meant(p, sister, means[sister], sheet)] for sister in means}
     sister = max(met, key=lambda each: (len(met[each]), -len(means[each])))
     if met[sister]:
-        found = f"this may be written for the {sister.upper()}, where letters mean something else"
+        found = f"this may be written for the {sister.upper()}, where letters have other meanings"
         remedy = "\n".join(means[sister].values())
         source.report(met[sister][0], "sister-part", "note", found, section=sheet.sections["text"], remedy=remedy)
 

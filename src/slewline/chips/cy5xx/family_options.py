@@ -36,7 +36,7 @@ def slopes(periods: Sequence[int], least: int, phases: Sequence[int], where: str
     top = len(periods) - 1
     law = f"inferred: clocks of a step by rate parameter, 0 to {top}; none: from {periods[0]} to {periods[top]}"
     start = "inferred: the rate parameter at which ramps begin and end"
-    half = "inferred: the phases in half steps, phase 1 in the high bit, 0 energises; whole steps take every other one"
+    half = "inferred: the phases in half steps, phase 1 in the high bit, 0 energises; full steps use every second one"
     whole = _many(0, top + 1)
     return (
         Option("periods", "ints", (), law, low=least, high=1 << 24, check=whole, unit="clocks", where=where),

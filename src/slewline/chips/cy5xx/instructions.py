@@ -171,11 +171,13 @@ class Instructions(ParameterHandlers):
         """V: set the readout to a group of registers; an unknown group is a finding."""
         if group not in self.readout.sizes:
             last = max(self.readout.sizes)
-            self.chip.finding("verify-group", f"V {group}: there are groups 0 to {last}; the pointer stays")
+            self.chip.finding(
+                "verify-group", f"V {group} is not a group; allowed 0 to {last}; the pointer is unchanged"
+            )
             return
         ascii = self.port.ascii
         if self.program.running:
-            self.chip.finding("verify-in-program", "V in a program: it only sets the pointer")
+            self.chip.finding("verify-in-program", "V in a program only sets the pointer")
             ascii = self.port.mode.level == 1
         self.readout.point(group, ascii)
 
@@ -184,14 +186,14 @@ class Instructions(ParameterHandlers):
         """E: begin program entry; in a running program this is a finding."""
         if self.program.pc is not None:
             became = "refused" if self.program.live else "skipped"
-            self.chip.finding("enter-while-running", f"E in a running program: {became}")
+            self.chip.finding("enter-while-running", f"E in a running program is {became}")
             return
         self.program.enter()
 
     def do_quit(self) -> None:
         """Q: end program entry; outside of it this is a finding."""
         if not self.program.entering:
-            self.chip.finding("quit-outside-entry", "Q outside program entry: no action")
+            self.chip.finding("quit-outside-entry", "Q has no effect outside program entry")
         self.program.quit()
 
     def do_initialize(self) -> None:
@@ -218,12 +220,12 @@ class Instructions(ParameterHandlers):
         target = program.resolved(target)
         if not program.running:
             if count != 1:
-                finding("loop-command", "L given as a command starts the program at its target")
+                finding("loop-command", "L sent as a command starts the program at its target")
                 program.begin(target)
             return
         if program.loop is None:
             if count == 0 and self.chip.sheet.commands["L"].args[0].low > 0:
-                finding("loop-zero", "L 0: an 8-bit counter runs through, 256 passes")
+                finding("loop-zero", "L 0 makes 256 passes, a full turn of the 8-bit counter")
             program.loop = (program.at, count or 256)
         elif program.loop[0] != program.at:
             self.finding_once(

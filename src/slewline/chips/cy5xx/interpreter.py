@@ -43,7 +43,9 @@ class Interpreter:
 
     def _selected(self, _net: Net) -> None:
         if self.chip.task is not None and self.chip.pins["ready"].net.is_inactive and not self.program.motion.moving:
-            self.chip.finding("select-while-busy", "I/O SELECT changed while READY is low: it counts at the next READY")
+            self.chip.finding(
+                "select-while-busy", "I/O SELECT changed while READY is low: it takes effect at the next READY"
+            )
 
     def lead(self, row: Row) -> int:
         """Return how many clocks early a command begins: motions set READY and DIRECTION ahead of the first step."""
@@ -160,7 +162,7 @@ class Interpreter:
         row = self.rows.get(code)
         first = due > chip.tick
         if row is None:
-            chip.finding("unknown-opcode", f"byte {at} of the program, {code:02X}: skipped")
+            chip.finding("unknown-opcode", f"byte {at} of the program, {code:02X}, is not an opcode: it is skipped")
             program.pc = program.following = at + 1
             chip.waits(f"byte {at}, {code:02X}, is skipped")
             await chip.ticks(UNKNOWN_US * self.per_us)

@@ -40,16 +40,16 @@ MEANS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         },
         "J": {
             "cy500": "lets XSS start and stop the motor",
-            **dict.fromkeys(_SINCE, "goes on at a byte of the program"),
+            **dict.fromkeys(_SINCE, "continues at a byte of the program"),
         },
-        "L": {"cy500": "lets XDIR give the direction", **dict.fromkeys(_SINCE, "repeats instructions of the program")},
+        "L": {"cy500": "lets XDIR set the direction", **dict.fromkeys(_SINCE, "repeats instructions of the program")},
         "O": {
             "cy500": "takes one step",
             "cy512": "sets one of 8 phase patterns",
             "cy525": "sets one of 4 phase patterns, or switches them off",
             "cy545": "writes the mode register",
         },
-        "P": {"cy500": "names the target of the next G", **dict.fromkeys(_SINCE, "steps to its position at once")},
+        "P": {"cy500": "names the target of the next G", **dict.fromkeys(_SINCE, "steps to its position immediately")},
         "R": {
             "cy500": "sets the rate, 1 to 253",
             "cy512": "sets the rate, 1 to 255",
@@ -66,7 +66,7 @@ MEANS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "cy545": "branches to its target until bits match",
         },
         "U": dict.fromkeys(_WITH_WAIT, "waits until WAIT is low"),
-        "V": dict.fromkeys(("cy512", "cy525"), "points at a group for read-out"),
+        "V": dict.fromkeys(("cy512", "cy525"), "selects a group for read-out"),
         "W": {
             **dict.fromkeys(("cy512", "cy525"), "waits until WAIT is high"),
             "cy545": "waits until bits match",
@@ -75,7 +75,7 @@ MEANS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "Y": {"cy545": "sets the memory pointer"},
         "Z": {"cy525": "divides the slope", "cy545": "repeats instructions, with a count up to 65535"},
         "$": {"cy525": "names an instruction"},
-        "?": {"cy545": "asks for a parameter"},
+        "?": {"cy545": "queries a parameter"},
         "[": {"cy545": "writes to the HP display"},
         '"': {"cy545": "sends characters to the display device"},
     }

@@ -88,10 +88,10 @@ class Program:
     def mark(self, letter: str) -> None:
         """`A$`: name the next instruction of the program."""
         if not self.entering:
-            self.chip.finding("label-outside-program", f"{letter}$ outside program entry: ignored")
+            self.chip.finding("label-outside-program", f"{letter}$ is ignored outside program entry")
             return
         if letter in self.labels:
-            self.chip.finding("label-twice", f"{letter}$ again: the last one counts")
+            self.chip.finding("label-twice", f"{letter}$ is repeated: the last one is used")
         self.labels[letter] = len(self.buffer)
 
     # ------------------------------------------------------------------------------------------------------- running
@@ -128,7 +128,9 @@ class Program:
         if net.is_active and self.prog_in.is_inactive and not (self.live or self.motion.moving or self.waits):
             self.port.ignore()
             how = " without PROG/LIVE" * self.takes_live
-            self.chip.finding("request-while-running", f"I/O REQUEST lowered in a running program{how}: not answered")
+            self.chip.finding(
+                "request-while-running", f"I/O REQUEST was lowered in a running program{how}: it is not answered"
+            )
 
     def resolved(self, target: int) -> int:
         """Return a branch target; replace a label by its address, in the buffer too, at its first execution (s.3)."""

@@ -85,14 +85,14 @@ COMMANDS = Table(
     TextRow("J", "JUMP",       (TARGET,),                                 100, "continue at a byte of the program", "s.3; T.V", flow="t", starts=True, role="jump"),
     TextRow("L", "LOOP",       (Arg("count", 1, 1, 255), TARGET),         150, "branch until the count has run out", "s.3; T.V", flow="nt", role="loop", starts=True),
     TextRow("N", "NUMBER",     (Arg("steps", 2, 1, 65535),),              180, "number of steps of a relative move", "s.3; T.V", role="distance"),
-    TextRow("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V"),
+    TextRow("O", "OFFSET",     (Arg("offset", 1, 0, 255),),                80, "0-3: phase pattern; above 3: phases off, above 127 with a pulse", "s.3; T.V", role="phases"),
     TextRow("P", "POSITION",   (Arg("position", 2, 0, 65535),),           550, "step to an absolute position", "s.3; T.V", motion=True, role="absolute"),
     TextRow("Q", "QUIT",       (),                           175 - _BUSY_US,   "end program entry; never terminated", "s.3; T.V", terminated=False, stored=False, role="leave"),
     TextRow("R", "RATE",       (Arg("rate", 1, 0, 127),),                  80, "maximum step rate", "s.3; T.V", role="top_rate"),
     TextRow("S", "SLOPE",      (Arg("slope", 1, 1, 255),),                 80, "acceleration, 255 is steepest", "s.3; T.V", role="ramp"),
     TextRow("T", "TIL",        (TARGET,),                         _alone(380), "branch while DOWHILE is low", "s.3; T.V", flow="nt", starts=True, role="branch_low"),
     TextRow("U", "UNTIL",      (),                                _alone(380), "wait until WAIT is low", "s.3; T.V", role="wait_low"),
-    TextRow("V", "VERIFY",     (Arg("group", 1, 0, 3),),                  125, "point at a group for read-out", "s.6; T.V", role="read"),
+    TextRow("V", "VERIFY",     (Arg("group", 1, 0, 3),),                  125, "select a group for read-out", "s.6; T.V", role="read"),
     TextRow("W", "WAIT",       (),                                _alone(380), "wait until WAIT is high", "s.3; T.V", role="wait_high"),
     TextRow("X", "EXECUTE",    (),                                _alone(380), "run the program from its start", "s.3; T.V", flow="0", role="run"),
     TextRow("Z", "DIVISOR",    (Arg("divisor", 1, 1, 255),),              180, "divide the slope", "s.3; T.V", role="ramp_divisor"),
@@ -135,7 +135,7 @@ NS, US = 1000, 1_000_000  # ps
 LIMITS = (
     Limit("reset falls", "reset rises", "RESET low while running", "s.9", least=15 * US, mhz=6, keeper="host"),
     Limit("io_request falls", "ready rises", "a byte without further work", "s.7, fig. 7.3", typical=200 * US, mhz=11),
-    Limit("ready falls", "run falls", "the end of X taken to RUN low", "s.7, fig. 7.5", typical=150 * US, mhz=11),
+    Limit("ready falls", "run falls", "the end of X accepted to RUN low", "s.7, fig. 7.5", typical=150 * US, mhz=11),
     Limit("run falls", "programmable_output rises", "a program that begins with B", "s.7, fig. 7.6", typical=60 * US, mhz=11),
     Limit("programmable_output rises", "programmable_output falls", "B, C in a program", "s.7, fig. 7.6", typical=40 * US, mhz=11, given=(("run", 0),)),
     Limit("programmable_output falls", "run rises", "C, 0 in a program", "s.7, fig. 7.6", typical=40 * US, mhz=11),
@@ -168,9 +168,9 @@ OPTIONS = (
         "stepwise",
         "bool",
         False,
-        "play every motion step by step instead of whole; slow, and the same to the last edge",
+        "play every motion step by step instead of whole; slow, with identical edges",
     ),
-    Option("cold", "bool", False, "start without supply; `power(True)` and RESET low for 10 ms bring the chip up"),
+    Option("cold", "bool", False, "start without supply; `power(True)` and RESET low for 10 ms power up the chip"),
 )
 
 # The manual's notation of commands

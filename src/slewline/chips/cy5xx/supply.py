@@ -129,7 +129,7 @@ class Supply:
             )
         else:
             least = f"{self.shortest.us:g} µs at {self.shortest.mhz:g} MHz"
-            self.chip.finding("reset-short", f"RESET {self.active} for less than {least}: not seen")
+            self.chip.finding("reset-short", f"RESET was {self.active} for less than {least}: it was ignored")
 
     def _reset_seen(self, fell: int) -> None:
         """Stop the firmware after RESET has been active long enough, through an inner net: last in the instant."""

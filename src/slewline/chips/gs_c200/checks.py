@@ -111,12 +111,12 @@ def reach(source: Source, motion: MotionCommand, start: int, top: int, length: i
     if 0 < steps < 2 * length + 2:
         up = ramp(start, top, length)
         fastest = round(PS_PER_S / up[max(steps - 2, 0) // 2][0])
-        found = f"T{top} is not reached: the ramps take {length} steps each, the move has {steps}"
-        remedy = f"the move gets as far as {fastest} steps/s; from {2 * length + 2} steps on T is reached"
+        found = f"T{top} is not reached: each ramp takes {length} steps, but the move has {steps}"
+        remedy = f"the move reaches {fastest} steps/s; T is reached from {2 * length + 2} steps on"
         source.report(motion.statement, "rate-unreached", "note", found, section=COMMANDS, remedy=remedy)
     elif length == 1:
         speeds = f"{RATE_UNIT * start} steps/s, then {RATE_UNIT * top}"
-        found = f"R1 has no rate between S and T: {speeds}, and back down just as abruptly"
+        found = f"R1 has no rate between S and T: {speeds}, and back as abruptly"
         source.report(motion.statement, "sudden-ramp", "note", found, section=COMMANDS, remedy="use a longer R")
 
 
@@ -126,7 +126,7 @@ def counter(source: Source, motion: MotionCommand, position: int) -> None:
         return
     positions, statement = POSITIONS[source.sheet.part], motion.statement
     if motion.steps is not None and position + motion.steps not in positions:
-        found = f"{statement.text} from {position} leaves the position counter: E5, and the program ends"
+        found = f"{statement.text} from {position} exceeds the position counter: the program ends with E5"
         allowed = f"positions {positions[0]}..{positions[-1]}"
         source.report(statement, "overflow-counter", "error", found, allowed=allowed, section=COMMANDS)
     elif motion.statement.row.name == "VELOCITY":
@@ -142,7 +142,7 @@ def unset(source: Source) -> None:
         for statement in block.statements:
             missing = [letter for letter in SPEEDS if letter not in known]
             if statement.row.motion and missing:
-                found = f"{statement.text} before {', '.join(missing)}: E is refused with E4"
+                found = f"{statement.text} comes before {', '.join(missing)}: E is refused with E4"
                 remedy = set_first(", ".join(missing))
                 source.report(statement, "unset-speed", "warning", found, section=COMMANDS, remedy=remedy)
                 known |= set(missing)  # reported once
@@ -160,7 +160,7 @@ def loops(source: Source) -> None:
         for statement in block.statements:
             if statement.row.name == "LOOP_START":
                 if inside is not None:
-                    found = f"a loop start inside the loop of line {inside.line}: it replaces the start of that one"
+                    found = f"a loop start inside the loop of line {inside.line} replaces the start of that loop"
                     source.report(statement, "nested-loop", "warning", found, section=COMMANDS)
                 inside, marks = statement, marks + 1
             elif statement.row.name == "LOOP":
@@ -169,7 +169,7 @@ def loops(source: Source) -> None:
                     found = f"{statement.text} has no L0 of its own: it repeats from location 0"
                     source.report(statement, "loop-without-start", severity, found, section=COMMANDS)
                 if statement.values[0] == 1:
-                    source.report(statement, "loop-once", "warning", "a loop that runs once", section=COMMANDS)
+                    source.report(statement, "loop-once", "warning", "this loop runs only once", section=COMMANDS)
                 inside = None
         if inside is not None:
             source.report(inside, "loop-unused", "warning", "no Ln closes this loop", section=COMMANDS)

@@ -76,7 +76,7 @@ class ProgramEeprom:
             self.store.write(INVALID if self.fails else program)
             while is_pending(self.store):
                 await until(self.kernel, self.kernel.now + LOOK_PS)
-            return "" if self.store.read() == program else "it does not hold the program"
+            return "" if self.store.read() == program else "it does not contain the program"
         except OSError as error:
             return str(error)
 
@@ -108,6 +108,6 @@ class ProgramEeprom:
             return f"the EEPROM cannot be read: {error}"
         if self.spoiled or not self.program.accepts(data):
             why = f": the last write failed ({self.spoiled})" if self.spoiled else ""
-            return f"the EEPROM holds no valid program{why}"
+            return f"the EEPROM contains no valid program{why}"
         self.program.load(data)
         return ""

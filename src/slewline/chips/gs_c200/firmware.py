@@ -205,7 +205,7 @@ class GsC(InLines, Chip):
         missing = program.unset_before_motion()
         if program.memory[0] != ord("S") or missing:
             self.finding(
-                "no-autorun", f"the recalled program is not run, because it lacks {missing or 'S at its head'}"
+                "no-autorun", f"the recalled program is not run, because it lacks {missing or 'S at its start'}"
             )
             return
         direction = -1 if self.pins["rxd"].level == 1 else 1

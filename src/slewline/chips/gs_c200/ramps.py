@@ -119,7 +119,7 @@ class GscRamps(Calculator):
             RampParameter("T", top.says, top.args[0], per_s=1, measure=log, tried="30..600/14"),
             RampParameter("R", length.says, length.args[0], free=True, measure=log, tried="1..800/12"),
             RampParameter(
-                "law", "how the rate goes from S to T", choices=tuple(profile.LAWS), default=next(iter(profile.LAWS))
+                "law", "law of the rate between S and T", choices=tuple(profile.LAWS), default=next(iter(profile.LAWS))
             ),
         )
 

@@ -85,7 +85,7 @@ PORT = SerialLine(
 DIALECT = Lines(
     longest=LONGEST,
     answers=MappingProxyType({
-        "Y": "accepted", "B": "busy", "R": "ready", "V": "what was asked for", "END": "end of the listing",
+        "Y": "accepted", "B": "busy", "R": "ready", "V": "the requested data", "END": "end of the listing",
         "E1": "parity, checksum or length", "E2": "argument missing, wrong or out of range", "E3": "program memory full",
         "E4": "unknown, or not allowed now", "E5": "the position counter overflowed", "E6": "the EEPROM failed",
     }),
@@ -119,9 +119,9 @@ ROWS = (
     _immediate("E", "EXECUTE", "run the program from location 0; ends programming", when="ip", role="leave", starts=True),
     _immediate("F", "FEEDBACK", "ready or busy", when="ipr", role="state"),
     _immediate("H", "HOME", "find the home position", replace(DIRECTION, optional=True), when="i", role="home", starts=True),
-    _immediate("K", "KILL", "end program and motion at once", when="ir", at_once="stop"),
-    _stored("L0", "LOOP_START", (), "start of what a loop repeats", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
-    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start; the number is that of all passes", room=2, flow="nl", role="loop"),
+    _immediate("K", "KILL", "end program and motion immediately", when="ir", at_once="stop"),
+    _stored("L0", "LOOP_START", (), "start of a loop", room=2, head="L", code=ord("l"), tail=("0", "o"), role="mark"),
+    _stored("L", "LOOP", (Arg("passes", 1, 1, 255),), "repeat from the loop start; the number counts all passes", room=2, flow="nl", role="loop"),
     _immediate("M", "MEMORIZE", "program to EEPROM", when="ip", role="store"),
     _immediate("Q", "QUERY", "list the program", when="ip", role="list"),
     _stored("R", "RAMP", (Arg("ramp", 3, 1, 999, unit="steps"),), "length of both ramps", room=4, role="ramp"),
@@ -204,18 +204,18 @@ def _ramp_law(law: object) -> str:
 # fmt: off
 OPTIONS = (
     STORE,
-    Option("cold", "bool", False, "start without supply; `power(True)` brings the module up"),
+    Option("cold", "bool", False, "start without supply; `power(True)` powers up the module"),
     Option("firmware", "text", "2.2", "GS-C200 below 2.2: checksums without the bit that is always set", check=_version, like="'2.1'"),
     Option("address", "int", None, "in place of the SEL straps; 0: point-to-point", low=0, high=7, none=True),
-    Option("pin_order", "bool", False, "SEL as the pin description orders it"),
-    Option("law", "object", RAMP_LAWS[0], "of the ramps; as an object, a function", choices=RAMP_LAWS, check=_ramp_law),
+    Option("pin_order", "bool", False, "SEL in the order of the pin description"),
+    Option("law", "object", RAMP_LAWS[0], "law of the ramps: a name, or a function", choices=RAMP_LAWS, check=_ramp_law),
     Option("turnround", "time", TIMES["turnround"].ticks, "carriage return to answer"),
     Option("instruction_time", "time", TIMES["instruction"].ticks, "of a program, before its effect", low=1),
     Option("dir_setup", "time", TIMES["dir_setup"].ticks, "DIR and MOV to the first step"),
-    Option("eeprom_time", "time", TIMES["eeprom"].ticks, "what M takes with a full memory; less with less"),
+    Option("eeprom_time", "time", TIMES["eeprom"].ticks, "time of M with a full memory; shorter for a shorter program"),
     Option("eeprom_fault", "bool", False, "programming the EEPROM fails"),
     Option("lenient", "bool", False, "accepts LF between lines, and P0 for Po"),
-    Option("direct", "bool", False, "delayed commands act at once outside programming"),
+    Option("direct", "bool", False, "delayed commands act immediately outside programming"),
     Option("early_y", "bool", False, "M answers before it writes"),
     Option("pad7", "bool", False, "GS-C200: V1 with leading zeros"),
     Option("mov_hold", "bool", False, "MOV and RAMP high until the end of the last interval"),
@@ -223,7 +223,7 @@ OPTIONS = (
     Option("nested_loops", "bool", False, "an L0 inside a loop begins a loop of its own"),
     Option("supply", "float", 24, "the supply voltage", unit="V"),
     Option("load", "table", {}, "current drawn from supply output pins", table=tuple(Option(pin, "float", 0, f"from pin {pin}", unit="mA") for pins in LOADS_MA for pin in pins)),
-    Option("stepwise", "bool", False, "every motion step by step instead of whole; slow, and the same to the last edge"),
+    Option("stepwise", "bool", False, "every motion step by step instead of whole; slow, with identical edges"),
 )
 # fmt: on
 NOTES = MappingProxyType(

@@ -1,1 +1,1 @@
-"""The MC1451A family: the chipset, its axes, and what they share."""
+"""The MC1451A family: the chipset, its axes, and their common parts."""

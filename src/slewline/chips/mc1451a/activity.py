@@ -1,4 +1,4 @@
-"""What a chipset is working on: a packet, motions, a breakpoint that waits for a time."""
+"""Work in progress in a chipset: a packet, motions, a breakpoint that waits for a time."""
 
 from __future__ import annotations
 
@@ -9,42 +9,42 @@ FOR_A_COMMAND = "waiting for a command"
 
 
 class Activity:
-    """Keeps `idle` and `waiting` of the chip."""
+    """Keeper of the chip's `idle` and `waiting`."""
 
     def __init__(self, chip: ChipContext, registers: Registers) -> None:
         self.chip, self.registers = chip, registers
-        self.waiting = ""  # what `waiting` says
-        self.unprocessed = False  # a command has written what no cycle has seen yet
+        self.waiting = ""  # text of `waiting`
+        self.unprocessed = False  # a command has written a value that no cycle has read yet
         self.clear()
 
     def clear(self) -> None:
-        """Reset: let no command come yet."""
+        """Reset: allow no command yet."""
         self.started = False
         self.serving = True  # HostRdy is low
         self.waiting = ""
         self.chip.idle = False
 
     def begin(self) -> None:
-        """Note that the first command may come."""
+        """Record that the first command may come."""
         self.started, self.serving = True, False
         self.refresh()
 
     def serve(self) -> None:
-        """Note that a command or a word of the host is in progress."""
+        """Record that a command or a word of the host is in progress."""
         self.serving, self.chip.idle = True, False
 
     def served(self) -> None:
-        """Note that it has been processed."""
+        """Record that the command or word has been processed."""
         self.serving = False
         self.refresh()
 
     def worked(self) -> None:
-        """Note that a cycle has been worked: what commands had written by then has been seen."""
+        """Record that a cycle has been processed, with all values written by then."""
         self.unprocessed = any(state.update is not None for state in self.registers.states)
         self.refresh()
 
     def refresh(self) -> None:
-        """Note what has begun or ended.  An axis whose breakpoint waits for a time is not idle."""
+        """Update `idle` and `waiting`.  An axis whose breakpoint waits for a time is not idle."""
         awaited = FOR_A_COMMAND
         for state in self.registers.states:
             if state.in_motion or state.breakpoint == "time":
@@ -56,7 +56,7 @@ class Activity:
             self.chip.waits(awaited)
 
     def awaited(self) -> str:
-        """Return what the chipset waits for when reset is over."""
+        """Return the conditions that the chipset waits for after reset, in words."""
         states = self.registers.states
         moving = [state.number for state in states if state.in_motion]
         if moving:
@@ -69,5 +69,5 @@ class Activity:
 
     @property
     def armed(self) -> bool:
-        """Does an axis have a breakpoint, which an input may meet at any time?"""
+        """True if an axis has a breakpoint whose condition an input may meet at any time."""
         return any(state.breakpoint for state in self.registers.states)

@@ -1,10 +1,10 @@
-"""What only the linter of the MC1451A family knows: what an update finds in the registers of its axis.
+"""Rules of the MC1451A family's linter alone: the registers of an axis at an update.
 
-A script is read as the chipset would take it, packet by packet.  A register that the text has not written yet holds
-what was there before, which is not known (None) unless RESET is above; no rule speaks about it then.  Three things
-are taken as they are at power-up until the script says otherwise: the pulse range is the standard one; a script that
-gives destination and velocity, but no acceleration, has none; and an axis is at 0.  That it moves is reported where it
-certainly does: of a move the least time is known, and how long the script waits.
+A script is followed as the chipset would receive it, packet by packet.  A register that the text has not written yet
+has its previous value, which is not known (None) unless RESET is above; no rule applies to it then.  Three things have
+their power-up state until the script changes them: the pulse range is the standard one; a script that sets destination
+and velocity, but no acceleration, has none; and an axis is at 0.  Motion is only reported where it is certain: the
+least time of a move is known, and the time for which the script waits.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .omissions import IN_MOTION, NEXT_START, REMEDY, REST, STARTING, codes, for
 from .registers import PROFILE_COMMANDS, S_CURVE, TRAPEZOIDAL, VELOCITY
 from .sheet import HIGH_RANGE, ROWS, STANDARD_RANGE
 
-USES = {  # profile mode: its name, and what an update brings to it
+USES = {  # profile mode: its name, and the values that it uses
     "SET_PRFL_TRAP": ("trapezoidal", ("SET_POS", "SET_VEL", "SET_ACC", "SMOOTH_STOP")),
     "SET_PRFL_VEL": ("velocity contouring", ("SET_VEL", "SET_ACC", "SMOOTH_STOP")),
     "SET_PRFL_S_CRV": ("S-curve", ("SET_POS", "SET_VEL", "SET_MAX_ACC", "SET_JERK", "SMOOTH_STOP")),
@@ -35,9 +35,9 @@ ALWAYS = ("STOP", "SYNCH_PRFL")
 COMPARING = ("SET_TIME_BRK", "SET_POS_BRK", "SET_NEG_BRK", "SET_ACTL_POS_BRK", "SET_ACTL_NEG_BRK")
 ARMING = {row.name for row in ROWS if row.sets and row.sets[0] == "breakpoint" and row.sets[1]}
 SCALE = 1 << 16
-PASSING = ("drive", "release", "pulse", "note", "expect")  # directives that take no time
+PASSING = ("drive", "release", "pulse", "note", "expect")  # directives without duration
 USED = ("SET_VEL", "SET_START_VEL", "SET_ACC", "SET_MAX_ACC", "SET_JERK")
-WAIT = "put wait motion_complete before it"
+WAIT = "add wait motion_complete before it"
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class KnownMove:
 
     Attributes:
         begun: the last command before the update that began it.
-        left_s: it takes at least so many seconds more.
-        used: the values with which it began, by command; None: not known.
+        left_s: the least time that it still takes, seconds.
+        used: the values with which it began, by command; None if not known.
     """
 
     begun: Statement
@@ -59,12 +59,12 @@ class KnownMove:
         return name in pending and self.used[name] is not None and pending[name].values[0] != self.used[name]
 
     def after(self, seconds: float) -> KnownMove | None:
-        """Return the move after some seconds; None: it may be over."""
+        """Return the move after a number of seconds; None if it may be over."""
         return replace(self, left_s=self.left_s - seconds) if self.left_s > seconds else None
 
 
 def waited_s(directive: Directive) -> float:
-    """Return the seconds for which a host waits; without end where it waits for something to happen."""
+    """Return the seconds for which a host waits; infinite while it waits for an event."""
     if directive.verb != "wait":
         return inf
     try:
@@ -74,12 +74,12 @@ def waited_s(directive: Directive) -> float:
 
 
 def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str, int | None]) -> float:
-    """Return the seconds that a move takes at least; 0: it does not move, or that is not known.
+    """Return the least time of a move in seconds; 0 if there is no move, or it is not known.
 
     Args:
         mode: the profile mode.
         end: its destination.
-        at: where it begins.
+        at: its start.
         used: velocities, acceleration and jerk, by command.
     """
     velocity = (used["SET_VEL"] or 0) / SCALE
@@ -92,7 +92,7 @@ def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str
         return 0
     distance = abs(end - at)
     if used["SET_START_VEL"] != 0:
-        cycles = distance / velocity  # at most the ramps are missing
+        cycles = distance / velocity  # only the ramps may be missing
     elif distance > velocity * velocity / acceleration:
         cycles = distance / velocity + velocity / acceleration
     else:
@@ -102,57 +102,59 @@ def least_s(sheet: Sheet, mode: int, end: int | None, at: int, used: Mapping[str
 
 @dataclass
 class KnownAxis:
-    """What the text shows about an axis: statements by the name of their command."""
+    """State of an axis as far as known from the text: statements by the name of their command."""
 
     written: dict[str, Statement] = field(default_factory=dict)  # the last ones
-    pending: dict[str, Statement] = field(default_factory=dict)  # those that wait for an update
-    known: bool = True  # which axis it is
+    pending: dict[str, Statement] = field(default_factory=dict)  # commands that wait for an update
+    known: bool = True  # False if the number of the axis is not known
     is_reset: bool = False  # parameters that were never written are 0
     mode: str = ""
     high_speed: bool = False
     armed: bool = False
     auto_update: bool = True
-    move: KnownMove | None = None  # the one that is certainly in progress
-    at: int | None = 0  # where it is, or will be
+    move: KnownMove | None = None  # the move that is certainly in progress
+    at: int | None = 0  # position, or destination
 
     def value(self, name: str) -> int | None:
-        """What a parameter is, as far as that is known."""
+        """Return the value of a parameter; None if not known."""
         if name in self.written:
             return self.written[name].values[0]
         return 0 if self.is_reset else None
 
     @property
     def profile(self) -> int:
-        """The number of the profile mode; until it is known, that of power-up."""
+        """The number of the profile mode; before it is known, that of power-up."""
         return PROFILE_COMMANDS.index(self.mode or "SET_PRFL_TRAP")
 
 
 class KnownChipset:
-    """The chipset while it takes a script."""
+    """State of the chipset during a script."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.rows = source.sheet.rows(PacketRow)
         self.axes = [KnownAxis() for _ in range(source.sheet.axes)]
         self.current = self.axes[0]
-        self.begun = b""  # of a packet whose bytes come on several lines
-        self.is_for_servo = False  # that was reported
+        self.begun = b""  # start of a packet whose bytes are on several lines
+        self.is_for_servo = False  # True once it was reported
 
     def warn(self, statement: Statement, code: str, found: str, remedy: str = "", note: bool = False) -> None:
-        """Report something about a statement."""
+        """Report a problem of a statement."""
         severity: Severity = "note" if note else "warning"
         self.source.report(statement, code, severity, found, section=statement.row.where, remedy=remedy)
 
     def take(self, statement: Statement) -> None:
-        """One packet."""
+        """Process one packet."""
         row, name, axis = self.rows[statement.row.form], statement.row.name, self.current
         self.begun = b""
         if row.encoder and not self.source.sheet.encoder:
-            self.warn(statement, "no-encoder", f"{name} needs an encoder: this part only accepts it", note=True)
+            self.warn(
+                statement, "no-encoder", f"{name} needs an encoder: this part accepts it without effect", note=True
+            )
         if row.acts == "set":
             self.current = self.axes[row.code - 1]
         elif name == "SET_I":
-            self.current = KnownAxis(known=False)  # whichever it is
+            self.current = KnownAxis(known=False)  # its number is not known
         elif name == "RESET":
             self.axes = [KnownAxis(is_reset=True, mode="SET_PRFL_TRAP") for _ in self.axes]
             self.current = self.axes[0]
@@ -164,11 +166,11 @@ class KnownChipset:
             self.set(statement, axis)
 
     def set(self, statement: Statement, axis: KnownAxis) -> None:
-        """Parameters, modes and breakpoints of an axis."""
+        """Record parameters, modes and breakpoints of an axis."""
         name = statement.row.name
         self.in_motion(statement, axis)
         if name in COMPARING and axis.value("SET_BRK_PNT") is None:
-            found = f"{name} before SET_BRK_PNT: it compares with what was written before"
+            found = f"{name} comes before SET_BRK_PNT: it compares with the previous value"
             self.warn(statement, "breakpoint-value", found, "write the value first")
         axis.written[name] = statement
         if self.rows[statement.row.form].buffered:
@@ -187,29 +189,29 @@ class KnownChipset:
                 self.update(axis)
         if mask >> len(self.axes):
             axes = len(self.axes)
-            found = f"bits for axes above {axes}, which this part does not have"
+            found = f"the mask has bits for axes above {axes}, which this part does not have"
             self.warn(statement, "absent-axis", found, f"use 0..{(1 << axes) - 1}", note=True)
 
     # ------------------------------------------------------------------------------------------------------- updates
     def update(self, axis: KnownAxis) -> None:
-        """What is buffered takes effect: does it fit together?"""
+        """Apply the buffered values, and check that they fit together."""
         self.velocities(axis)
         mode, uses = USES.get(axis.mode, ("", ()))
         for name, statement in axis.pending.items():
             if mode and name not in (*uses, *ALWAYS):
                 found = f"{statement.text} has no effect in {mode} mode"
-                self.warn(statement, "unused-parameter", found, f"{mode} mode takes {', '.join(uses)}")
+                self.warn(statement, "unused-parameter", found, f"{mode} mode uses {', '.join(uses)}")
         self.accelerations(axis)
         self.move(axis)
         axis.pending.clear()
 
     def in_motion(self, statement: Statement, axis: KnownAxis) -> None:
-        """What may not be given while the axis moves."""
+        """Report commands that are not allowed while the axis moves."""
         name, before = statement.row.name, axis.written.get("SET_START_VEL")
         if name == "SET_ACTL_POS":
             axis.at = statement.values[0]
         if name in ARMING or name in ("MTR_OFF", "SYNCH_PRFL"):
-            axis.move = axis.at = None  # what happens at the breakpoint is not known, nor where
+            axis.move = axis.at = None  # the effect and the position of the breakpoint are not known
         if axis.move is None:
             return
         since = f"the move that line {axis.move.begun.line} begins is in progress"
@@ -221,7 +223,7 @@ class KnownChipset:
             axis.move = axis.at = None
 
     def move(self, axis: KnownAxis) -> None:
-        """Follow the move that an update begins, changes or ends; what is refused in motion is no change."""
+        """Follow the move that an update begins, changes or ends; values refused in motion change nothing."""
         pending, move = axis.pending, axis.move
         if pending.keys() & {"STOP", "SMOOTH_STOP", "SYNCH_PRFL"} or axis.mode == "SET_PRFL_GEAR" or not axis.known:
             axis.move = axis.at = None
@@ -233,7 +235,7 @@ class KnownChipset:
                 found = f"{IN_MOTION[axis.profile].partition(';')[0]}; {since}"
                 self.warn(pending[changed[0]], "command-error", found, WAIT)
             if "SET_POS" in pending or "SET_VEL" in pending:
-                axis.move = axis.at = None  # how long it takes now is not known
+                axis.move = axis.at = None  # its new duration is not known
             return
         end = axis.value("SET_POS")
         used = {name: axis.value(name) for name in USED}
@@ -243,11 +245,11 @@ class KnownChipset:
         axis.at = end if axis.profile in REST else None
 
     def sent(self, directive: Directive) -> None:
-        """Look at bytes that a host sends: are they for a servo chip?"""
+        """Report bytes of a host that are meant for a servo chip."""
         try:
             self.begun += bytes.fromhex(directive.text.partition("bytes")[2])
         except ValueError:
-            return  # another rule says so
+            return  # another rule reports it
         packets = list(codes(self.source.sheet, self.begun))
         shown = next((text for code, _ in packets if (text := servo(self.source.sheet, code))), "")
         if shown and not self.is_for_servo:
@@ -257,7 +259,7 @@ class KnownChipset:
         self.begun = self.begun[ends[-1] :]
 
     def direct(self, directive: Directive) -> None:
-        """Follow what the host does besides: it sends bytes, time passes, or it waits for something."""
+        """Follow the other actions of the host: bytes sent, time passed, waits for events."""
         if directive.verb == "bytes":
             self.sent(directive)
         seconds = waited_s(directive)
@@ -266,7 +268,7 @@ class KnownChipset:
                 axis.move = axis.move.after(seconds)
 
     def velocities(self, axis: KnownAxis) -> None:
-        """Maximum and start velocity."""
+        """Check maximum and start velocity."""
         velocity, start = axis.value("SET_VEL"), axis.value("SET_START_VEL")
         if not velocity or axis.mode == "SET_PRFL_GEAR":
             return
@@ -282,7 +284,7 @@ class KnownChipset:
             self.warn(axis.written["SET_START_VEL"], "no-ramp", f"{found}, without ramps")
 
     def starts(self, axis: KnownAxis) -> None:
-        """Can the axis start at all?"""
+        """Report an update that cannot start the axis."""
         mode = axis.profile
         absent = missing(mode, axis.value, axis.written, bool(axis.value("SET_START_VEL")))
         wanted = axis.value("SET_POS") if mode in (TRAPEZOIDAL, S_CURVE) else axis.pending
@@ -294,7 +296,7 @@ class KnownChipset:
             )
 
     def accelerations(self, axis: KnownAxis) -> None:
-        """Does the sign of the acceleration count?"""
+        """Report an acceleration whose sign has no effect."""
         if axis.known:
             self.starts(axis)
         acceleration = axis.value("SET_ACC") or 0
@@ -303,7 +305,7 @@ class KnownChipset:
             self.warn(axis.written["SET_ACC"], "acceleration-sign", found, note=True)
 
     def end(self) -> None:
-        """What is left over."""
+        """Report commands that still wait for an update at the end."""
         for axis in self.axes:
             if pending := forgotten(axis.pending, axis.armed, axis.auto_update):
                 last = axis.pending[pending[-1]]
@@ -316,7 +318,7 @@ class KnownChipset:
 
 
 def script(source: Source) -> None:
-    """Every packet in turn."""
+    """Check every packet in turn."""
     chipset, returned = KnownChipset(source), False
     for item in source.items:
         if isinstance(item, Statement):
@@ -325,11 +327,11 @@ def script(source: Source) -> None:
             continue
         chipset.direct(item)
         if item.verb == "expect" and not returned:
-            found, remedy = "no command above returns anything", "such as GET_STATUS"
-            source.report(item, "nothing-returned", "error", found, remedy=f"put one above it, {remedy}")
+            found, remedy = "no command above returns a value", "such as GET_STATUS"
+            source.report(item, "nothing-returned", "error", found, remedy=f"add one above it, {remedy}")
     chipset.end()
 
 
 def checks(sheet: Sheet) -> tuple[Check, ...]:
-    """The rules of these parts, for `language.lint.lint`; `sheet` names the part."""
+    """Return the rules of these parts, for `language.lint.lint`; `sheet` names the part."""
     return (script,)

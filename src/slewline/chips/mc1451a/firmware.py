@@ -1,16 +1,16 @@
-"""What the chipset is: it owns the objects, and is what a user sees.  Six parts differ in axes and encoder inputs.
+"""The chipset: it owns the objects, and has the public properties.  Six parts differ in axes and encoder inputs.
 
-Each object knows those above it in this picture, never one below:
+Each object knows only those above it in this picture:
 
-    Registers   CycleClock            plain numbers; when cycles begin
-      HostInterrupt   Activity        which axis asks for the host; what is in progress
+    Registers   CycleClock            plain numbers; the start times of cycles
+      HostInterrupt   Activity        the interrupting axis; work in progress
         Supply                        power and RESET: everything begins again
-          Motion | twin               works the cycles of all axes; the same, cycle by cycle
-            Instructions              one method a row of the sheet
+          Motion | twin               processes the cycles of all axes; the same, cycle by cycle
+            Instructions              one method per row of the sheet
               Port                    strobes become packets
-      Chipset                         makes them
+      Chipset                         creates them
 
-What an object must say to one below it, it is handed as functions: the supply, what it does to the others.
+An object calls those below it through functions that it receives: the supply, for its effects on the others.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Chipset(Chip):
             self._supply.come()
 
     def _moves(self) -> Moves:
-        """Make what works the cycles: the fast way, or its slow twin."""
+        """Create the object that processes the cycles: the fast one, or its slow twin."""
         if self.options.stepwise:
             from .twin.stepwise import Stepwise
 
@@ -76,7 +76,7 @@ class Chipset(Chip):
 
     # ------------------------------------------------------------------------------------------------- supply and reset
     def power(self, on: bool) -> None:
-        """Switch the supply.  A bare part comes up with the end of a power-up reset; else RESET says when.
+        """Switch the supply.  A bare part starts after its own power-up reset; otherwise RESET starts it.
 
         Raises:
             UsageError: `on` is neither True nor False.
@@ -89,7 +89,7 @@ class Chipset(Chip):
         self._supply.pulse()
 
     def _cleared(self) -> None:
-        """Reset has begun: no packet, no motion; registers and outputs as the manual lists them."""
+        """Begin a reset: clear packet and motion; set registers and outputs as the manual lists them."""
         self._motion.stop()
         for axis in self.axes:
             axis.log.end("cut")
@@ -102,23 +102,23 @@ class Chipset(Chip):
         self.waits("waiting for the end of reset")
 
     def _begin(self) -> None:
-        """Reset is over: the positions are 0, and cycle 0 begins."""
+        """End a reset: set the positions to 0, and begin cycle 0."""
         for axis in self.axes:
             axis.load(0)
         self._motion.start()
 
     def _open(self) -> None:
-        """The first command may come."""
+        """Allow the first command."""
         self._motion.catch_up()
         self._port.open()
 
     def _clock_runs(self) -> None:
-        """CLKOUT runs as long as there is a supply, whatever else happens."""
+        """Start CLKOUT, which runs as long as there is a supply, regardless of all else."""
         period = StepTrain(self.clock, self.clock.ticks_from(self.kernel.now) + 1, ((sheet.CLKOUT_TICKS, OPEN),))
         self.drivers["clkout"].play(PulseView(Playing(period), sheet.CLKOUT_TICKS // 2))
 
     def _released(self) -> None:
-        """The supply has gone: no output is driven."""
+        """Release every output: the supply is off."""
         for driver in (*self.drivers.values(), self.bus_driver):
             driver.drive(None)
         self.idle = True
@@ -127,7 +127,7 @@ class Chipset(Chip):
     # ------------------------------------------------------------------------------------------------ public properties
     @property
     def powered(self) -> bool:
-        """Is the supply on?"""
+        """True while the supply is on."""
         return self._supply.powered
 
     @property
@@ -144,18 +144,18 @@ class Chipset(Chip):
         """Return an axis by its number, from 1.
 
         Raises:
-            UnknownName: no such axis; the message says which there are.
+            UnknownName: no such axis; the message lists the axes.
         """
         super().axis(number)
         return ChipsetAxis(self, number, self._motion if isinstance(self._motion, Motion) else None)
 
     @property
     def armed(self) -> bool:
-        """Does an axis have a breakpoint, which an input may meet at any time?"""
+        """True if an axis has a breakpoint whose condition an input may meet at any time."""
         return self._activity.armed
 
     def left_over(self) -> list[tuple[str, str]]:
-        """Return what waits for an update that the host does not announce."""
+        """Return the values that still wait for an update."""
         found = []
         for state in self.state.states:
             if pending := forgotten(pending_of(state.buffer), bool(state.breakpoint), state.auto_update):
@@ -165,7 +165,7 @@ class Chipset(Chip):
 
     @property
     def answering(self) -> bool:
-        """Is a byte or a word of the host in progress?"""
+        """True while a byte or a word of the host is in progress."""
         return not self._port.ready
 
 

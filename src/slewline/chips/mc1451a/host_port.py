@@ -5,9 +5,9 @@ r"""The host port: strobes of a host become packets, HostRdy paces them.
     HostRead   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_/‾‾‾‾‾‾‾‾‾‾‾      the checksum
     HostRdy    ‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾‾‾\_________/‾‾‾‾‾‾\_________/‾‾      low for a slice of 81.92 µs
 
-What a byte or a word does is done at the end of the slice: a command without data acts then, one with data when its
-last word is in; what is to be read is frozen then.  A command byte begins a new packet, whatever has become of the old
-one.
+A byte or a word takes effect at the end of the slice: a command without data acts then, one with data when its last
+word is in; the words to be read are frozen then.  A command byte begins a new packet, even if the old one is
+incomplete.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .omissions import servo
 from .sheet import SERVO
 from .supply import Supply
 
-NS = 1000  # picoseconds: what strobes and bus take does not go with the crystal
+NS = 1000  # picoseconds: the times of strobes and bus do not depend on the crystal
 SHORTEST_PS, RECOVERY_PS, RELEASE_PS = 50 * NS, 60 * NS, 2000 * NS
 
 
@@ -51,7 +51,7 @@ class Port:
         self.ready_driver, self.bus, self.bus_driver = chip.drivers["hostrdy"], chip.bus, chip.bus_driver
         names = ("hostslct", "hostcmd", "hostwrite", "hostread")
         self.slct, self.cmd, self.writes, self.reads = (chip.pins[name].net for name in names)
-        self.told: set[str] = set()  # commands that need an encoder, where there is none; that a servo is meant
+        self.told: set[str] = set()  # reported: commands without their encoder, a program for a servo
         self.watches = ((self.writes, self._write), (self.reads, self._read), (self.slct, self._select))
         for net, told in self.watches:
             net.watch(told)
@@ -59,23 +59,23 @@ class Port:
         self.begin()
 
     def begin(self) -> None:
-        """Reset: be not ready, and forget the packet."""
+        """Reset: set HostRdy to not ready, and discard the packet."""
         if self.slct.exchange is not None:
             self.slct.exchange.withdraw()
         self.chip.on_command("")
         self.ready = False
-        self.bytes: list[int] = []  # first byte of a word that is written
-        self.row: PacketRow | None = None  # the command that waits for words, or has been done
-        self.wanted = 0  # words that it waits for
+        self.bytes: list[int] = []  # first byte of a word being written
+        self.row: PacketRow | None = None  # the command that waits for words, or is complete
+        self.wanted = 0  # number of words it waits for
         self.words: list[int] = []
         self.code = 0
-        self.silent = True  # whatever is read is 0: no packet yet, or an illegal command
+        self.silent = True  # every read returns 0: no packet yet, or an illegal command
         self.answer: deque[int] = deque([0])  # words to be read
-        self.shown = 0  # what the host saw last
+        self.shown = 0  # the byte that the host read last
         self.half = False  # the first byte of a word has been read
         self.fell_at = 0  # HostWrite
         self.rose_at = -RECOVERY_PS
-        self.legal = False  # the strobe in progress began well
+        self.legal = False  # the strobe in progress had a valid start
         self.strobed_at: int | None = None  # the end of the last strobe of an operation
 
     # --------------------------------------------------------------------------------------------------------- strobes
@@ -84,7 +84,7 @@ class Port:
         return self.supply.powered and self.slct.is_active
 
     def _strobe(self, name: str, other: str, net: Net) -> bool:
-        """Return whether the strobe that begins now is one.  `net` is that of the other strobe."""
+        """Return whether the strobe that begins now is valid.  `net` is that of the other strobe."""
         now = self.kernel.now
         if net.is_active:
             self.chip.finding("strobes", f"{name} and {other} are low together: no transfer")
@@ -95,7 +95,7 @@ class Port:
         return True
 
     def _write(self, net: Net) -> None:
-        """HostWrite: take a byte with its rising edge."""
+        """Read a byte from the bus at the rising edge of HostWrite."""
         if not self._selected:
             self.legal = False
             return
@@ -116,7 +116,7 @@ class Port:
             self.data(self.bus.byte)
 
     def _read(self, net: Net) -> None:
-        """HostRead: show a byte on the bus while it is low."""
+        """Show a byte on the bus while HostRead is low."""
         if net.value == net.active_level:
             self.legal = self._selected and self._strobe("hostread", "hostwrite", self.writes)
             if self.legal and self.cmd.level == 1:
@@ -132,12 +132,12 @@ class Port:
                 self.read_on()
 
     def _show(self, level: tuple[int, int] | None, delay_ps: int) -> None:
-        """Put a byte on the bus, or let go of it, after a delay."""
+        """Put a byte on the bus, or release the bus, after a delay."""
         now, driver = self.kernel.now, self.bus_driver
         driver.play(Wave(driver.at(now), (now + delay_ps,), (level,)))
 
     def _select(self, net: Net) -> None:
-        """HostSlct: report a release later than 2 µs after the last strobe; one within a strobe ends it as none."""
+        """Report a rise of HostSlct later than 2 µs after the last strobe; one during a strobe invalidates it."""
         released = net.value == net.when_inactive[1]
         if released and self.legal:
             self.legal = False
@@ -151,25 +151,25 @@ class Port:
 
     # ------------------------------------------------------------- operations as values (parts/base/operation.py)
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether it waits for an operation of so many bytes that begins now, its first strobe at an instant."""
+        """Return whether the port waits for an operation of `number` bytes whose first strobe is at an instant (ps)."""
         awaited = self.ready and (number == 1 or not (self.bytes or self.half)) and not (reading and self.wanted)
         return self.supply.powered and awaited and ps - self.rose_at >= RECOVERY_PS
 
     def shows(self, number: int) -> bytes:
-        """Return the bytes that a read operation gives."""
+        """Return the bytes of a read operation."""
         word = (self.answer[0] if self.answer else 0).to_bytes(2, "big")
         return word[self.half :][:number]
 
     def operated(self, number: int, data: bytes | None, command: bool) -> None:
-        """Take notice of an operation whose last strobe ends now.
+        """Process an operation whose last strobe ends now.
 
         Args:
-            number: bytes.
-            data: those that are written; None: they are read.
+            number: number of bytes.
+            data: the bytes written; None for a read operation.
             command: the byte is a command.
         """
         self.rose_at = self.kernel.now
-        if data is None and number == 2:  # a whole word, as `takes` has made sure
+        if data is None and number == 2:  # a whole word, as `takes` has checked
             self.shown = self.answer[0] & 0xFF if self.answer else 0
             self._busy(self._next)
         elif data is None:
@@ -183,12 +183,12 @@ class Port:
         self.strobed_at = None  # HostSlct rises in time
 
     def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
-        """Go by the pins from now on, in the middle of an operation.
+        """Follow the pins from now on, in the middle of an operation.
 
         Args:
-            falls, rises: of its strobes (ps), as far as they have come.
-            data: what is written; None: it is a read operation.
-            over: it has taken notice of the operation.
+            falls, rises: the edges of its strobes so far (ps).
+            data: the bytes written; None for a read operation.
+            over: the operation has been processed.
         """
         if over:
             self.strobed_at = None if self.ready else self.rose_at
@@ -207,7 +207,7 @@ class Port:
 
     # -------------------------------------------------------------------------------------------------------- transfers
     def command(self, byte: int) -> None:
-        """Take a command byte that has been written."""
+        """Process a command byte of the host."""
         if not self.ready:
             self._early(f"command {byte:02x} written")
             return
@@ -216,7 +216,7 @@ class Port:
         self._busy(lambda: self._begin_packet(byte))
 
     def data(self, byte: int) -> None:
-        """Take a byte of a word that has been written, the high one first."""
+        """Process a byte of a word of the host, the high one first."""
         if not self.ready:
             self._early(f"data {byte:02x} written")
             return
@@ -232,13 +232,13 @@ class Port:
             self._early("data read")
             return self.shown
         if self.wanted and not self.half:
-            self.chip.finding("early-read", f"{self._name} is waiting for words, and a word is read: 0000")
+            self.chip.finding("early-read", f"{self._name} is waiting for words, but a word is read: 0000 is returned")
         word = 0 if self.wanted or not self.answer else self.answer[0]
         self.shown = word & 0xFF if self.half else word >> 8
         return self.shown
 
     def read_on(self) -> None:
-        """Go on to the next byte: the last one has been read."""
+        """Advance to the next byte after the last one has been read."""
         if not self.ready:
             return
         self.half = not self.half
@@ -250,10 +250,10 @@ class Port:
             self.answer.popleft()
 
     def _early(self, what: str) -> None:
-        self.chip.finding("busy-access", f"{what} while HostRdy is low: no effect")
+        self.chip.finding("busy-access", f"{what} while HostRdy is low: it has no effect")
 
     def _busy(self, then: Callable[[], None]) -> None:
-        """Let HostRdy fall, and do what was asked for when it rises."""
+        """Lower HostRdy, and call a function when it rises."""
         starts = self.supply.starts
         self.ready = False
         self.ready_driver.put(self.ready_driver.inactive_level)
@@ -261,14 +261,14 @@ class Port:
         self.activity.serve()
 
         def serve() -> None:
-            if starts == self.supply.starts:  # no reset has come meanwhile
+            if starts == self.supply.starts:  # no reset meanwhile
                 self._serve(then)
 
         tick = self.clock.ticks_from(self.kernel.now) + self.busy_ticks
         self.kernel.call_at(self.clock.ps(tick), serve)
 
     def _serve(self, then: Callable[[], None]) -> None:
-        """Do what was asked for, and let HostRdy rise; after RESET the supply does that, ten cycles later."""
+        """Call a function, and raise HostRdy; after RESET the supply raises it, ten cycles later."""
         self.motion.catch_up()
         self.ready = True
         then()
@@ -279,7 +279,7 @@ class Port:
             self.activity.served()
 
     def open(self) -> None:
-        """Let HostRdy rise after reset."""
+        """Raise HostRdy after reset."""
         self.ready = True
         self.ready_driver.activate()
         self.activity.begin()
@@ -293,7 +293,7 @@ class Port:
         """Begin a packet with a command byte."""
         if self.bytes:
             self.chip.finding(
-                "odd-byte", f"a single byte of a word, {self.bytes[0]:02x}, before command {code:02x}: dropped"
+                "odd-byte", f"a single byte of a word, {self.bytes[0]:02x}, before command {code:02x} is dropped"
             )
             self.bytes = []
         if self.wanted:
@@ -310,28 +310,30 @@ class Port:
             self._perform(row)
 
     def _without_row(self, code: int) -> None:
-        """Answer a code that is no command of this part."""
+        """Answer a code that is not a command of this part."""
         if code in self.codes.illegal:
             self.chip.finding(
-                "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: checksum 0"
+                "illegal-command", f"{code:02x} is not a command of the {self.chip.sheet.part}: the checksum is 0"
             )
             self.silent, self.answer = True, deque([0])
             return
         if code not in self.codes.reserved and code not in self.codes.siblings:
-            self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: no effect")
+            self.chip.finding("undocumented-command", f"{code:02x} is not in the manual: it has no effect")
         sibling = self.codes.siblings.get(code)
         self.wanted = sibling.writes if sibling is not None else 0
         if SERVO not in self.told and (text := servo(self.chip.sheet, code)):
-            self.told.add(SERVO)  # the others say no more
+            self.told.add(SERVO)  # the others are not reported
             self.chip.finding("servo-command", text)
         if not self.wanted:
             self._answer([0] * (sibling.reads if sibling is not None else 0))
 
     def _take(self, word: int) -> None:
-        """Take a word that has been written."""
+        """Process a word of the host."""
         if not self.wanted:
             if not self.silent:
-                self.chip.finding("extra-word", f"{word:04x} after {self._name}, which takes no more words: dropped")
+                self.chip.finding(
+                    "extra-word", f"{word:04x} after {self._name}, which needs no more words: it is dropped"
+                )
             return
         self.words.append(word)
         self.wanted -= 1
@@ -343,12 +345,14 @@ class Port:
             self._perform(self.row)
 
     def _perform(self, row: PacketRow) -> None:
-        """Perform the command of a complete packet."""
+        """Execute the command of a complete packet."""
         chip = self.chip
         if row.encoder and not chip.sheet.encoder and row.name not in self.told:
             self.told.add(row.name)
             part = chip.sheet.part
-            chip.finding("no-encoder", f"{row.name} needs an encoder: the {part} only accepts it; take the {part}-e")
+            chip.finding(
+                "no-encoder", f"{row.name} needs an encoder: the {part} accepts it without effect; use the {part}-e"
+            )
         data = b"".join(word.to_bytes(2, "big") for word in self.words)
         found = self.instructions.perform(row, int.from_bytes(data, "big"))
         if found is None:
@@ -359,5 +363,5 @@ class Port:
         self._answer([value >> 16, value & 0xFFFF] if size == 4 else [value])
 
     def _answer(self, words: list[int]) -> None:
-        """Lay out the words to be read, and the checksum after them."""
+        """Prepare the words to be read, and the checksum after them."""
         self.answer = deque([*words, checksum(self.code, [*self.words, *words])])

@@ -1,7 +1,7 @@
-"""The commands of the chipset, in the order of the manual, that do more than to set, load or show a register.
+"""The commands of the chipset that do more than set, load or show a register, in the order of the manual.
 
-What the others do is in their rows.  A handler is named after its row.  It gets the number that the host has
-written (words put together, unsigned) if its row has one, and returns the number to be read, if its row has one.
+The effects of the others are in their rows.  A handler is named after its row.  Its argument is the number written by
+the host (words combined, unsigned) if its row has one, and it returns the number to be read if its row has one.
 `self.state` is the current axis.
 """
 
@@ -28,26 +28,26 @@ from .supply import Supply
 
 
 class Moves(Protocol):
-    """What works the cycles: motion.py, or its slow twin."""
+    """Processor of the cycles: motion.py, or its slow twin."""
 
     @property
     def cycle(self) -> int:
         """The present cycle, as of the last `catch_up`."""
 
     def start(self) -> None:
-        """Begin cycle 0 at this instant: reset is over."""
+        """Begin cycle 0 at this instant, after reset."""
 
     def stop(self) -> None:
-        """Make no pulse after this instant: reset, or no supply."""
+        """Output no pulse after this instant: reset, or no supply."""
 
     def catch_up(self) -> None:
-        """Bring the registers up to this instant, a cycle that begins with it included."""
+        """Update the registers to this instant, including a cycle that begins with it."""
 
     def attend(self) -> None:
-        """Look at the registers in the next cycle: a command has written them."""
+        """Read the registers in the next cycle, because a command has written them."""
 
     def declare(self, state: AxisState, value: int) -> None:
-        """Set the position of an axis, at once and without pulses."""
+        """Set the position of an axis, immediately and without pulses."""
 
 
 class Instructions:
@@ -70,10 +70,10 @@ class Instructions:
         self.handlers: dict[int, Callable[..., int | None]] = {
             row.code: getattr(self, row.handler, None) or self.from_row(row) for row in rows
         }
-        self.writes = {row.code for row in rows if not row.reads and row.name != "RESET"}  # what a cycle looks at
+        self.writes = {row.code for row in rows if not row.reads and row.name != "RESET"}  # registers read by a cycle
 
     def perform(self, row: Row, value: int) -> int | None:
-        """Do what a complete packet says; the registers show the present cycle.  Returns what is to be read."""
+        """Execute a complete packet with the registers of the present cycle; return the number to be read."""
         handler = self.handlers[row.code]
         found = handler(value) if row.args else handler()
         if row.code in self.writes:
@@ -87,11 +87,9 @@ class Instructions:
         return self.registers.axis
 
     def from_row(self, row: RegisterRow) -> Callable[..., int | None]:
-        """Return what does a command whose row says what it does to a register."""
+        """Return a handler for a command whose row states its effect on a register."""
         if not (row.loads or row.sets or row.shows):
-            raise SheetError(
-                f"{row.name}: no method do_{row.name.lower()}, and the row says of no register what it does"
-            )
+            raise SheetError(f"{row.name}: no method do_{row.name.lower()}, and its row names no register")
         of = "registers.axis" if row.acts == "current" else "registers"
         if row.loads:
             whose, put = attrgetter(of), AxisState.load if row.buffered else setattr
@@ -111,11 +109,11 @@ class Instructions:
         return act
 
     def kept(self, what: Arg, value: int, bits: int) -> int:
-        """Return what a register of so many bits keeps (below 0: with their sign); out of range is a finding."""
+        """Return the bits of a value that a register of `bits` bits stores (below 0: signed); report a range error."""
         kept = signed(value, -bits) if bits < 0 else value & (1 << bits) - 1
         written = what.unpack(what.pack(value, "big"), "big")
         if not what.allows(written):
-            text = f"{what.name} {written}; allowed {what.low}..{what.high}: {kept} is kept"
+            text = f"{what.name} {written}; allowed {what.low}..{what.high}: {kept} is stored"
             self.chip.finding("out-of-range", f"axis {self.registers.current}: {text}")
         return kept
 
@@ -127,15 +125,15 @@ class Instructions:
 
     # ----------------------------------------------------------------------------------------------- profile generation
     def do_set_acc(self, value: int) -> None:
-        """SET_ACC: load the acceleration; in trapezoidal mode a negative one is a finding."""
+        """SET_ACC: load the acceleration; a negative one in trapezoidal mode is a finding."""
         number = self.kept(sheet.ACCELERATION, value, -32)
         self.state.load("acceleration", number)
         if sheet.ACCELERATION.low <= number < 0 and self.state.mode == TRAPEZOIDAL:
-            text = f"axis {self.registers.current}: acceleration {number} in trapezoidal mode: {-number}"
+            text = f"axis {self.registers.current}: acceleration {number} in trapezoidal mode: {-number} is used"
             self.chip.finding("out-of-range", text)
 
     def do_set_start_vel(self, value: int) -> None:
-        """SET_START_VEL: load the start velocity; to change it in a motion that has one is a finding."""
+        """SET_START_VEL: load the start velocity; changing it in a motion with one is a finding."""
         state, number = self.state, self.kept(sheet.START_VELOCITY, value, 31)
         if state.in_motion and number != state.start_velocity and state.mode in STARTING:
             self.chip.finding("start-velocity", f"axis {state.number}: {NEXT_START}")
@@ -143,11 +141,11 @@ class Instructions:
 
     # ------------------------------------------------------------------------------------------------- parameter update
     def do_update(self) -> None:
-        """UPDATE: put what has been set for the axis into effect."""
+        """UPDATE: apply the buffered values of the axis."""
         self.state.take("UPDATE")
 
     def do_multi_update(self, mask: int) -> None:
-        """MULTI_UPDATE: put what has been set into effect for the axes of a mask, at the same time."""
+        """MULTI_UPDATE: apply the buffered values of all axes in a mask, at the same time."""
         kept = self.kept(sheet.AXES, mask, 4)
         for state in self.registers.states:
             if kept >> (state.number - 1) & 1:
@@ -194,11 +192,11 @@ class Instructions:
         self.motion.declare(self.state, position)
 
     def do_get_lmt_swtch(self) -> int:
-        """GET_LMT_SWTCH: return the levels of the limit switches, a bit each."""
+        """GET_LMT_SWTCH: return the levels of the limit switches, one bit each."""
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.limits))
 
     def do_get_home(self) -> int:
-        """GET_HOME: return the levels of the home inputs, a bit each."""
+        """GET_HOME: return the levels of the home inputs, one bit each."""
         return sum((pin.level == 1) << bit for bit, pin in enumerate(self.homes))
 
     def do_reset(self) -> None:

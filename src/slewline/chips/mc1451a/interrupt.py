@@ -1,4 +1,4 @@
-"""HostIntrpt: one axis at a time asks for the host, and keeps asking until RST_INTRPT."""
+"""HostIntrpt: one axis at a time interrupts the host, until RST_INTRPT."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from .registers import Registers
 
 
 class HostInterrupt:
-    """The interrupt line.  `axis` is the one whose interrupt is pending; 0: none."""
+    """The interrupt line.  `axis` is the one whose interrupt is pending; 0 for none."""
 
     def __init__(self, line: Driver, registers: Registers) -> None:
         self.line, self.registers = line, registers
         self.axis = 0
 
     def look(self) -> None:
-        """With no interrupt pending, let the lowest axis with an event that its mask lets through interrupt."""
+        """Without a pending interrupt, start that of the lowest axis with an event enabled by its mask."""
         if not self.axis:
             for state in self.registers.states:
                 if state.interrupts:
@@ -28,5 +28,5 @@ class HostInterrupt:
         self.line.deactivate()
 
     def clear(self) -> None:
-        """Reset: none is pending.  The line goes high with all outputs."""
+        """Reset: clear a pending interrupt.  The line goes high with all outputs."""
         self.axis = 0

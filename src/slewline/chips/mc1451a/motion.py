@@ -1,13 +1,13 @@
-"""The cycles of a chipset: works those in which an axis has something to decide, and passes over all others.
+"""The cycles of a chipset: it processes the cycles in which an axis has to decide, and skips all others.
 
-    commands, limits, HOME, encoders                 a cycle that must be worked is an instant of the kernel;
-          |  attend: the next cycle is due           a question in between is answered by what holds since (catch_up)
+    commands, limits, HOME, encoders                 a cycle that must be processed is an instant of the kernel;
+          |  attend: the next cycle is due           a query in between is answered from the present run (catch_up)
           v
-    axis 1   due ------------>|                      due: the next cycle in which an axis decides, by itself
+    axis 1   due ------------>|                      due: the next cycle in which an axis decides without an event
     axis 2   due ---->|
 
-In the instant at which a cycle begins, inputs count as they were just before it, a command that ends there comes after
-it, and the last edge of the pulses before it belongs to them.
+At the instant at which a cycle begins, inputs have the levels from just before it, a command that ends there comes
+after it, and the last edge of the pulses before it belongs to them.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class Motion:
     ) -> None:
         self.kernel, self.cycle_clock, self.interrupt, self.activity = chip.kernel, cycle_clock, interrupt, activity
         self.running = False
-        self.cycle = 0  # the one that has begun last, as far as anybody has asked
-        self.calls: list[int] = []  # ticks at which the kernel calls, the next one last
+        self.cycle = 0  # the last cycle that has begun, as of the last query
+        self.calls: list[int] = []  # ticks of the requested kernel calls, the next one last
         self.trajectories = [Trajectory(chip, registers, state, cycle_clock) for state in registers.states]
         for trajectory in self.trajectories:
             switches, encoder = trajectory.switches, trajectory.feedback.encoder
@@ -51,7 +51,7 @@ class Motion:
 
     # ------------------------------------------------------------------------------------------------------------ time
     def start(self) -> None:
-        """Begin cycle 0 at this instant: reset is over."""
+        """Begin cycle 0 at this instant, after reset."""
         self.running, self.cycle = True, 0
         for trajectory in self.trajectories:
             trajectory.begin()
@@ -59,7 +59,7 @@ class Motion:
         self._schedule()
 
     def stop(self) -> None:
-        """Make no pulse after this instant: reset, or no supply."""
+        """Output no pulse after this instant: reset, or no supply."""
         if self.running:
             self.running, self.cycle = False, 0
             for trajectory in self.trajectories:
@@ -70,16 +70,18 @@ class Motion:
         if not self.running:
             return
         n = self.cycle_clock.cycle_at(self.kernel.now)
-        if min(trajectory.due for trajectory in self.trajectories) <= n:
-            self._work(n)
-            self._schedule()
+        for trajectory in self.trajectories:
+            if trajectory.due <= n:
+                self._work(n)
+                self._schedule()
+                break
         if n != self.cycle:
             self.cycle = n
             for trajectory in self.trajectories:
                 trajectory.sync(n)
 
     def attend(self) -> None:
-        """Make the next cycle due: something has been written, or an input has changed."""
+        """Make the next cycle due, because a register or an input has changed."""
         if self.running:
             due = max(self.cycle, self.cycle_clock.cycle_at(self.kernel.now)) + 1
             for trajectory in self.trajectories:
@@ -87,15 +89,15 @@ class Motion:
             self._schedule()
 
     def attend_soon(self) -> None:
-        """Make the next cycle due when this round is over: a filtered input is about to change, and may count then."""
+        """Make the next cycle due after this round: a filtered input is about to change, and may count then."""
         if self.running:
             self.kernel.call_at(self.kernel.now, self.attend)
 
     def _schedule(self) -> None:
-        """Be called for the next cycle that is due, or for an earlier one.
+        """Request a call for the next cycle that is due, or for an earlier one.
 
-        A call that comes for nothing is cheap.  To cancel it would leave it behind in the kernel, as often as a host
-        writes while a motion goes on for hours.
+        A needless call is cheap.  Cancelling it would leave it in the kernel, once for each write of the host during a
+        motion that may last for hours.
         """
         due = min(trajectory.due for trajectory in self.trajectories)
         tick = self.cycle_clock.tick(due)
@@ -110,7 +112,7 @@ class Motion:
             self._schedule()
 
     def _work(self, n: int) -> None:
-        """Work the cycle that begins now."""
+        """Process the cycle that begins now."""
         self.cycle = n
         for trajectory in self.trajectories:
             if trajectory.due <= n:
@@ -121,7 +123,7 @@ class Motion:
         self.activity.worked()
 
     def _limit(self, switches: LimitSwitches, limit: int, net: Net) -> None:
-        """Take the new level of a limit input, which the cycle that begins now has not seen."""
+        """Record the new level of a limit input, which the cycle that begins now has not sampled."""
         if self.running:
             self.catch_up()
             switches.levels[limit] = net.value or 0
@@ -129,5 +131,5 @@ class Motion:
 
     # -------------------------------------------------------------------------------------------------------- commands
     def declare(self, state: AxisState, value: int) -> None:
-        """Set the position of an axis, at once and without pulses."""
+        """Set the position of an axis, immediately and without pulses."""
         self.trajectories[state.number - 1].updates.declare(self.cycle, value)

@@ -1,6 +1,6 @@
-"""What a host forgets, or is refused: what a motion needs, the update, what may not change in motion, what a servo has.
+"""Omissions of a host: registers that a motion needs, the update, changes refused in motion, codes of a servo chip.
 
-The chipset and its linter ask here.
+Both the chipset and its linter use this file.
 """
 
 from __future__ import annotations
@@ -14,60 +14,60 @@ from .registers import GEAR, S_CURVE, TRAPEZOIDAL, VELOCITY, AxisState, Profile
 from .sheet import ROWS, SERVO, SIBLINGS
 
 _LOADING = {row.loads: row.name for row in ROWS if row.buffered}
-# double-buffered, by the command that writes it, and by the command that asks for it
+# double-buffered registers and actions, by their command
 REGISTERS = {_LOADING[row.name]: row.name for row in fields(Profile) if row.name in _LOADING}
 ACTIONS = {row.name: row.sets[0] for row in ROWS if row.buffered and row.sets}
-NEEDED = {  # by profile mode, to leave rest: how fast, which may be 0 on purpose; then what must not be 0
+NEEDED = {  # by profile mode, to leave rest: the velocity, which may be 0; then registers that must not be 0
     TRAPEZOIDAL: ("SET_VEL", "SET_ACC"),
     VELOCITY: ("SET_VEL", "SET_ACC"),
     S_CURVE: ("SET_VEL", "SET_MAX_ACC", "SET_JERK"),
     GEAR: ("SET_RATIO",),
 }
 
-REST = {  # by profile mode: what it is called, and what an update may not change in motion
+REST = {  # by profile mode: its name, and the registers that an update may not change in motion
     TRAPEZOIDAL: ("trapezoidal", ("SET_ACC",)),
     S_CURVE: ("S-curve", ("SET_VEL", "SET_MAX_ACC", "SET_JERK")),
 }
 IN_MOTION = {
-    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only the destination "
-    "of what was written is taken; wait for motion complete before it"
+    mode: f"an update in motion changes {' or '.join(names)}, in {name} mode: command error, and only a new "
+    "destination is applied; wait for motion complete before it"
     for mode, (name, names) in REST.items()
 }
 AT_LIMIT = (
-    "nothing starts, because the limit switch ahead is active, or the event bit of a switch is set; clear that bit "
-    "with RST_STATUS, then move the other way"
+    "no motion starts, because the limit switch ahead is active, or the event bit of a switch is set; clear that bit "
+    "with RST_STATUS, then move in the other direction"
 )
-STARTING = TRAPEZOIDAL, VELOCITY  # the profile modes that have a start velocity
-NEXT_START = "SET_START_VEL in motion: it counts from the next start; give it at rest"
-STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or the encoder counts wrong"
+STARTING = TRAPEZOIDAL, VELOCITY  # the profile modes with a start velocity
+NEXT_START = "SET_START_VEL in motion takes effect at the next start; send it at rest"
+STALL = "the position error exceeds SET_POS_ERR: the motor has lost steps, or the encoder miscounts"
 
 
 def missing(mode: int, value: Callable[[str], int | None], written: Container[str], starts: bool) -> list[str]:
-    """Return the commands that must come before an update, to set an axis in motion; none where it is to rest.
+    """Return the commands that must precede an update that is to start an axis; none if the axis is to rest.
 
     Args:
         mode: the profile mode.
-        value: of a command, what an update brings; None: not known, which counts as 0.
-        written: the commands that have been given; a velocity of 0 that was given is meant.
-        starts: there is a start velocity, with which no acceleration is needed in trapezoidal mode.
+        value: returns the value of a command for an update; None if not known, which counts as 0.
+        written: the commands sent so far; a velocity of 0 that was sent is intended.
+        starts: True if there is a start velocity, with which trapezoidal mode needs no acceleration.
     """
     speed, *others = NEEDED[mode]
     found = [] if mode == TRAPEZOIDAL and starts else [name for name in others if not value(name)]
     if value(speed):
         return found
-    nothing_asked = mode == VELOCITY and found  # no velocity, no acceleration: and there is no destination
+    nothing_asked = mode == VELOCITY and found  # no velocity, no acceleration, and no destination
     return [] if speed in written or nothing_asked else [speed, *found]
 
 
 def missing_of(mode: int, state: AxisState) -> list[str]:
-    """Return what is missing in the registers of an axis, as they are in force."""
+    """Return the commands missing from the active registers of an axis."""
     active = state.active
     written = {name for name, register in REGISTERS.items() if register in state.written}
     return missing(mode, lambda name: getattr(active, REGISTERS[name]), written, bool(state.start_velocity))
 
 
 def forgotten(pending: Iterable[str], armed: bool, auto_update: bool) -> list[str]:
-    """Return what waits for an update and has none to expect, of all that waits for one."""
+    """Return the pending commands for which no update is to be expected."""
     return [] if armed and auto_update else list(pending)
 
 
@@ -80,12 +80,12 @@ def pending_of(buffer: Profile) -> list[str]:
 
 
 # -------------------------------------------------------------------------------------------- programs for a servo chip
-ELSEWHERE = MappingProxyType({0x3B: "SET_OUTPUT_DAC16", 0x3C: "SET_OUTPUT_PWM"})  # codes that mean something else there
-REMEDY = "motion commands are the same in both; leave out those for gains and outputs"
+ELSEWHERE = MappingProxyType({0x3B: "SET_OUTPUT_DAC16", 0x3C: "SET_OUTPUT_PWM"})  # codes with another meaning there
+REMEDY = "motion commands are the same in both; omit commands for gains and outputs"
 
 
 def servo(sheet: Sheet, code: int) -> str:
-    """Return what to say about a code that shows a program for a servo chip; "": it does not."""
+    """Return the remark about a code that is typical of a program for a servo chip; "" for any other code."""
     sibling = SIBLINGS.get(code)
     if sibling is None or sibling.of != SERVO:
         return ""
@@ -95,7 +95,7 @@ def servo(sheet: Sheet, code: int) -> str:
 
 
 def codes(sheet: Sheet, data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the code of each packet in bytes that a host sends, and where the packet ends, which may be beyond them."""
+    """Yield the code of each packet in bytes of a host, and the end of the packet, which may be beyond them."""
     at = 0
     while at < len(data):
         row, sibling = sheet.commands.by_code.get(data[at]), SIBLINGS.get(data[at])

@@ -1,7 +1,7 @@
-"""What the MC1451A family brings to the ramp calculator: trapezoids and S-curves, in the units of their commands.
+"""The MC1451A family's profiles for the ramp calculator: trapezoids and S-curves, in the units of their commands.
 
-Both are made in cycles.  The ramp of a trapezoid is the way up before the first cycle at its maximum velocity, that of
-an S-curve its phases 1 to 3.
+Both are computed in cycles.  The ramp of a trapezoid ends before the first cycle at its maximum velocity, that of an
+S-curve with its phase 3.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from .profiles.s_curves import PLACES, SCurve
 from .sheet import ACCELERATION, HIGH_RANGE, JERK, MAX_ACCELERATION, POSITION, STANDARD_RANGE, START_VELOCITY, VELOCITY
 
 TRAPEZOID, S_CURVE = ("profile", "trapezoid"), ("profile", "s-curve")
-FAR = 1 << 100  # 1/65536 step; further than any S-curve needs to come to its velocity
+FAR = 1 << 100  # 1/65536 step; more than any S-curve needs to reach its velocity
 TRIED: dict[str, dict[str, object]] = {
     "velocity": {"measure": log, "tried": "300 steps/s..6000 steps/s/14"},
     "acceleration": {"measure": log, "tried": "2000 steps/s2..200000 steps/s2/14"},
@@ -47,13 +47,13 @@ RANGES = {"standard": STANDARD_RANGE, "high": HIGH_RANGE}
 
 
 class Units:
-    """Cycles and registers in seconds and steps."""
+    """Conversion of cycles and registers to seconds and steps."""
 
     def __init__(self, sheet: Sheet, crystal_hz: int) -> None:
         self.part, self.clock, self.per_s = sheet.part, Clock(crystal_hz), rates.cycles_per_s(sheet, crystal_hz)
 
     def ps(self, cycles: int) -> int:
-        """Return the picoseconds of so many cycles."""
+        """Return the picoseconds of a number of cycles."""
         return self.clock.ps(cycles * CYCLE)
 
     def rate(self, arg: Arg, value: int) -> float:
@@ -62,7 +62,7 @@ class Units:
 
 
 class ChipsetRamp(Ramp):
-    """The way up of a profile: `cycles` cycles that follow a law, from rest."""
+    """The acceleration ramp of a profile: `cycles` cycles that follow a law, from rest."""
 
     cycles: int
 
@@ -73,7 +73,7 @@ class ChipsetRamp(Ramp):
     @property
     @abstractmethod
     def law(self) -> Law:
-        """How far each cycle goes."""
+        """Law of the displacement in each cycle."""
 
     def table(self) -> Iterator[RampSegment]:
         """Yield a segment for each cycle of the ramp, with its rate in steps/s."""
@@ -84,7 +84,7 @@ class ChipsetRamp(Ramp):
 
     @property
     def reached_from(self) -> int | None:
-        """The least distance, in steps, at which the velocity is reached; None: none does."""
+        """The least distance, in steps, at which the velocity is reached; None if no distance suffices."""
         return least(lambda distance: self.made(distance).reached, 1, POSITION.high)
 
     @property
@@ -94,7 +94,7 @@ class ChipsetRamp(Ramp):
 
     @abstractmethod
     def made(self, distance: int) -> ChipsetMove:
-        """Return the move of so many steps, 1 or more."""
+        """Return the move of a number of steps, 1 or more."""
 
 
 class ChipsetMove(Move):
@@ -109,7 +109,7 @@ class ChipsetMove(Move):
         self.legs = [(name, travel / ONE) for name, travel in legs.items() if travel]
 
     def trains(self) -> list[CycleTrain]:
-        """The pulses of the move, a train for each law."""
+        """Return the pulses of the move, one train for each law."""
         found, cycles, position = [], 0, 0
         for law, count in self.parts:
             found.append(CycleTrain(self.units.clock, cycles * CYCLE, law, count, position % ONE))
@@ -119,7 +119,7 @@ class ChipsetMove(Move):
 
 # ------------------------------------------------------------------------------------------------------------ profiles
 class Trapezoid(ChipsetRamp):
-    """The way up with linear ramps; from `start` on, which is also the velocity of the first cycle if it is greater."""
+    """The linear acceleration ramp, from `start` on, which is also the velocity of the first cycle if it is greater."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
@@ -132,12 +132,12 @@ class Trapezoid(ChipsetRamp):
 
     @property
     def law(self) -> Law:
-        """The law of the way up."""
+        """The law of the acceleration ramp."""
         return self.linear
 
     @property
     def acceleration(self) -> float:
-        """What every cycle adds, steps/s^2; above the maximum velocity, the first cycle is at that."""
+        """The acceleration in every cycle, steps/s^2; at most that which reaches the maximum velocity in one cycle."""
         return self.units.rate(ACCELERATION, min(self.limits.acceleration, self.velocity))
 
     @property
@@ -165,7 +165,7 @@ class Trapezoid(ChipsetRamp):
 
 
 class SCurvePhases(ChipsetRamp):
-    """The phases 1 to 3 of an S-curve that is long enough; they may end in mid-cycle."""
+    """The phases 1 to 3 of an S-curve that is long enough; they may end within a cycle."""
 
     def __init__(self, units: Units, values: Values, crystal_hz: int) -> None:
         super().__init__(units, values, crystal_hz)
@@ -179,7 +179,7 @@ class SCurvePhases(ChipsetRamp):
 
     @cached_property
     def law(self) -> Law:
-        """The cycles, of which the last may hold a part of phase 4."""
+        """The law of the cycles, of which the last may contain a part of phase 4."""
         return SCurve(self.phases.pieces())
 
     @property
@@ -200,7 +200,7 @@ class SCurvePhases(ChipsetRamp):
 
 
 def risen(phases: profile.Phases) -> int:
-    """Return what phases 1 to 3 cover, at half the peak velocity in the mean: 1/65536 step, 17 + 3 * PLACES places."""
+    """Return the distance of phases 1 to 3, at half the peak velocity on average: 1/65536 step, 17+3*PLACES places."""
     return phases.peak * (2 * phases.jerked + phases.steady)
 
 
@@ -230,11 +230,11 @@ class ChipsetRamps(Calculator):
         )
 
     def ramp(self, values: Values, crystal_hz: int) -> Trapezoid | SCurvePhases:
-        """Return the ramp of some values, at a crystal in Hz."""
+        """Return the ramp for a set of values, at a crystal in Hz."""
         return PROFILES[str(values[TRAPEZOID[0]])](Units(self.sheet, crystal_hz), values, crystal_hz)
 
     def script(self, values: Values, steps: int) -> list[str]:
-        """Return the commands of a host that makes a number of steps with these values."""
+        """Return the host's commands for a move of a number of steps with these values."""
         modes = ["SET_PRFL_S_CRV"] * (values[TRAPEZOID[0]] == S_CURVE[1]) + ["SET_OUTPUT_HIGH"] * (
             values["output"] == "high"
         )
@@ -242,21 +242,21 @@ class ChipsetRamps(Calculator):
         return [*modes, *registers, f"SET_POS {steps}", "UPDATE", "wait motion_complete"]
 
     def spoken(self, quantity: RampParameter, text: str, crystal_hz: int) -> int | None:
-        """Return the register value of a rate such as "500 steps/s"; None: the text is no rate."""
+        """Return the register value of a rate such as "500 steps/s"; None if the text is not a rate."""
         return rates.spoken(self.arg(quantity.name), text, rates.cycles_per_s(self.sheet, crystal_hz))
 
     def candidates(self, search: Search) -> Iterable[Candidate]:
-        """Yield the values around the one that is wanted; the gentlest of those with the same ramp."""
+        """Yield the values around the wanted one; the gentlest among values with the same ramp."""
         if len(search.free) > 1:
             names = " and ".join(search.free)
-            raise UsageError(f"{self.sheet.part}: {names} cannot both be free; give one of them")
+            raise UsageError(f"{self.sheet.part}: {names} cannot both be free; set one of them")
         name, wanted = search.free[0], search.wanted
         arg = self.arg(name)
         sign = -1 if wanted.goal == "acceleration" else 1
 
         @cache
         def ramp(value: int) -> Trapezoid | SCurvePhases:
-            """Return the ramp of some values, at a crystal in Hz."""
+            """Return the ramp for a set of values, at a crystal in Hz."""
             return self.ramp({**search.fixed, name: value}, search.crystal_hz)
 
         if wanted.goal == "steps" and name == "SET_ACC":
@@ -271,13 +271,13 @@ class ChipsetRamps(Calculator):
 def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search: Search, arg: Arg) -> Iterator[int]:
     """Yield values of the acceleration around a target of steps.
 
-    While the cycles of the ramp are the same, a greater acceleration takes more steps; with a cycle less the next tooth
-    begins.  Teeth follow each other with hardly an overlap, so that the best lie in those around the target.
+    While the ramp has the same number of cycles, a greater acceleration takes more steps; with one cycle less the next
+    tooth begins.  Teeth hardly overlap, so the best values are in the teeth around the target.
     """
     target, around = search.wanted.value, search.best + 2
 
     def tooth(value: int) -> tuple[int, int]:
-        """Return the least and the greatest acceleration with as many cycles."""
+        """Return the least and the greatest acceleration with the same number of cycles."""
         count = cycles(value)
         low = least(lambda each: cycles(each) <= count, arg.low, arg.high)
         above = least(lambda each: cycles(each) < count, arg.low, arg.high)
@@ -302,4 +302,4 @@ def sawtooth(cycles: Callable[[int], int], steps: Callable[[int], float], search
         yield from within(low, high)
 
 
-ramps = ChipsetRamps  # the calculator of a part, by its sheet
+ramps = ChipsetRamps  # calculators by sheet

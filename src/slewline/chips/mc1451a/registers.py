@@ -1,7 +1,7 @@
-"""The registers of a chipset, as the manual lists them: those of each axis, and the few that all axes share.
+"""The registers of a chipset, as the manual lists them: those of each axis, and the few common to all axes.
 
-An axis has double-buffered registers, registers that act at once, and its status.  Commands write here; what works the
-cycles (motion.py, or the twin) reads them at the start of the next one and writes what it makes of them.
+An axis has double-buffered registers, registers with immediate effect, and its status.  Commands write here; the
+processor of the cycles (motion.py, or the twin) reads them at the start of the next cycle and writes its results.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ PROFILE_COMMANDS = tuple(row.name for row in ROWS if row.sets and row.sets[0] ==
 
 @dataclass(slots=True)
 class Profile:
-    """The registers and actions that are double-buffered, registers in the units of their commands."""
+    """The double-buffered registers and actions, registers in the units of their commands."""
 
     position: int = 0  # steps
     velocity: int = 0  # 1/65536 step per cycle
@@ -32,32 +32,32 @@ class Profile:
     max_acceleration: int = 0  # the same, of S-curves
     jerk: int = 0  # 2^-32 step per cycle^3
     ratio: int = 0  # 1/65536 step per encoder count, signed
-    loaded: frozenset[str] = frozenset()  # which of these the host has written since the last update
+    loaded: frozenset[str] = frozenset()  # registers that the host has written since the last update
     stop: bool = False  # actions are done once
     smooth_stop: bool = False
     synch_prfl: bool = False
     cause: str = ""  # the command that has updated
 
     def copy(self) -> Profile:
-        """Return the same values, apart."""
+        """Return an independent copy."""
         return Profile(*VALUES(self))
 
 
 SHOWS = {row.name: row.shows for row in ROWS}
-# how each register is read, by its name; None: `by_name` knows
+# attribute of each register by its name; None: special case of `by_name`
 SHOWN = {row.name: (shows := SHOWS.get(f"GET_{row.name.upper()}")) and attrgetter(shows) for row in REGISTERS}
 VALUES = attrgetter(*(row.name for row in fields(Profile)))
 
 
 @dataclass(slots=True)
 class AxisState:
-    """One axis.  Distances and speeds are in 1/65536 step, and per cycle."""
+    """State of one axis.  Distances are in 1/65536 step, speeds in the same per cycle."""
 
     number: int  # 1 to 4
     buffer: Profile = field(default_factory=Profile)  # written by the host
-    active: Profile = field(default_factory=Profile)  # in force since the last update
-    update: Profile | None = None  # what an update has taken from the buffer; it waits for the next cycle
-    written: frozenset[str] = frozenset()  # the registers of it that updates have brought since reset
+    active: Profile = field(default_factory=Profile)  # active since the last update
+    update: Profile | None = None  # values that an update has taken from the buffer, for the next cycle
+    written: frozenset[str] = frozenset()  # its registers that updates have written since reset
     start_velocity: int = 0
 
     mode: int = TRAPEZOIDAL
@@ -66,8 +66,8 @@ class AxisState:
     high_speed: bool = False
     motor_on: bool = True
     was_off: bool = False  # the motor, since the last cycle that was worked
-    held: bool = False  # the motor has been off, and no update was commanded since it is on: nothing starts
-    breakpoint: str = ""  # what is armed: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
+    held: bool = False  # the motor was off, and no update was commanded since it is on: no motion starts
+    breakpoint: str = ""  # armed condition: time, pos, neg, actl_pos, actl_neg, mtn_cmplt, ext
     comparison: int = 0  # of the breakpoint, as written: 32 bits unsigned
     mask: int = 0  # of interrupts
     step_ratio: int = 0  # counts per step * 256
@@ -77,15 +77,15 @@ class AxisState:
     events: int = 0  # bits 0 to 7 of the status word
     in_motion: bool = False
     motion_error: bool = False  # the position error exceeds its limit now
-    reported: bool = False  # RST_INTRPT was to clear this motion error: the host knows of it
+    reported: bool = False  # RST_INTRPT has tried to clear this motion error: the host knows of it
     target: int = 0  # 1/65536 step, -2^46 to 2^46 - 1
     velocity: int = 0  # displacement of this cycle, signed
-    phase: int = 0  # of an S-curve: 1 to 7; else 0
+    phase: int = 0  # phase of an S-curve, 1 to 7; otherwise 0
     actual: int = 0  # encoder counts
     error: int = 0  # actual minus converted target, in counts, not limited to 16 bits
 
     def reset(self) -> None:
-        """Set every register to what a reset makes of it."""
+        """Set every register to its value after reset."""
         for each in fields(self):
             if each.name != "number":
                 setattr(self, each.name, Profile() if each.default is MISSING else each.default)
@@ -104,7 +104,7 @@ class AxisState:
 
     @property
     def position_error(self) -> int:
-        """The position error as it is reported, in 16 bits."""
+        """The position error as reported, in 16 bits."""
         return max(-32768, min(self.error, 32767))
 
     @property
@@ -124,17 +124,17 @@ class AxisState:
         )
 
     def load(self, register: str, value: int) -> None:
-        """Write a double-buffered register, and note that the host did."""
+        """Write a double-buffered register, and record the write."""
         setattr(self.buffer, register, value)
         self.buffer.loaded |= {register}
 
     def take(self, cause: str) -> None:
-        """Take an update, which a command or the breakpoint that it has set causes.
+        """Begin an update, which `cause` requests: a command, or the breakpoint that it has set.
 
-        What is buffered takes effect with the next cycle, and so do actions since the last one.
+        Buffered values take effect with the next cycle, and so do actions since the last update.
 
-        Whether it may start something is decided now, by the motor: after MTR_ON the axis stays at rest until a move
-        is initiated (pulse generation control), whichever cycle sees that.
+        The motor decides now whether it may start a motion: after MTR_ON the axis stays at rest until a move is
+        initiated (pulse generation control), in whichever cycle that happens.
         """
         self.held = not self.motor_on
         buffer, waiting = self.buffer, self.update
@@ -156,7 +156,7 @@ class AxisState:
 
     @property
     def interrupts(self) -> int:
-        """The events that ask for the host."""
+        """The events that interrupt the host."""
         return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
 
     def clear(self, mask: int) -> None:
@@ -165,14 +165,14 @@ class AxisState:
 
 
 class Registers:
-    """The axes of a chipset, `states`, of which one is the current one; and what belongs to none of them."""
+    """The axes of a chipset, `states`, one of which is the current one; and the registers common to all."""
 
     def __init__(self, axes: int) -> None:
         self.states = [AxisState(number) for number in range(1, axes + 1)]
         self.clear()
 
     def clear(self) -> None:
-        """Set every register to what a reset makes of it."""
+        """Set every register to its value after reset."""
         for state in self.states:
             state.reset()
         self.current = 1

@@ -1,8 +1,8 @@
-"""MC1151A, MC1251A, MC1451A and their -E parts as data.  Source: the chipset's manual (PMD, doc. rev. 12.02, Nov. 1997).
+"""MC1151A, MC1251A, MC1451A and their -E parts as data.  Source: the chipset's manual (PMD, doc. rev. 12.02, 11/1997).
 
 One sheet for six parts, which differ in the number of axes and in the encoder chip (-E).  A part is a set of packages:
-I/O chip, CP chip and, with encoders, ENC chip; `where` says to which a pin belongs.  Pins that carry no signal of the
-model, such as the wires between the packages, have the package before their name.
+I/O chip, CP chip and, with encoders, ENC chip; `where` names the package of a pin.  Pins without a signal of the model,
+such as the wires between the packages, have the package before their name.
 
 The chipset counts clocks: 8192 of them are a cycle, 2048 a time slice.  Speeds are steps per cycle, in 2^-16.
 """
@@ -22,8 +22,8 @@ from ...language.packets import Packets, Sibling
 
 CRYSTAL_HZ = 25_000_000
 CYCLE_TICKS = 8192
-SLICE_TICKS = 2048  # the host port is served once a slice, four times a cycle
-RESET_CYCLES = 10  # HostRdy stays low for so long after reset
+SLICE_TICKS = 2048  # the host port is processed once a slice, four times a cycle
+RESET_CYCLES = 10  # time for which HostRdy is low after reset
 STANDARD_RANGE, HIGH_RANGE = 16, 512  # pulses per cycle at most
 FILTER_TICKS = 12  # three periods of CLKOUT
 CLKOUT_TICKS = 4
@@ -35,7 +35,7 @@ _STROBE = "at the strobes"
 
 
 def _wires(where: str, numbers: Sequence[int], name: str, way: Way, says: str, first: int = 0) -> tuple[Pin, ...]:
-    """Numbered pins without a signal of the model: `first` is the number of the first one."""
+    """Return numbered pins without a signal of the model; `first` is the number of the first one."""
     return tuple(Pin(number, f"{name}{first + n}", way, says, where=where) for n, number in enumerate(numbers))
 
 
@@ -56,7 +56,7 @@ PINS = (
     Pin(51, "hostread", "in", "low: the chip puts a byte on the host bus", active=0, tie=1, seen="both edges", where=_IO, role="read"),
     Pin(47, "hostwrite", "in", "its rising edge takes a byte from the host bus", active=0, tie=1, seen="rising edge", where=_IO, role="write"),
     Pin(48, "hostslct", "in", "low selects the port; high while it is not used", active=0, tie=1, seen=_STROBE, where=_IO, role="chip_select"),
-    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask lets through", active=0, reset=1, where=_IO, role="interrupt", told=("an axis has an event for the host", "")),
+    Pin(44, "hostintrpt", "out", "low: an axis has an event that its mask enables", active=0, reset=1, where=_IO, role="interrupt", told=("an axis has an event for the host", "")),
     *(Pin(number, f"hostdata{bit}", "both", f"host bus, bit {bit}", active=1, where=_IO, role="data") for bit, number in enumerate((50, 61, 53, 65, 67, 62, 64, 60))),
     Pin(46, "io_cpclk", "none", "clock from CLKOUT", where=_IO),
     Pin(52, "io_ioclkin", "none", "shifted clock; wire it to IOCLKOUT", where=_IO),
@@ -91,7 +91,7 @@ PINS = (
     *_supply(_ENC, "enc", (3, 14, 16, 25, 35), (10, 21, 32, 34, 43)),
 )
 # fmt: on
-WIRES = (  # names that no package has are left out
+WIRES = (  # without the names that no package has
     *((f"cp_data{n}", f"io_cpdata{n}", f"enc_cpdata{n}") for n in range(2, 12)),
     *((f"cp_ioaddr{n}", f"io_cpaddr{n}", f"enc_cpaddr{n}") for n in range(4)),
     *((f"cp_iocntrl{n}", f"io_cpcntrl{n}", f"enc_cpcntrl{n}") for n in range(4)),
@@ -105,7 +105,7 @@ PER_AXIS = ("pulse", "dir", "home", "atrest", "poslimit", "neglimit", "quada", "
 
 
 def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
-    """The pins of a part: axes that it lacks have none."""
+    """Return the pins of a part with a number of axes."""
     return tuple(
         pin
         for pin in PINS
@@ -114,13 +114,13 @@ def _pins(axes: int, encoder: bool) -> tuple[Pin, ...]:
 
 
 def _limits(pins: Sequence[Pin]) -> tuple[Limit, ...]:
-    """The limits between edges that a part has pins for."""
+    """Return the limits between edges of the pins that a part has."""
     names = {pin.name for pin in pins} | {"hostdata"}
     return tuple(limit for limit in LIMITS if names >= {limit.start.split()[0], limit.end.split()[0]})
 
 
 def _wired(pins: Sequence[Pin]) -> tuple[tuple[str, ...], ...]:
-    """The wires between the packages of a part."""
+    """Return the wires between the packages of a part."""
     names = {pin.name for pin in pins}
     wires = (tuple(name for name in wire if name in names) for wire in WIRES)
     return tuple(wire for wire in wires if wire[1:])
@@ -178,11 +178,11 @@ VERSION = Arg("version", 2, 0, 0xFFFF)
 
 @dataclass(frozen=True, slots=True)
 class RegisterRow(PacketRow):
-    """A command, with what it does to a register; one that does more has a method in instructions.py.
+    """A command, with its effect on a register; a command that does more has a method in instructions.py.
 
-    It `sets` a register to the value given there, `loads` one with the number of the host, of which `bits` are kept (below
-    0: with their sign), or `shows` one.  Registers are those of the current axis, of its buffer where the command is
-    buffered; after other words than "current" in `acts`, those of the chipset.
+    It `sets` a register to a fixed value, `loads` one with the number of the host, of which `bits` are stored (below 0:
+    signed), or `shows` one.  Registers are those of the current axis, of its buffer if the command is buffered; with
+    words other than "current" in `acts`, those of the chipset.
     """
 
     sets: tuple[str, object] | None = None
@@ -192,7 +192,7 @@ class RegisterRow(PacketRow):
 
 
 def _do(name: str, code: int, says: str, *args: Arg, reads: Arg | None = None, acts: str = "current", **more: Any) -> RegisterRow:  # fmt: skip
-    """A command: what it takes (`args`), what it `reads`, what it `acts` on."""
+    """Return a command: its arguments (`args`), the value that it `reads`, the axes on which it `acts`."""
     found = () if reads is None else (reads,)
     return RegisterRow(name, name, args, BUSY_US, says, "command reference", code=code, acts=acts, reads=found, **more)  # fmt: skip
 
@@ -214,8 +214,8 @@ ROWS = (
     _do("SET_RATIO", 0x14, "gear ratio", RATIO, buffered=True, encoder=True, loads="ratio", bits=-32),
     _do("SET_MAX_ACC", 0x15, "greatest acceleration of the S-curve", MAX_ACCELERATION, buffered=True, loads="max_acceleration", bits=15),
     _do("SET_START_VEL", 0x6A, "lowest velocity of the trapezoidal and velocity profiles", START_VELOCITY, loads="start_velocity", bits=31, role="start_rate"),
-    _do("STOP", 0x46, "stop at once", buffered=True, at_once="stop", sets=("stop", True)),
-    _do("SMOOTH_STOP", 0x4E, "slow down and stop", buffered=True, at_once="brake", sets=("smooth_stop", True)),
+    _do("STOP", 0x46, "stop immediately", buffered=True, at_once="stop", sets=("stop", True)),
+    _do("SMOOTH_STOP", 0x4E, "decelerate and stop", buffered=True, at_once="brake", sets=("smooth_stop", True)),
     _do("SYNCH_PRFL", 0x47, "the target becomes the actual position", buffered=True, encoder=True, sets=("synch_prfl", True)),
     _do("GET_POS", 0x4A, "destination position, as written", reads=POSITION, shows="buffer.position"),
     _do("GET_VEL", 0x4B, "maximum velocity, as written", reads=VELOCITY, shows="buffer.velocity"),
@@ -269,11 +269,11 @@ ROWS = (
     _do("GET_POS_ERR", 0x55, "limit of the position error", reads=LIMIT, encoder=True, shows="pos_err"),
     _do("GET_ACTL_POS_ERR", 0x60, "position error: actual minus target, in counts", reads=POSITION_ERROR, encoder=True, shows="position_error"),
     # miscellaneous
-    _do("SET_ACTL_POS", 0x4D, "actual and target position become this; the position error 0", POSITION, role="preset"),
+    _do("SET_ACTL_POS", 0x4D, "set actual and target position; the position error becomes 0", POSITION, role="preset"),
     _do("SET_LMT_SENSE", 0x66, "limit inputs that are active low", SWITCHES, acts="global", loads="limit_sense", bits=8),
     _do("GET_LMT_SWTCH", 0x67, "levels of the limit inputs", reads=SWITCHES, acts="global"),
-    _do("LMTS_ON", 0x70, "limit switches are sensed", acts="global", sets=("limits_on", True)),
-    _do("LMTS_OFF", 0x71, "limit switches are not sensed", acts="global", sets=("limits_on", False)),
+    _do("LMTS_ON", 0x70, "enable the limit switches", acts="global", sets=("limits_on", True)),
+    _do("LMTS_OFF", 0x71, "disable the limit switches", acts="global", sets=("limits_on", False)),
     _do("GET_HOME", 0x05, "levels of the home inputs", reads=HOMES, acts="global"),
     _do("RESET", 0x39, "reset the chipset; no checksum follows", acts="global"),
     _do("GET_VRSN", 0x6C, "version word", reads=VERSION, acts="global"),
@@ -284,7 +284,7 @@ ROWS = (
 ILLEGAL = frozenset({0x00, 0x03, 0x04, 0x22, *range(0x80, 0x100)})  # 03 and 04 only where axes 3 and 4 are missing
 RESERVED = frozenset({0x49})
 
-# Codes of sister parts: their words are taken, and 0 is returned for them, so that a host keeps in step.  A servo does
+# Codes of sister parts: their words are read, and 0 is returned for them, so that a host keeps in step.  A servo does
 # nothing without gains, so every program for one sends some; a stepper part has none, so they show such a program.
 SERVO = "the MC1401A, a servo chip"
 
@@ -353,7 +353,7 @@ TIMES = MappingProxyType({
 })
 # The clock's own times (t4, t5) and that from stable power to reset have no edge on a pin; the index of t3 has no pin.
 NS, US = 1000, 1_000_000  # ps
-# A strobe counts for the chip that is selected at its end; t7 and t8 of a write are set-up times, hence below zero after it.
+# A strobe is for the chip that is selected at its end; t7 and t8 of a write are set-up times, hence below zero after it.
 _SELECTED = (("hostslct", 0),)
 _WRITE, _READ = (("hostwrite", 0), *_SELECTED), (("hostread", 0), *_SELECTED)
 LIMITS = (
@@ -386,10 +386,10 @@ LIMITS = (
 # fmt: on
 # fmt: off
 OPTIONS = (
-    Option("stepwise", "bool", False, "work every cycle instead of those in which something is decided; slow, and the same to the last edge"),
-    Option("cold", "bool", False, "start without supply; `power(True)` brings the chipset up"),
-    Option("busy_ticks", "int", SLICE_TICKS, "how long HostRdy is low after a command or a word; a slice by default", low=1, unit="clocks"),
-    Option("reset_cycles", "int", RESET_CYCLES, "how long it is low after reset", low=1, unit="cycles"),
+    Option("stepwise", "bool", False, "process every cycle instead of only those with a decision; slow, with identical edges"),
+    Option("cold", "bool", False, "start without supply; `power(True)` powers up the chipset"),
+    Option("busy_ticks", "int", SLICE_TICKS, "time of HostRdy low after a command or a word; a slice by default", low=1, unit="clocks"),
+    Option("reset_cycles", "int", RESET_CYCLES, "time of HostRdy low after reset", low=1, unit="cycles"),
 )
 # fmt: on
 POWER_UP_RESET_PS = 250_000_000_000  # 0.25 s of stable power before the end of reset, whatever the clock

@@ -1,6 +1,6 @@
-r"""The supply and the three ways to a reset: the supply comes, RESET falls, RESET as a command.
+r"""The supply and the three causes of a reset: power-up, RESET low, RESET as a command.
 
-RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 µs at least; RESET as a command does the same at once
+RESET    ‾‾\____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾       1 µs at least; RESET as a command acts immediately
 cycle            |  0  |  1  | ...  |  9  | 10  |           327.68 µs each, from the end of reset on
 HostRdy  ‾‾\______________________________/‾‾‾‾‾‾‾‾‾‾       after ten cycles
 """
@@ -17,17 +17,17 @@ from .cycle_clock import CycleClock
 
 
 class Supplied(NamedTuple):
-    """What a chipset does by its supply and RESET."""
+    """Actions of a chipset at power-up, power-down and RESET."""
 
-    clock_runs: Callable[[], None]  # the supply has come, and CLKOUT with it
+    clock_runs: Callable[[], None]  # the supply is on, and so is CLKOUT
     cleared: Callable[[], None]  # reset has begun: no packet, no motion; registers and outputs as the manual lists them
     begin: Callable[[], None]  # reset is over: cycle 0 begins
     open: Callable[[], None]  # the first command may come
-    released: Callable[[], None]  # the supply has gone: no output is driven
+    released: Callable[[], None]  # the supply is off: no output is driven
 
 
 class Supply:
-    """The supply and RESET.  `starts` counts resets: what was due before one is not done."""
+    """The supply and RESET.  `starts` counts resets, so that work due from before a reset is dropped."""
 
     def __init__(
         self, chip: ChipContext, cycles: CycleClock, supplied: Supplied, ready_ticks: int, power_up_reset_ps: int
@@ -39,7 +39,7 @@ class Supply:
         self.powered = False
         self.starts = 0
         self.restarting = False  # RESET is the command in progress
-        self.up_ps = self.fell_ps = 0  # the supply came, RESET fell
+        self.up_ps = self.fell_ps = 0  # times at which the supply came and RESET fell
         self.net.watch(self._reset_changed)
 
     # ---------------------------------------------------------------------------------------------------------- supply
@@ -51,7 +51,7 @@ class Supply:
             self.kernel.settle()
 
     def come(self) -> None:
-        """Come up.  RESET says when work begins; a part whose RESET is high begins by itself."""
+        """Power up.  RESET starts the work; a part with RESET high starts without it."""
         self.powered = True
         self.up_ps = self.fell_ps = self.kernel.now
         self.supplied.clock_runs()
@@ -79,17 +79,19 @@ class Supply:
             return
         width, since = self.kernel.now - self.fell_ps, self.kernel.now - self.up_ps
         if width < (least := self.clock.ps(self.reset_ticks)):
-            self.chip.finding("short-reset", f"RESET low for {readable(width)}; at least {readable(least)}")
+            self.chip.finding(
+                "short-reset", f"RESET was low for {readable(width)}; required at least {readable(least)}"
+            )
         if self.fell_ps == self.up_ps and since < self.power_up_reset_ps:
             self.chip.finding("early-reset", f"RESET ends {readable(since)} after the supply came; at least 250 ms")
         self._start_in(0)
 
     def request(self) -> None:
-        """Reset when the packet in progress is over: RESET as a command."""
+        """Request a reset after the packet in progress: RESET as a command."""
         self.restarting = True
 
     def restarted(self) -> bool:
-        """Begin again if RESET was the command whose packet is over now; return whether it was."""
+        """Restart if RESET was the command whose packet is over now; return whether it was."""
         if not self.restarting:
             return False
         self._clear()

@@ -148,7 +148,7 @@ class Catalogue(Generic[T]):
             if error.name is None or not f"{module}.".startswith(f"{error.name}."):
                 raise UsageError(f"{said}: {failed(module, error)}") from error
             raise UsageError(
-                f"{said}: no module {error.name!r}; install its package, or name its directory in PYTHONPATH"
+                f"{said}: no module {error.name!r}; install its package, or add its directory to PYTHONPATH"
             ) from None
         except (Exception, SystemExit) as error:  # any error: the code of the module is not ours
             raise UsageError(f"{said}: {failed(module, error)}") from error

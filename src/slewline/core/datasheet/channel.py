@@ -109,7 +109,7 @@ class SerialLine(Channel):
         return dict(zip(self.baud_pins, levels, strict=True))
 
     def elsewhere(self, name: str, value: object) -> str:
-        """Return which straps set rate and checksums, and that nothing sets the format."""
+        """Return which straps set the rate or the checksums, or that the format is fixed, in words."""
         if name in ("baud", "baudrate") and self.baud_pins:
             given = self.strapping(value)  # type: ignore[arg-type]
             rates = ", ".join(map(str, sorted(self.bauds.values())))
@@ -148,7 +148,7 @@ class FlowBus(Channel):
     """
 
     name = "parallel"
-    says = "a bus that works both ways"
+    says = "a bidirectional bus"
     instead = "is queried by its own commands"
 
     ends: Literal["before", "after"] = "after"
@@ -179,7 +179,7 @@ class AdaptiveLine(Channel):
     """
 
     name = "serial"
-    says = "a serial line that finds its rate"
+    says = "a serial line that detects the rate"
     instead = "is queried by its own commands"
 
     bauds: tuple[int, ...]

@@ -28,7 +28,7 @@ class LineRow(Row):
     """A row of `Lines`.
 
     Attributes:
-        head: what a host sends first, if it is not `form`.
+        head: the text that a host sends first, if it is not `form`.
         room: the number of bytes in the program memory, if more than opcode and arguments.
         tail: fixed text after the arguments, in each spelling that a host may use, the proper one first.
     """

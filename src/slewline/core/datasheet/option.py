@@ -50,7 +50,7 @@ EXPECTED: Mapping[Kind, str] = MappingProxyType(
         "ints": "whole numbers",
         "bytes": "text, bytes, or whole numbers from 0 to 255",
         "table": "a table",
-        "object": "an object of Python",
+        "object": "a Python object",
     }
 )
 
@@ -245,7 +245,7 @@ class Option:
         return (self.low is None or size >= self.low) and (self.high is None or size <= self.high)
 
     def read(self, text: str) -> Any:
-        """Return the value of a text; if it has none, the text itself, which `checked` refuses."""
+        """Return the value that a text represents; if there is none, the text itself, which `checked` refuses."""
         if self.none and text.lower() == "none":
             return None
         value: Callable[[str], Any] = READ.get(self.kind, _same)

@@ -11,7 +11,7 @@ class Quirk(NamedTuple):
     Attributes:
         id: its name; UND in it means that the manual leaves the matter undefined, CON that it contradicts itself.
         where: the sections and tables of the manual.
-        says: what the model does.
+        says: the behaviour of the model.
         why: the reason for the choice.
         test: the name of the test function that checks it.
     """

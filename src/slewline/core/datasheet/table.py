@@ -81,6 +81,11 @@ class Pin:
         level = self.active if self.sense is None else self.sense
         return 1 - level if self.role == "enable" and level is not None else level
 
+    @property
+    def output_only(self) -> bool:
+        """True if nothing outside the part may drive the pin."""
+        return self.way == "out"
+
     def plays(self, role: str, axis: int = 1) -> bool:
         """Return whether the pin has a role, on the given axis if roles of this kind belong to an axis."""
         return self.role == role and (self.axis == axis or role not in AXIS_ROLES)
@@ -208,7 +213,7 @@ class Row:
 
     @property
     def takes(self) -> str:
-        """The names of its arguments, in words."""
+        """The names of the arguments, in words."""
         return " and ".join(arg.name for arg in self.args) or "no argument"
 
     @property
@@ -643,7 +648,11 @@ class Sheet:
         return pin
 
     def pin(self, name: str) -> Pin:
-        """Return the pin of this name; KeyError: there is none."""
+        """Return the pin of this name.
+
+        Raises:
+            KeyError: there is none.
+        """
         return self._by_name[name]
 
     @cached_property

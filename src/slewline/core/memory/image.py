@@ -25,8 +25,8 @@ HEX = (".hex", ".ihx", ".ihex")  # extensions of Intel HEX; any other file has t
 def named_file(owner: str, name: str) -> UsageError:
     """Return the error for the name of a file given instead of an image."""
     return UsageError(
-        f"{owner}: image {name!r} is the name of a file, and text is taken for the content itself; give "
-        f"slewline.read_image({name!r}), or in a bench file the key file"
+        f"{owner}: image {name!r} is the name of a file, but text is taken for the content itself; pass "
+        f"slewline.read_image({name!r}), or use the key file in a bench file"
     )
 
 
@@ -100,11 +100,11 @@ def _record(line: str, at: str) -> tuple[int, int, bytes]:
     except ValueError:
         record = b""
     if len(record) < 5:
-        remedy = "a colon and pairs of hexadecimal digits; bytes without addresses go into a .bin file"
+        remedy = "a colon and pairs of hexadecimal digits; put raw bytes into a .bin file"
         raise BenchFileError(f"{at}: {line[:40]!r} is not a record; a record is {remedy}")
     if len(record) != record[0] + 5:
         raise BenchFileError(
-            f"{at}: {len(record) - 5} bytes of data, and the count says {record[0]}; the line is truncated"
+            f"{at}: {len(record) - 5} bytes of data, but the count is {record[0]}; the line is truncated"
         )
     if sum(record) & 0xFF:
         right = -sum(record[:-1]) & 0xFF

@@ -65,7 +65,7 @@ class Memory:
         return bytes(self._content)
 
     def read(self) -> bytes:
-        """Return the content; empty when nothing was ever written."""
+        """Return the content; empty if none was ever written."""
         return bytes(self._content)
 
     def write(self, data: bytes) -> None:
@@ -318,7 +318,7 @@ STORE = Option(
     "store",
     "object",
     None,
-    "what keeps the memory without power: an object with read() and write(data); gone with the bench by default",
+    "non-volatile store of the memory: an object with read() and write(data); by default it ends with the bench",
     none=True,
     check=_missing,
 )

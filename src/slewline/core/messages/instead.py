@@ -4,8 +4,8 @@
 
     x.send          NoSuchAttribute: x has no 'send'; write bench.host(x).send(...)
 
-A missing name is a descriptor of the class rather than the work of a `__getattr__`, which would slow down every look-up
-of an existing name.  `hasattr` returns False, `dir` leaves it out, and an attribute of the instance comes first.
+A missing name is a descriptor of the class rather than the work of a `__getattr__`, which would slow down the access
+to existing names.  `hasattr` returns False, `dir` leaves it out, and an attribute of the instance comes first.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def missing(cls: type, to_set: str | None = None, /, **instead: str) -> None:
 
 
 def _names_there_are(one: object) -> list[str]:
-    """Return the names for `dir` of an object, without those that only have a remedy."""
+    """Return the names for `dir` of an object, except names that only have a remedy."""
     return [name for name in object.__dir__(one) if not isinstance(getattr_static(one, name, None), Instead)]
 
 
@@ -155,6 +155,6 @@ OF_CHIPS = {
     "errors": "{it}.findings",
     "status": "{it}.waiting",
     **dict.fromkeys(
-        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time is the bench's: bench.run_until_idle()"
+        ("wait", "run_until_idle", "run_until", "sleep", "now"), "time passes on the bench: bench.run_until_idle()"
     ),
 }

@@ -117,9 +117,8 @@ class Segment:
     """A stretch of travel: from an instant on, `playing` moves the axis by `sign` a step, starting from `travel`.
 
     `count` is `travel` without the steps that the position register did not count; it counts `counts` a step.  `plan`
-    and `step` are set for a train that plays a plan from one of its steps on.  Where a motion is cut off, its step in
-    progress
-    is, too: from `halted` on the motor is at rest.
+    and `step` are set for a train that plays a plan from one of its steps on.  Where a motion is cut off, so is its
+    step in progress: from `halted` on the motor is at rest.
     """
 
     start: int

@@ -82,7 +82,7 @@ class Staircase(Quantity):
         return Outline(np.append(start, times), np.append(first, values))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
+        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
         import numpy as np
 
         if self._turns is None:

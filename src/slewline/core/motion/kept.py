@@ -41,8 +41,8 @@ class Kept:
         """Warn, once, that all is kept, and how to keep less."""
         self.full = sys.maxsize
         warnings.warn(
-            f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and so will be all that follow: "
-            "slewline.Bench(keep='10 s') keeps the last ten seconds",
+            f"some {MANY // 2:,} motions of an axis are kept, 1 to 4 KB each, and all later ones will be, too; "
+            "slewline.Bench(keep='10 s') keeps only the last ten seconds",
             LongPast,
             stacklevel=level_of_caller(),
         )
@@ -68,7 +68,7 @@ class Kept:
         """The remedy for the user: how to keep more."""
         if self.ps is not None:
             return keep_more(self.ps)
-        return f"a server keeps the last {self.stretches} stretches: ask earlier, or replay its journal"
+        return f"a server keeps the last {self.stretches} stretches: query earlier, or replay its journal"
 
     def refusal(self, start: int, since: int) -> NotRecorded:
         """Return the error for a query about an instant before the kept past."""
@@ -79,4 +79,4 @@ class Kept:
 
 def keep_more(ps: int) -> str:
     """Return the remedy for a query beyond the past that a bench keeps (ps)."""
-    return f"make the bench with more than keep={readable(ps)!r}"
+    return f"make the bench with a longer keep than {readable(ps)!r}"

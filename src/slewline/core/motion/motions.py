@@ -1,13 +1,13 @@
-"""The motions of an axis: when each begins, by what, at which rates, when and why it ends, and other events.
+"""The motions of an axis: start, command, rates and end of each, the reason for the end, and other events.
 
     command      MotionStart               Mark            MotionEnd        MotionStart
        |             |                       |                |                  |
-       v     sets out| first step            | "ABORT"        | "stopped"        |
+       v      starts | first step            | "ABORT"        | "stopped"        |
     ---.-------------|.....___---------------|---___----------|------------------|....___---
                      |<-- ideal, from the first step on -->|
-                                             departs: the motion follows its ideal no longer
+                                             departs: the motion no longer follows its ideal
 
-Recording costs an append: names, rates and ideals are made on request.
+Recording costs an append: names, rates and ideals are computed on request.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class MotionEnd:
         why: "done": the motion was completed; "stopped": it was ended early by a command or an input (ABORT, Z, STOP,
             another profile mode ...); "limit": a limit switch or the end of the position counter ended it; "changed":
             another motion replaced it without a rest; "cut": it was cut off immediately, even within a step (K, reset,
-                or motor or supply switched off).
+            or motor or supply switched off).
     """
 
     time_ps: int

@@ -105,7 +105,7 @@ class Quantity:
         return self.changes(start, stop)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return a picture of the window (ps), `columns` columns wide: at most about four points per column."""
+        """Return the outline of the window (ps) for a picture of `columns` columns: about 4 points a column at most."""
         return thinned(self.changes(start, stop), start, stop, columns)
 
 
@@ -126,7 +126,7 @@ class Velocity(Quantity):
         return Outline(*self.axis.velocities(start, stop))
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
+        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
         import numpy as np
 
         driven = self.axis.driven(start, stop)
@@ -168,7 +168,7 @@ class Position(Quantity):
         return self._broken(times, axis.unwrapped_at(times), times, loads)
 
     def outline(self, start: int, stop: int, columns: int) -> Outline:
-        """Return a picture of start <= t <= stop (ps), `columns` columns wide."""
+        """Return the outline of start <= t <= stop (ps) for a picture of `columns` columns."""
         import numpy as np
 
         axis = self.axis

@@ -38,11 +38,11 @@ class TrainView:
 
     @property
     def rises(self) -> Events:
-        """Its edges to high."""
+        """The rising edges of the output."""
         raise NotImplementedError
 
     def clock(self, level: int, since: int) -> Events:
-        """Return the edges to a level after an instant (ps): it falls when a step begins."""
+        """Return the edges to a level after an instant (ps); the output falls when a step begins."""
         return Since(self.rises if level else self.of, since)
 
 
@@ -53,7 +53,7 @@ class StepView(TrainView):
 
     @property
     def rises(self) -> Events:
-        """Its edges to high, one per step."""
+        """The rising edges of the output, one per step."""
         return Rises(self)
 
     def rise(self, k: int) -> int:
@@ -86,7 +86,7 @@ class StepView(TrainView):
 
 
 class Rises(Events):
-    """The rises of an output that shows each step of a train."""
+    """The rising edges of an output that shows each step of a train."""
 
     def __init__(self, view: StepView) -> None:
         self.view, self.clock = view, view.of.train.clock

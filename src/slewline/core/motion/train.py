@@ -9,7 +9,7 @@ a division; arrays are made only for the window requested.
     __|              |____|          PULSE is low from the start of a step to `high` before its end
                      |<-->| high
 
-The nets of a motor that show it are in step_views.py.
+The outputs of a motor that show a train are in step_views.py.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ class RunTable:
 
     @cached_property
     def shown(self) -> list[int]:
-        """The first run, a slowest, a fastest and the last one, for pictures."""
+        """The first, a slowest, a fastest and the last run, for pictures."""
         return shown(self.intervals)
 
 

@@ -26,7 +26,7 @@ class Stored(Protocol):
 
     @property
     def data(self) -> bytes:
-        """Its bytes."""
+        """The bytes of the instruction."""
 
     @property
     def text(self) -> str:

@@ -49,7 +49,7 @@ class Task:
         self.value: Any = None
 
     def _run(self, _value: None) -> None:
-        """Run the first lines."""
+        """Run the coroutine up to its first wait."""
         self.coroutine = self.begin()
         self.send = self.coroutine.send
         self.send(None)

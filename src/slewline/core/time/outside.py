@@ -26,8 +26,7 @@ class Outside:
     `on_input` is called with every input from outside: the verb and its arguments, as plain data that can be recorded
     and repeated.  `write` is called last, just before the input takes effect: inputs that a listener makes, or time
     that it lets pass, are recorded before the input itself.  `let_pass` lets time pass until a condition is met, or
-    raises Timeout;
-    None: time cannot pass.
+    raises Timeout; None: time cannot pass.
     """
 
     __slots__ = ("_inside", "_queueing", "let_pass", "on_input", "write")

@@ -72,7 +72,7 @@ class Characters:
 
     @property
     def wave(self) -> Wave:
-        """All of their edges."""
+        """All edges of the characters."""
         if self._wave is None:
             frames, start = self.frames, self.start
             times: list[int] = []

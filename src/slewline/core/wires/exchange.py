@@ -1,19 +1,19 @@
-r"""Exchanges as values: what two ends do with each other costs nothing on the wires while nothing else looks.
+r"""Exchanges as values: a transfer between two ends costs nothing on the wires while they are not observed.
 
-    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a drawn line: asked, not played
+    strobe      ‾‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾     a drawn line: queried, not played
     bus         ----<  byte  >----------     a drawn line
-    value             one call          |    a probe comes, or another driver:  withdraw
+    value             one call          |    a probe is added, or another driver:  withdraw
     real                                |    the rest as waves, which the ends watch
 
-A bus cycle or a strobe has many edges, and all of them follow from a few numbers: when it begins, an address, a byte.
-While both ends are known, and nothing else watches, samples or drives their wires, no edge is an instant: one end calls
-the other with what comes over, and each driver shows a `DrawnLine`, which works out its edges when asked for a level.
+A bus cycle or a strobe has many edges, and all of them follow from a few numbers: its start, an address, a byte.  While
+both ends are known, and nothing else watches, samples or drives their wires, edges are not instants of the run: one end
+calls the other with the data, and each driver has a `DrawnLine`, which computes its edges when its level is queried.
 All of them follow from the state of the exchange, a few values.  Where a wire is recorded the states are kept, and the
-edges are worked out when they are asked for (`PastExchanges`).
+edges are computed on request (`PastExchanges`).
 
-As soon as anything begins to look, or any other driver is given something, the exchange is withdrawn: the lines become
-the waves that they were, the ends watch their nets again, and the rest goes edge by edge.  Edge by edge is also how
-everything goes that is not quiet: the twin, to which an exchange is equal in every edge, byte and finding.
+As soon as anything begins to observe the wires, or any other driver gets a level, the exchange is withdrawn: the lines
+become ordinary waves, the ends watch their nets again, and the rest continues edge by edge.  Everything else also goes
+edge by edge, as does the twin, to which an exchange is equal in every edge, byte and finding.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from ..time.events import When
 from .net import Driver, Net
 from .wave import Level, Wave, floats
 
-SEGMENT = 1024  # exchanges that one entry of a log stands for: a recorder drops old entries
+SEGMENT = 1024  # exchanges in one entry of a log: a recorder drops old entries
 
-Shown = Callable[[Any], Wave]  # of the state of an exchange: what a driver shows of it
+Shown = Callable[[Any], Wave]  # from the state of an exchange to the wave of a driver
 
 
 class End(Protocol):
-    """An end of exchanges: it watches some nets; while an exchange is a value it is called with what comes over."""
+    """An end of exchanges: it watches some nets; while an exchange is a value it is called with the data instead."""
 
     @property
     def watches(self) -> Sequence[tuple[Net, Callable[[Net], object]]]:
-        """Nets, each with what is called when it changes."""
+        """Nets, each with the function to call when it changes."""
 
 
 class DrawnLine:
-    """What a driver shows of the exchange in progress, or showed of the last one; worked out when asked for."""
+    """The waveform of a driver in the present or the last exchange, computed on request."""
 
     __slots__ = ("driver", "exchange", "shown")
     until: int | None = None
@@ -50,12 +50,12 @@ class DrawnLine:
 
     @property
     def wave(self) -> Wave:
-        """All of its edges."""
+        """All edges of the line."""
         return self.shown(self.exchange.state)
 
     @property
     def floats(self) -> bool:
-        """Does it let go of the wire at times?"""
+        """True if it releases the wire at times."""
         return floats(self.wave)
 
     def level(self, ps: int) -> Level:
@@ -63,7 +63,7 @@ class DrawnLine:
         return self.wave.level(ps)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps); None: no edge is foreseen."""
         return self.wave.after(ps)
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
@@ -72,11 +72,11 @@ class DrawnLine:
 
 
 class PastExchanges:
-    """What a net showed of exchanges, one after the other: an entry of its log.
+    """The waveform of a net over consecutive exchanges: an entry of its log.
 
     Args:
         net: the net.
-        shown: what each driver on it shows of a state.
+        shown: for each driver on it, a function from a state to its wave.
     """
 
     __slots__ = ("net", "shown", "starts", "states")
@@ -108,7 +108,7 @@ class PastExchanges:
         return times, levels
 
     def _together(self, waves: list[Wave], ps: int) -> Level:
-        """Return the level that the drivers make, at an instant (ps)."""
+        """Return the combined level of the drivers at an instant (ps)."""
         return waves[0].level(ps) if len(waves) == 1 else self.net.wired([wave.level(ps) for wave in waves])[0]
 
     def _edges(self, start: int, stop: int | None) -> Iterator[tuple[list[int], list[Level]]]:
@@ -133,18 +133,18 @@ class PastExchanges:
 
 
 class Exchange:
-    """What may go between ends as a value.
+    """A transfer between ends that may go as a value.
 
     Args:
-        led: the drivers of the end that leads, each with a function of the state of an exchange that returns its wave.
-            When an exchange is withdrawn, they show the rest of it.
-        answering: the same of those that answer.  When it is withdrawn, they stay as they are, until their end hears
-            of the next edge.
-        ends: what watches the nets.
-        withdrawn: called with the last instant (ps) of which the value is true, before the ends watch again.
+        led: the drivers of the leading end, each with a function from the state of an exchange to its wave.  When an
+            exchange is withdrawn, they play the rest of it.
+        answering: the same for the answering ends.  When an exchange is withdrawn, they keep their levels until their
+            end is notified of the next edge.
+        ends: the ends that watch the nets.
+        withdrawn: called with the last instant (ps) for which the value holds, before the ends watch again.
 
     Attributes:
-        state: that of the exchange in progress, or of the last one; what the drivers show follows from it alone.
+        state: that of the present or the last exchange; the waveforms of the drivers follow from it alone.
     """
 
     def __init__(
@@ -160,13 +160,13 @@ class Exchange:
         self.state: Any = None
         self.by_value = False
         self.nets: tuple[Net, ...] = ()  # of the wires, while it goes by value
-        self.watches: Sequence[tuple[Net, Callable[[Net], object]]] = ()  # what the ends watch of them otherwise
+        self.watches: Sequence[tuple[Net, Callable[[Net], object]]] = ()  # the nets that the ends watch otherwise
         self.recorded = False  # one of the nets has a log
-        self.starts: list[int] = []  # of the exchanges that the last entries of the logs stand for
+        self.starts: list[int] = []  # of the exchanges in the last entries of the logs
         self.states: list[Any] = []
 
     def begin(self, state: Any) -> bool:
-        """Return whether the exchange that begins now goes by value: all its edges are yet to come."""
+        """Return whether the exchange that begins now goes by value; all its edges must be in the future."""
         before, self.state = self.state, state
         if not self.by_value and not self._enter():
             self.state = before
@@ -188,7 +188,7 @@ class Exchange:
                 net.log_from(now, PastExchanges(net, shown, self.starts, self.states))
 
     def _enter(self) -> bool:
-        """Go by value from now on, if nothing else takes part in any wire, or looks at one."""
+        """Go by value from now on, unless anything else drives or observes one of the wires."""
         lines = [*self.led, *self.answering]
         drivers = {line.driver for line in lines}
         roots = {line.driver.net: None for line in lines}
@@ -223,7 +223,7 @@ class Exchange:
         return [net for net in self.nets if net.root in roots]
 
     def withdraw(self) -> None:
-        """Go on edge by edge: something looks at one of the wires, or is about to drive it."""
+        """Continue edge by edge: one of the wires is observed, or is about to be driven."""
         nets, self.nets, self.by_value = self.nets, (), False
         seen = nets[0].kernel.seen
         for line in self.led:
@@ -249,7 +249,7 @@ E = TypeVar("E", bound=Exchange)
 
 
 class Leader(Generic[E]):
-    """The end that leads: it looks for the other ends on a wire, and for what may go over to them as a value.
+    """The leading end: it finds the other ends on a wire, and the possible exchange with them.
 
     Args:
         net: of the wire.
@@ -261,19 +261,19 @@ class Leader(Generic[E]):
         self.exchange: E | None = None
 
     def made(self, ends: tuple[Any, ...]) -> E | None:
-        """Return what is possible with the ends that are on the wire now; None: nothing."""
+        """Return the exchange that is possible with the ends on the wire; None: none is."""
         raise NotImplementedError
 
     def possible(self) -> E | None:
-        """Return what is possible now; None: nothing."""
+        """Return the exchange that is possible now; None: none is."""
         exchange = self.exchange
-        if exchange is None or not exchange.by_value:  # else nothing has been wired meanwhile
+        if exchange is None or not exchange.by_value:  # else the wiring is unchanged
             ends = tuple(end for net in self.net.root.joined or (self.net,) for end in net.ends)
             if ends != self.ends:
                 self.ends, self.exchange = ends, self.made(ends)
         return self.exchange
 
     def leave(self) -> None:
-        """Go edge by edge from now on."""
+        """Continue edge by edge from now on."""
         if self.exchange is not None and self.exchange.by_value:
             self.exchange.withdraw()

@@ -1,4 +1,4 @@
-r"""Bytes over a two-line handshake as a value: those of a command, up to the one that ends it.
+r"""Bytes over a two-line handshake as a value: the bytes of a command, up to its last one.
 
     I/O REQUEST  ‾‾\______/‾‾‾\______/‾‾‾\______/‾‾‾‾‾‾‾‾‾‾‾‾‾‾     led by the host
     INSTROBE     ‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾\_/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
@@ -6,11 +6,11 @@ r"""Bytes over a two-line handshake as a value: those of a command, up to the on
     bytes            R   |       5  |      CR   |           |
     value          start                      taken       opened
 
-A chip that only keeps a byte takes the same time for each, and a host that never hesitates answers every edge in its
-instant; so all of it follows from when it begins, and neither of them is woken until the last byte is taken.  What the
-last one brings about takes its time, and READY returns when the chip says so.
+A chip that only stores a byte takes the same time for each, and a host without delay responds to every edge at the same
+instant; so all edges follow from the start, and neither end is woken until the last byte is taken.  The effect of the
+last byte takes its time, and READY returns when the chip reports it.
 
-What is withdrawn goes on edge by edge (exchange.py): host and chip wait for what they would wait for by then.
+A withdrawn exchange continues edge by edge (exchange.py): host and chip then wait for the edges that come next.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from .wave import Level, Wave
 
 
 class ByteTimes(NamedTuple):
-    """What happens to a byte, in clocks from its request on.
+    """The times of the edges of a byte, in clocks from its request on.
 
     Attributes:
         strobe: INSTROBE falls.
-        sample: it rises, and the bus is read.
+        sample: INSTROBE rises, and the bus is read.
         busy: READY falls.
-        kept: READY returns, after a byte that is only kept.
+        kept: READY returns, after a byte that is only stored.
     """
 
     strobe: int
@@ -44,7 +44,7 @@ class ByteTimes(NamedTuple):
 
 
 class HandshakeStage(Enum):
-    """How far a chip is with a byte."""
+    """The progress of a chip with a byte."""
 
     AWAITED = "it waits for the request"
     REQUESTED = "it waits for the end of INSTROBE"
@@ -54,11 +54,11 @@ class HandshakeStage(Enum):
 
 
 class HandshakenBytes:
-    """Bytes that go over one after the other, each with its handshake.
+    """Consecutive bytes, each with its handshake.
 
     Attributes:
         start: the first request (ps); `tick`: the clock at which the chip sees it.
-        before: what the host has on the bus before; `released`: it lets go of it when the last byte is taken.
+        before: the host's level on the bus before; `released`: the host releases the bus when the last byte is taken.
         opened: when READY returns after the last one (ps); None: that is not known yet.
     """
 
@@ -73,11 +73,11 @@ class HandshakenBytes:
         self.opened: int | None = None
 
     def instant(self, number: int, clocks: int) -> int:
-        """Return when so many clocks have passed since the request of a byte (ps)."""
+        """Return the instant that is `clocks` after the request of a byte (ps)."""
         return self.clock.ps(self.tick + number * self.times.kept + clocks)
 
     def passed(self, ps: int, clocks: int) -> int:
-        """Return for how many bytes so many clocks have passed since their requests, at an instant (ps)."""
+        """Return the number of bytes whose requests are at least `clocks` before an instant (ps)."""
         number = (self.clock.ticks_until(ps) - self.tick - clocks) // self.times.kept + 1
         return max(min(number, len(self.data)), 0)
 
@@ -104,56 +104,56 @@ class HandshakenBytes:
 
     @property
     def on_bus(self) -> Level:
-        """What the host shows on the bus in the end."""
+        """The host's level on the bus after the last byte."""
         return None if self.released else (0xFF, self.data[-1])
 
     def request(self) -> Wave:
-        """Return what I/O REQUEST shows."""
+        """Return the waveform of I/O REQUEST."""
         pairs = zip(self._requests, self._instants(self.times.busy), strict=True)
         return Wave(1, tuple(time for pair in pairs for time in pair), (0, 1) * len(self.data))
 
     def bus(self) -> Wave:
-        """Return what the host shows on the bus."""
+        """Return the waveform of the host's output on the bus."""
         levels: tuple[Level, ...] = tuple((0xFF, byte) for byte in self.data)
         if not self.released:
             return Wave(self.before, tuple(self._requests), levels)
         return Wave(self.before, (*self._requests, self.last), (*levels, None))
 
     def strobe(self, active: int) -> Wave:
-        """Return what INSTROBE shows."""
+        """Return the waveform of INSTROBE."""
         pairs = zip(self._instants(self.times.strobe), self._instants(self.times.sample), strict=True)
         return Wave(1 - active, tuple(time for pair in pairs for time in pair), (active, 1 - active) * len(self.data))
 
     def ready(self) -> Wave:
-        """Return what READY shows."""
+        """Return the waveform of READY."""
         times = [time for pair in zip(self._instants(self.times.busy), self._requests[1:]) for time in pair]  # noqa: B905
         times = [*times, self.last, *([] if self.opened is None else [self.opened])]
         return Wave(1, tuple(times), ((0, 1) * len(self.data))[: len(times)])
 
 
 class SendingEnd(Protocol):
-    """The host's end: it sends bytes."""
+    """The host's end, which sends bytes."""
 
     request: Driver
     bus: Driver
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return what it waits for at a byte of what it sends: the levels of nets, the first one of which wakes it.
+        """Return the levels of nets for which the host waits at a byte; the first one that occurs wakes it.
 
         Args:
-            low: it requests that byte; else it is about to.
+            low: True: the host requests that byte; False: it is about to.
         """
 
 
 class TakingEnd(End, Protocol):
-    """The chip's end: it takes bytes.
+    """The chip's end, which takes bytes.
 
     Attributes:
-        awaiting: it waits for I/O REQUEST, and for what else is in `awaited`: (net, level).
+        awaiting: it waits for I/O REQUEST, and for the other levels in `awaited`: (net, level).
         token: that of its task when it began to wait.
-        held: nets by whose levels it goes.
-        instrobe: the output that says when the bus is read, if it has one.
-        exchange: by which bytes come as a value, if they do at present.
+        held: nets whose levels control it.
+        instrobe: the output that shows when the bus is read, if it has one.
+        exchange: the exchange by which bytes arrive as a value at present, if any.
     """
 
     awaiting: bool
@@ -169,35 +169,38 @@ class TakingEnd(End, Protocol):
 
     @property
     def task(self) -> Task:
-        """The chip's task, while that waits."""
+        """The chip's task, while it waits."""
 
     @property
     def at_letter(self) -> bool:
-        """Does a command begin with the next byte?"""
+        """True if the next byte begins a command."""
 
     def takes(self, data: bytes, at: int) -> int:
-        """Return how many bytes, from a place on, it takes as a value, all but the last one only to keep them."""
+        """Return the number of bytes, from index `at` on, that it takes as a value; all except the last are stored."""
 
     def begins(self, coming: HandshakenBytes) -> None:
-        """Bytes begin to come."""
+        """Prepare for bytes whose transfer begins now."""
 
     def reached(self, number: int, stage: HandshakeStage) -> int | None:
-        """Be as far as this with a byte, the ones before it kept; return when to go on (ps); None: when it is asked."""
+        """Store the bytes before `number`, and take that byte up to a stage.
+
+        Return when to continue (ps); None: when called.
+        """
 
     def counted(self, low: bool) -> None:
-        """I/O REQUEST is low, or high again, for the last byte that was taken."""
+        """Record that I/O REQUEST is low, or high again, for the last byte that was taken."""
 
 
 class Handshakes(Exchange):
-    """What goes by handshakes between a host and a chip, as a value.
+    """The handshakes between a host and a chip, as a value.
 
     Args:
         host, chip: the ends.
 
     Attributes:
-        over: the last byte has been taken; how long the chip needs for what it brings about is its own affair.
-        through: how many bytes the host was through with when its wait ended; `gone`: at a withdrawal.
-        low: after that, it still requests the next one.
+        over: the last byte has been taken; the chip may still need time for its effect.
+        through: the number of bytes that the host had completed when its wait ended; `gone`: at a withdrawal.
+        low: after a withdrawal, the host still requests the next one.
     """
 
     def __init__(self, host: SendingEnd, chip: TakingEnd) -> None:
@@ -213,13 +216,13 @@ class Handshakes(Exchange):
         self.host, self.chip, self.kernel = host, chip, host.request.kernel
         self.over, self.gone, self.low, self.through = True, 0, False, 0
         self.sender: Task | None = None  # the host's task, which waits for the end
-        self.woken = False  # it has been
+        self.woken = False  # it has been woken
         self.held: tuple[Net, ...] = ()
 
-    # ------------------------------------------------------------------------------------------------------ going over
+    # -------------------------------------------------------------------------------------------------------- by value
     @property
     def opened(self) -> bool:
-        """Does it go by value, and is READY high?"""
+        """True while bytes go by value and READY is high."""
         return self.by_value and self.state.opened is not None
 
     def send(self, coming: HandshakenBytes) -> bool:
@@ -233,13 +236,13 @@ class Handshakes(Exchange):
 
     @property
     def under_way(self) -> int:
-        """How many bytes the host is through with, of those for whose end it waits."""
+        """The number of bytes that the host has completed, of those for whose end it waits."""
         if self.sender is None:
             return 0
         return self.state.passed(self.kernel.seen, self.state.times.busy) if self.by_value else self.gone
 
     async def end(self) -> None:
-        """Wait until READY is high again, or, where nothing follows, low for the last byte (in the host's task)."""
+        """Wait until READY is high again, or, if no byte follows, low for the last byte (in the host's task)."""
         self.sender, self.woken = self.kernel.current(), False
         try:
             await suspended()
@@ -247,14 +250,14 @@ class Handshakes(Exchange):
             self.through, self.sender = self.under_way, None
 
     def taken(self) -> None:
-        """The last byte is taken, now (called by the chip)."""
+        """Record that the last byte is taken, now (called by the chip)."""
         self.over = True
         self.chip.request.changed_at = self.state.last
         if self.state.released:
             self._wake_sender()
 
     def opens(self) -> None:
-        """READY returns, now (called by the chip)."""
+        """Record that READY returns, now (called by the chip)."""
         self.state.opened = self.kernel.now
         if not self.state.released:
             self._wake_sender()
@@ -290,7 +293,7 @@ class Handshakes(Exchange):
         return True
 
     def _watch_request(self, awaited: bool) -> None:
-        """Let the chip see I/O REQUEST, and wait for it."""
+        """Let the chip watch I/O REQUEST, and wait for it."""
         chip = self.chip
         chip.request.latched = True
         if awaited:
@@ -322,7 +325,7 @@ class Handshakes(Exchange):
                     net.follow()
 
     def _left(self, seen: int) -> None:
-        """Let the wires show what has been driven in this instant, and the strobe that has begun."""
+        """Give the wires the levels driven in this instant, and the strobe that has begun."""
         coming, now = self.state, self.kernel.now
         for line in self.answering:
             wave, driver = line.wave, line.driver
@@ -342,7 +345,7 @@ class Handshakes(Exchange):
                 driver.promise = Wave(wave.level(seen), times, levels)
 
     def _resume(self, coming: HandshakenBytes, seen: int) -> bool:
-        """Let the chip go on in the middle of bytes; return whether it waits for a request."""
+        """Let the chip continue in the middle of bytes; return whether it waits for a request."""
         chip, task, kernel, now = self.chip, self.chip.task, self.kernel, self.kernel.now
         number, times = coming.current(seen), coming.times
         sample, busy = coming.instant(number, times.sample), coming.instant(number, times.busy)
@@ -374,5 +377,5 @@ class Handshakes(Exchange):
 
 @coroutine
 def suspended() -> Generator[None, None, None]:
-    """Wait until somebody else wakes the task."""
+    """Wait until another task wakes this one."""
     yield

@@ -200,7 +200,7 @@ class TakesWhole(Protocol):
     """A receiver that takes a line of characters as a whole (characters.py).
 
     Attributes:
-        rests: True while it waits for a line, with nothing on the wire.
+        rests: True while it waits for a line, with the wire at rest.
         frames: the characters that it receives, `characters.FrameTable`.
     """
 
@@ -234,7 +234,7 @@ class WiringChange:
         self.net, self.next, self.pending = net, None, True
 
     def take(self) -> None:
-        """Commit (called by the kernel)."""
+        """Commit the change of the wiring (called by the kernel)."""
 
 
 class Net:

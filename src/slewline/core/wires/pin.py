@@ -183,7 +183,7 @@ class Terminal:
     @level.setter
     def level(self, level: int | None) -> None:
         what = "release()" if level is None else f"drive({level!r})"
-        raise NoSuchAttribute(f"{self.name}: level cannot be set: it is what the wire shows; write pin.{what}")
+        raise NoSuchAttribute(f"{self.name}: level cannot be set: it is the state of the wire; write pin.{what}")
 
     @property
     def held(self) -> int | None:
@@ -201,7 +201,7 @@ class Terminal:
             WiringError: the pin carries no signal (a supply pin, for example), or is a whole bus.
         """
         if level not in (0, 1):
-            raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1 (release() lets go)")
+            raise UsageError(f"{self.name}: level {level!r}; allowed 0, 1 (release() releases the pin)")
         self._put(level, self._instant(at))
 
     def release(self, at: Time | None = None) -> None:

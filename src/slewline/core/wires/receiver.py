@@ -256,12 +256,13 @@ class Receiver:
         return self.line is line
 
     def _plan(self, line: Characters) -> int:
-        """Return the instant (ps) at which the owner next acts at a character of a line, or the line is complete."""
+        """Return the instant (ps) of the next character of a line at which the owner acts, or the end of the line."""
         self.acts_at = self._acts_next(line)
         self.due = self._complete_at(line, min(self.acts_at, len(line.data) - 1))
         return self.due
 
     def take_over(self, line: Characters) -> None:
+        """Receive a line that a sender hands over at its start: plan it, as if the start bit had been seen."""
         task: Task = self.task  # type: ignore[assignment]  # a receiver at rest has one
         self.line, self.at, self.rests = line, 0, False
         task.token += 1

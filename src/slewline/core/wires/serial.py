@@ -2,7 +2,7 @@ r"""Asynchronous characters on a wire: a start bit, data bits (lowest first), pa
 
     mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾
     space      start  ^     ^           ^      ^         ^
-                      a receiver looks in the middle of each bit, on a clock of sixteen times the baud rate
+                      a receiver samples the middle of each bit, on a clock of sixteen times the baud rate
 
 A wire rests at *mark*: 1 on a TTL line, 0 on an RS-232 line, whose mark is the negative voltage.
 """
@@ -40,7 +40,7 @@ class CharacterFormat:
         """Return the format itself, checked.
 
         Raises:
-            UsageError: bits, parity or stop bits that there are not.
+            UsageError: bits, parity or stop bits that do not exist.
         """
         if (
             self.bits not in range(5, 9)
@@ -87,34 +87,34 @@ class LineSetting(NamedTuple):
 
     @property
     def character_s(self) -> float:
-        """Seconds that a character takes."""
+        """Length of a character, in seconds."""
         return self.word.ticks / OVERSAMPLING / float(self.baud)
 
     @property
     def in_full(self) -> str:
-        """As the settings of a serial port name it."""
+        """Rate and format in the words of the settings of a serial port."""
         word = self.word
         parity = "no" if word.parity == "none" else word.parity
         return f"{self.baud} baud, {word.bits} data bits, {parity} parity, {word.stop} stop bit{'s' * (word.stop != 1)}"
 
 
 class ReceivingEnd(Protocol):
-    """What listens at the end of a line; its settings can be read by a part that is wired to it."""
+    """A receiver at the end of a line; a part that is wired to it can read its settings."""
 
     @property
     def setting(self) -> LineSetting:
-        """Rate and format at which it listens."""
+        """Rate and format at which it receives."""
 
     @property
     def set_by(self) -> str:
-        """What has set them, in words; empty: nothing that could be changed."""
+        """What sets rate and format, in words; empty: they cannot be changed."""
 
     def instead(self, baud: int | str) -> str:
-        """Return what would let it listen at another rate, in words; empty: nothing."""
+        """Return how to set another rate, in words; empty: it cannot be set."""
 
 
 def disagreement(who: str, mine: LineSetting, whom: str, ear: ReceivingEnd) -> str:
-    """Return in which way two ends of a line are set differently, and what to do; empty: they agree."""
+    """Return the difference between the settings of two ends of a line, and the remedy; empty: they agree."""
     theirs = ear.setting
     if str(mine) == str(theirs):  # a stop bit may be 1 or "1"
         return ""
@@ -126,7 +126,7 @@ def disagreement(who: str, mine: LineSetting, whom: str, ear: ReceivingEnd) -> s
 
 
 def rate_disagreement(who: str, baud: int | str, whom: str, ear: ReceivingEnd) -> str:
-    """Return as `disagreement` does, of an end whose rate alone is known."""
+    """Return the same as `disagreement`, for an end of which only the rate is known."""
     theirs = ear.setting
     if str(baud) == str(theirs.baud):
         return ""
@@ -140,7 +140,7 @@ BAUD = Option("baud", "number", 9600, "rate of the line; sixteen times the rate 
 
 
 def word_options(bits: int, parity: str, stop: int | str) -> tuple[Option, ...]:
-    """Return the options of a part that say how characters look, with these defaults."""
+    """Return the options of a part for the format of its characters, with these defaults."""
     return (
         Option("bits", "int", bits, "data bits of a character", low=5, high=8),
         Option("parity", "choice", parity, "parity of a character", choices=tuple(PARITIES.values())),
@@ -152,7 +152,7 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
     """Return the clock of sixteen times a baud rate.
 
     Raises:
-        UsageError: a rate of which sixteen times is not whole hertz.
+        UsageError: sixteen times the rate is not a whole number of hertz.
     """
     try:
         rate = OVERSAMPLING * Fraction(str(baud))
@@ -164,16 +164,16 @@ def bit_clock(baud: int | str | Fraction, owner: str) -> Clock:
 
 
 class Straps:
-    """What the strap pins of a part on a serial line say at this moment; the part that has wired them may look.
+    """The present settings from the strap pins of a part on a serial line, also readable by the part wired to them.
 
-    `setting` is what it has made of them: it looks at them when it is switched on.
+    `setting` is the one in use: the part reads its straps when it is switched on.
 
     Args:
         port: the serial line among the channels of the part.
         pins: the pins of the part, by name.
         kept: the bits that a checksum always has.
-        address: whatever the pins say; None: what they say.
-        backwards: the pins of the address count the other way round.
+        address: a fixed address, whatever the pins; None: that of the pins.
+        backwards: the pins of the address count in reverse order.
     """
 
     __slots__ = ("_address", "_checksum", "fixed", "kept", "order", "pins", "port", "taken", "word")
@@ -191,16 +191,16 @@ class Straps:
         self.order = port.address_pins[:: -1 if backwards else 1]
         self._address = [pins[name].net for name in self.order]
         self._checksum = pins[port.checksum_pin].net if port.checksum_pin else None
-        self.taken: int | None = None  # the rate at which the part listens; None: it has not looked
+        self.taken: int | None = None  # the rate at which the part receives; None: it has not read the straps
         self.word = CharacterFormat(port.bits, port.parity, port.stop)
 
     @property
     def baud(self) -> int:
-        """The rate that they ask for."""
+        """Rate that the pins select, in baud."""
         return self.port.bauds[strapped(self.pins, self.port.baud_pins)]
 
     def take(self) -> int:
-        """Return the rate that they ask for, at which the part listens from now on."""
+        """Return the rate that the pins select, at which the part receives from now on."""
         self.taken = self.baud
         return self.taken
 
@@ -220,17 +220,17 @@ class Straps:
         return self.instead(self.setting.baud)
 
     def instead(self, baud: int | str) -> str:
-        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap gives it."""
+        """Return the straps of a rate, such as "br0=0, br1=0, br2=0"; empty: no strap selects it."""
         return self.port.strapping(baud)
 
     @property
     def checked(self) -> bool:
-        """Do they ask for checksums?"""
+        """True if the pins select checksums."""
         return self._checksum is not None and self._checksum.level != 0
 
     @property
     def address(self) -> int:
-        """The address that stands in front of the lines of the part; 0: none does."""
+        """The address before each line to the part; 0: there is none."""
         if self.fixed is not None:
             return self.fixed
         address = self._address

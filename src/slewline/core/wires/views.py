@@ -28,7 +28,7 @@ TRIES = 16  # changes of inputs without effect; then `after` returns the instant
 
 
 class View:
-    """A promise that follows from others; `until` is the least of theirs and its own bound."""
+    """A promise that follows from others; `until` is the earliest of theirs and of its own bound."""
 
     __slots__ = ("_bound",)
     floats = False

@@ -32,7 +32,7 @@ def wait_for(net: Net, wanted: int | None) -> None:
 
 
 def wait_at_rest(net: Net, rest: int) -> None:
-    """Register the running task for the end of a level, 0 or 1, of a net of which no edge is foreseen."""
+    """Register the running task for the end of a level, 0 or 1, of a net without a foreseen edge."""
     net.value = rest  # while nothing waited for it, it did not follow its promise
     net.waiters.append((net.kernel.task, net.kernel.task.token, 1 - rest))  # type: ignore[union-attr,arg-type]
 

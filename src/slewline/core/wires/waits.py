@@ -41,7 +41,7 @@ def level(net: Net, wanted: int) -> Generator[None, Any, None]:
 
 @coroutine
 def edge_from_rest(net: Net, rest: int) -> Generator[None, Any, None]:
-    """Wait until a net leaves a level, 0 or 1, at which it is, and no edge of which is foreseen."""
+    """Wait until a net without a foreseen edge leaves its present level, 0 or 1."""
     wait_at_rest(net, rest)
     yield
 

@@ -18,7 +18,7 @@ __all__ = ["KEPT", "Lines", "Refusal", "checksum", "framed", "parse", "places", 
 
 
 class LineReader(Reader):
-    """A line that is one command."""
+    """A line with one command."""
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
         dialect, text = spoken_as(self.sheet, Lines), self.text
@@ -35,7 +35,7 @@ class LineReader(Reader):
         return ()
 
     def refused(self, found: Refusal) -> None:
-        """Report a line that the chip refuses."""
+        """Report a line that the chip would refuse."""
         code = {"unknown": "unknown-command", "argument": "bad-argument"}.get(found.code, found.code)
         forms = alike(self.sheet, self.text)
         where = "" if found.code == "unknown" else forms[0].where
@@ -53,8 +53,8 @@ class Lines(Dialect[LineRow]):
         busy: the answer of a part that cannot execute a command yet.
         garbled: the answer to a line that was received with errors, and is ignored.
         refusals: the answers to commands that were not executed.
-        questions: the commands that ask for a value and change nothing, by what they ask for, each with the pattern of
-            its answer.
+        questions: the commands that query a value and change nothing, by the value, each with the pattern of its
+            answer.
         where: the section of the manual.
         opcodes: the trust in the opcodes: "stated" by the manual, or else "chosen".
     """
@@ -71,7 +71,7 @@ class Lines(Dialect[LineRow]):
 
     name = "lines"
     row_type = LineRow
-    constant_bit = KEPT.bit_length() - 1  # wrong, it would pass the checksum
+    constant_bit = KEPT.bit_length() - 1  # an error in this bit would pass the checksum
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
         """Return a reader of one line that begins at a column of the source."""
@@ -84,12 +84,12 @@ class Lines(Dialect[LineRow]):
         return spell(row, values)
 
     def said(self, answer: str) -> str:
-        """Return what an answer means, in words; "": it only accepts the line."""
+        """Return the meaning of an answer, in words; "" if it only accepts the line."""
         return "" if answer == self.accepted else super().said(answer)
 
     def shorter(self, sheet: Sheet) -> str:
-        """Return advice on how a program gets shorter."""
-        return "let a loop repeat what comes again"
+        """Return advice on how to shorten a program."""
+        return "use a loop for repeated commands"
 
     def entered(
         self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement], checked: bool = False
@@ -100,15 +100,15 @@ class Lines(Dialect[LineRow]):
         return b"".join(framed(text, checked) for text in texts)
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return the command of a line, as a list of one; empty: it is none."""
+        """Return the command of a line, as a list of one; empty if it is not a command."""
         found = parse(sheet, text)
         return [found.row] if isinstance(found, Command) else []
 
     def table(self, sheet: Sheet) -> str:
         """Return the table of commands, in Markdown."""
-        own = "Opcodes are the model's own: the sheet gives none. " if self.opcodes == "chosen" else ""
+        own = "Opcodes are the model's own: the sheet states none. " if self.opcodes == "chosen" else ""
         return f"{line_table(sheet.rows(LineRow))}\n\n{own}A carriage return ends a line."
 
     def in_full(self, sheet: Sheet, row: LineRow) -> str:
-        """Return all that is known of a command, in Markdown."""
+        """Return the full description of a command, in Markdown."""
         return line_in_full(sheet, row)

@@ -5,8 +5,8 @@
     A3         letter and number               G+2       a direction, then a number
     +250       a sign and a number             jc1,18    two numbers, a comma between them
 
-A letter may have several forms (G10, G+, G+2); the one whose pattern fits is meant.  Nothing here raises:
-a line that is no command is a `Refusal`, which the chip answers.
+A letter may have several forms (G10, G+, G+2); the one whose pattern fits is selected.  No function here raises: a
+line that is not a command is a `Refusal`, which the chip answers.
 """
 
 from __future__ import annotations
@@ -22,45 +22,45 @@ from ...core.datasheet.table import Arg, Sheet
 from ..dialect import Command, Refusal
 
 CR = 0x0D
-KEPT = 0x10  # the bit that a checksum always has, so that it is never a carriage return
-SIGN = "±"  # the head of a command that begins with its sign
+KEPT = 0x10  # the bit that is always set in a checksum, so that it is never a carriage return
+SIGN = "±"  # head of a command that begins with its sign
 _PATTERNS = {"no": "[0-9]+", "may": "[+-]?[0-9]+", "must": "[+-][0-9]+", "alone": "[+-]"}
 
 
 @dataclass(frozen=True, slots=True)
 class LineCommand(Command):
-    """A line that is a command."""
+    """A line with a valid command."""
 
     row: LineRow
 
 
 def checksum(text: bytes, kept: int = KEPT) -> int:
-    """The checksum character of a line: sum of the codes, seven bits, one of them always set.
+    """Return the checksum character of a line: sum of the codes, seven bits, one of them always set.
 
     Args:
-        text: everything before the checksum, the address included.
+        text: everything before the checksum, including the address.
         kept: the bits that are always set.
     """
     return sum(text) & 0x7F | kept
 
 
 def framed(text: str | bytes, check: bool = True, kept: int = KEPT) -> bytes:
-    """A line as it goes over the wire: with checksum, if one is asked for, and carriage return."""
+    """Return the bytes of a line: with its checksum, if `check`, and a carriage return."""
     line = text.encode("ascii") if isinstance(text, str) else text
     return line + (bytes([checksum(line, kept)]) if check else b"") + b"\r"
 
 
 def spell(row: LineRow, values: Sequence[int]) -> str:
-    """A command as it is written: "S10", "+250", "jc1,18"."""
+    """Return the text of a command: "S10", "+250", "jc1,18"."""
     text = "" if row.head == SIGN else row.head
     for arg, value, before in zip(row.args, values, (None, *row.args), strict=False):
         text += ("," if before is not None and before.sign != "alone" else "") + arg.spell(value)
     return text + (row.tail[0] if row.tail else "")
 
 
-@lru_cache(maxsize=1024)  # hosts say the same things over and over
+@lru_cache(maxsize=1024)  # hosts repeat the same commands
 def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
-    """A line, without address and checksum, as a command of this part."""
+    """Return a line, without address and checksum, as a command of this part."""
     patterns = _patterns(sheet)
     head = next((head for head in patterns if text.startswith(head)), SIGN if text[:1] in ("+", "-") else None)
     if head is None or not patterns.get(head):
@@ -91,16 +91,16 @@ def parse(sheet: Sheet, text: str) -> LineCommand | Refusal:
 
 
 def places(row: LineRow, text: str) -> list[tuple[int, int]]:
-    """Where in a line its arguments stand, first character and end; one that is left out stands at the end."""
+    """Return the places of the arguments in a line, first character and end; an omitted one is at the end."""
     rest = text.removeprefix(row.head)
-    match = cast("re.Match[str]", _pattern(row).fullmatch(rest))  # the line has been read as this command
+    match = cast("re.Match[str]", _pattern(row).fullmatch(rest))  # the line was parsed as this command
     before = len(text) - len(rest)
     spans = [match.span(number) for number in range(1, len(row.args) + 1)]
     return [(before + at, before + end) if at >= 0 else (len(text), len(text)) for at, end in spans]
 
 
 def usage(row: LineRow) -> str:
-    """How a command is written: "A<output>", "G<+/-><input>"."""
+    """Return how a command is written: "A<output>", "G<+/-><input>"."""
     text = "" if row.head == SIGN else row.head
     for arg, before in zip(row.args, (None, *row.args), strict=False):
         comma = "," if before is not None and before.sign != "alone" else ""
@@ -110,14 +110,14 @@ def usage(row: LineRow) -> str:
 
 
 def range_of(arg: Arg) -> str:
-    """The numbers that an argument may be."""
+    """Return the allowed numbers of an argument, in words."""
     if arg.sign == "alone":
         return "+, -"
     return f"{arg.low}..{arg.high}" + ("" if arg.zero else " without 0")
 
 
 def nearest(arg: Arg, value: int) -> int:
-    """Return the number that an argument may be and that is nearest to another one."""
+    """Return the allowed number of an argument that is nearest to a value."""
     return min(max(value, arg.low), arg.high) or 1 - arg.zero
 
 
@@ -129,7 +129,7 @@ def _value(arg: Arg, text: str | None) -> int:
 
 @lru_cache(maxsize=64)
 def _patterns(sheet: Sheet) -> dict[str, list[tuple[LineRow, re.Pattern[str]]]]:
-    """The forms of each head, longest heads first; commands of sister parts have none."""
+    """Return the forms of each head, longest heads first; commands of sister parts have none."""
     heads = sorted({row.head for row in sheet.rows(LineRow)} | set(sheet.foreign), key=lambda head: (-len(head), head))
     return {head: [(row, _pattern(row)) for row in sheet.rows(LineRow) if row.head == head] for head in heads}
 

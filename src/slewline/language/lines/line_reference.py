@@ -1,4 +1,4 @@
-"""The reference of commands that are grammar."""
+"""The reference of commands that are lines."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ STATES = {"i": "idle", "p": "during program entry", "r": "while a program runs"}
 
 
 def line_in_full(sheet: Sheet, row: LineRow) -> str:
-    """Return all that is known of a command, in Markdown: forms, arguments, opcode, answers."""
+    """Return the full description of a command, in Markdown: forms, arguments, opcode, answers."""
     room = f"{row.size} {units(sheet)}, opcode {_opcodes(row)}" if row.stored else "not stored"
     text = [
         f"# {row.name}: {row.says}",
         "",
         f"- line: `{line_grammar.usage(row)}`",
-        f"- taken: {_taken(row)}",
+        f"- accepted: {_taken(row)}",
         f"- program memory: {room}",
         f"- manual: {row.where}",
     ]
@@ -29,8 +29,8 @@ def line_in_full(sheet: Sheet, row: LineRow) -> str:
 
 
 def line_table(commands: Iterable[LineRow]) -> str:
-    """Commands that are lines, as a table."""
-    heads = ("line", "name", "what it does", "arguments", "locations", "opcode", "taken", "manual")
+    """Return commands that are lines, as a table."""
+    heads = ("line", "name", "function", "arguments", "locations", "opcode", "taken", "manual")
     rows = [
         (
             f"`{line_grammar.usage(row)}`",
@@ -49,7 +49,7 @@ def line_table(commands: Iterable[LineRow]) -> str:
 
 def _limits(arg: Arg) -> str:
     unit = f" ({arg.unit})" if arg.unit else ""
-    return f"{line_grammar.range_of(arg)}{unit}{', may be left out' if arg.optional else ''}"
+    return f"{line_grammar.range_of(arg)}{unit}{', optional' if arg.optional else ''}"
 
 
 def _opcodes(row: LineRow) -> str:
@@ -58,6 +58,6 @@ def _opcodes(row: LineRow) -> str:
 
 
 def _taken(row: LineRow) -> str:
-    """In which states it acts at once; a stored one is kept for the program during program entry."""
+    """Return the states in which a command acts immediately; program entry stores it instead."""
     found = [STATES[state] for state in row.when] + (["into the program"] if row.stored else [])
     return ", ".join(found)

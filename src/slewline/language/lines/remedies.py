@@ -1,4 +1,4 @@
-"""What to do about a line that is no command: the linter says it before a run, and a module's finding in one."""
+"""Remedies for a line that is not a command: the linter shows them before a run, and a module's finding during one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def alike(sheet: Sheet, text: str) -> list[LineRow]:
 
 
 def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
-    """Return the remedy for a line that was refused; empty: none is known."""
+    """Return the remedy for a line that was refused; empty if none is known."""
     unknown = found.code == "unknown"
     if LF in text:
         return "lines end with a carriage return alone: leave out the line feed"
@@ -41,7 +41,7 @@ def remedy(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def arguments(sheet: Sheet, text: str) -> str:
-    """Return what stands after the head of a line, where it is a command with other arguments."""
+    """Return the text after the head of a line, if the line is a command with other arguments."""
     heads = [row.head for row in sheet.rows(LineRow) if text.startswith(row.head)]
     head = max(heads, key=len, default=SIGN)
     args = {arg.name: range_of(arg) for row in sheet.rows(LineRow) if row.head == head for arg in row.args}
@@ -50,7 +50,7 @@ def arguments(sheet: Sheet, text: str) -> str:
 
 
 def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
-    """Return what is wrong with a line, in a sentence: what was found, what is allowed, what to do."""
+    """Return the problem of a line, in a sentence: the text found, the allowed values, the remedy."""
     word = remedy(sheet, text, found)
     if not word and found.code == "unknown":
         word = f"its commands begin with {found.allowed}"
@@ -58,7 +58,7 @@ def refusal(sheet: Sheet, text: str, found: Refusal) -> str:
 
 
 def respelled(sheet: Sheet, text: str) -> str:
-    """Return the command that a line would be with other capitals, or without blanks; empty: it would be none."""
+    """Return the command that a line becomes with other capitals, or without blanks; empty for none."""
     tight = text.replace(" ", "")
     return next(
         (spelling for spelling in (tight, tight.lower(), tight.capitalize()) if is_command(sheet, spelling)), ""

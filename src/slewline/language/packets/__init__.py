@@ -44,7 +44,7 @@ __all__ = [
 
 
 class PacketReader(Reader):
-    """A line that is one packet."""
+    """A line with one packet."""
 
     def take(self, labels: tuple[str, ...]) -> tuple[str, ...]:
         found = parse(self.sheet, self.text)
@@ -62,7 +62,7 @@ class PacketReader(Reader):
 class Packets(Words):
     """The dialect in which a command is a packet: a command byte, words to and from the part, a checksum.
 
-    A code that has no row in the command table and is none of these has no data.
+    A code without a row in the command table and in none of these lists has no data.
 
     Attributes:
         illegal: codes that are answered with checksum 0.
@@ -71,7 +71,7 @@ class Packets(Words):
         version: the version word of the part.
         status: the fields of the status word of an axis.
         mode: the fields of the mode word of an axis.
-        slips: names in the text of the manual that are not commands, each with the command that is meant.
+        slips: names in the text of the manual that are not commands, each with the intended command.
         where: the section of the manual.
     """
 
@@ -86,7 +86,7 @@ class Packets(Words):
         return text.split(maxsplit=1)[0].lower() in DIRECTS
 
     def refusal(self, sheet: Sheet, text: str, crystal_hz: int) -> Refusal | None:
-        """Return why a line is no packet; None: it is one."""
+        """Return why a line is not a packet; None if it is one."""
         found = parse(sheet, text, crystal_hz)
         return found if isinstance(found, Refusal) else None
 
@@ -97,7 +97,7 @@ class Packets(Words):
         return spell(row, values)
 
     def parted(self, lines: list[str], sheet: Sheet) -> list[str]:
-        """Return a packet a line; lines that hold something else stay as they are."""
+        """Return one packet per line; other lines are unchanged."""
         try:
             data = bytes.fromhex(" ".join(lines))
         except ValueError:
@@ -109,7 +109,7 @@ class Packets(Words):
         return [packet.hex(" ") for packet in found]
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
-        """Return the packet that begins at an address; one of a sister part has no row, but its words."""
+        """Return the packet that begins at an address; one of a sister part has its words, but no row."""
         found, sibling = super().cut(stored, at, sheet), self.siblings.get(stored[at])
         if found.row is None and sibling is not None:
             return Instruction(at, bytes(stored[at : at + 1 + 2 * sibling.writes]), None, ())
@@ -117,11 +117,10 @@ class Packets(Words):
 
     def check_stream(self, sheet: Sheet) -> None:
         """Refuse a binary stream: packets have no second form."""
-        reads = "what dis reads without it"
-        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; what a host sends it is {reads}")
+        raise UsageError(f"--stream: the {sheet.part.upper()} has no binary mode; omit the option")
 
     def meant(self, sheet: Sheet, text: str) -> list[Row]:
-        """Return the command that a text means by its code in hexadecimal or by its name, as a list of one."""
+        """Return the command with a code in hexadecimal or a name, as a list of one."""
         coded = re.fullmatch(r"(?:0x|\$)?([0-9a-f]{2})", text.lower())
         found = sheet.commands.by_code.get(int(coded[1], 16)) if coded else None
         return [found or row(sheet, "".join(text.split()[:1]))]
@@ -131,9 +130,9 @@ class Packets(Words):
         return packet_table(sheet)
 
     def in_full(self, sheet: Sheet, row: PacketRow) -> str:
-        """Return all that is known of a command, in Markdown."""
+        """Return the full description of a command, in Markdown."""
         return packet_in_full(sheet, row)
 
     def chapters(self, sheet: Sheet) -> list[str]:
-        """Return chapters for the data sheet: the words that are more than numbers."""
+        """Return chapters for the data sheet: the words with fields."""
         return words_of(self)

@@ -7,8 +7,8 @@
     GET_STATUS                31 [0300]         a word that the chipset returns
     UPDATE                    1A
 
-After the last word the host may read a checksum: command byte and all words, added up, of which 16 bits are kept.
-Of what a host *sends*, `words` takes nothing that the manual does not allow; to send other words, make them.
+After the last word the host may read a checksum: the sum of command byte and all words, modulo 65536.  `words` accepts
+only values that the manual allows a host to *send*; to send other words, compose them yourself.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ from ...errors import UnknownName, UsageError
 from .. import rates
 from ..dialect import Command, Dialect, Refusal, digits_meant, spoken_as
 
-DIRECTS = ("wait", "expect")  # lines that begin so direct the host of a script, like those that begin with @
+DIRECTS = ("wait", "expect")  # lines with this start direct the host of a script, like lines with @
 WORD = 1 << 16
 _NUMBER = re.compile(r"([+-]?)(?:0[xX]|\$)([0-9a-fA-F]+)|[+-]?[0-9]+")
 MOST_MEANT = 3  # commands that a message suggests
-LONGEST = 40  # characters of a number or a mnemonic that are looked at; no longer one is right
+LONGEST = 40  # characters of a number or a mnemonic that are read; no valid one is longer
 
 
 @dataclass(frozen=True, slots=True)
 class PacketCommand(Command):
-    """A line that is a packet."""
+    """A line with a valid packet."""
 
     row: PacketRow
 
 
 class Sibling(NamedTuple):
-    """A command of a sister part, by its code: its name, the words written and read, and whose it is."""
+    """A command of a sister part, by its code: its name, the words written and read, and its part."""
 
     name: str
     writes: int
@@ -54,7 +54,7 @@ class Sibling(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Words(Dialect[PacketRow]):
-    """A command byte, words to and from the part, a checksum; `Packets` says what the attributes are."""
+    """A command byte, words to and from the part, a checksum; `Packets` describes the attributes."""
 
     row_type = PacketRow
 
@@ -70,10 +70,10 @@ class Words(Dialect[PacketRow]):
 
 # ------------------------------------------------------------------------------------------------------ words, checksum
 def words(row: PacketRow, values: Sequence[int]) -> tuple[int, ...]:
-    """What a host writes after the command byte.
+    """Return the words that a host writes after the command byte.
 
     Raises:
-        UsageError: too few values or too many, or one that is out of range; the message says what is allowed.
+        UsageError: too few or too many values, or one that is out of range; the message states the allowed values.
     """
     if len(values) != len(row.args):
         raise UsageError(f"{row.name} takes {row.takes}, not {len(values)} values")
@@ -100,7 +100,7 @@ def numbers(
     """Return the values of a command as numbers: a rate as text ("12345 steps/s") becomes that of its register.
 
     Raises:
-        UsageError: a text that is no rate, or not of this register.
+        UsageError: a text that is not a rate, or not one of this register.
     """
     found = []
     for arg, value in zip_longest(row.args, values):
@@ -119,7 +119,7 @@ def numbers(
 
 
 def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
-    """The numbers in words that the chipset returned (`row.reads`), with their sign."""
+    """Return the signed numbers in words from the chipset (`row.reads`)."""
     data = b"".join(word.to_bytes(2, "big") for word in found)
     result, at = [], 0
     for arg in args:
@@ -129,32 +129,32 @@ def values(args: Iterable[Arg], found: Sequence[int]) -> tuple[int, ...]:
 
 
 def counted(args: Iterable[Arg]) -> int:
-    """How many words hold these numbers."""
+    """Return how many words contain these numbers."""
     return sum(arg.size for arg in args) // 2
 
 
 def checksum(code: int, sent: Iterable[int]) -> int:
-    """The checksum of a packet: its command byte and all its words, written or returned."""
+    """Return the checksum of a packet: of its command byte and all its words, written or returned."""
     return (code + sum(sent)) % WORD
 
 
 # ------------------------------------------------------------------------------------------------- words about an axis
 def fields(word: int, bits: Iterable[Bits]) -> dict[str, int]:
-    """The fields of a status or mode word, by name."""
+    """Return the fields of a status or mode word, by name."""
     return {each.name: each.of(word) for each in bits}
 
 
 def shown(word: int, bits: Iterable[Bits]) -> str:
-    """A status or mode word as text: names of the bits that are 1, and fields with their numbers."""
+    """Return a status or mode word as text: names of the bits that are 1, and fields with their numbers."""
     found = [(each, each.of(word)) for each in bits]
     return " ".join(f"{each.name}={value}" if each.width > 1 else each.name for each, value in found if value)
 
 
 def status_bit(sheet: Sheet, name: str) -> Bits:
-    """The bit of the status word that has this name.
+    """Return the bit of the status word with a name.
 
     Raises:
-        UnknownName: with the names there are.
+        UnknownName: there is no such bit; the message lists the bits.
     """
     bits = {each.name: each for each in spoken_as(sheet, Words).status if each.width == 1}
     try:
@@ -166,10 +166,10 @@ def status_bit(sheet: Sheet, name: str) -> Bits:
 
 # ------------------------------------------------------------------------------------------------------------- commands
 def row(sheet: Sheet, name: str) -> PacketRow:
-    """The row of a command by its mnemonic; case is ignored.
+    """Return the row of a command by its mnemonic; case is ignored.
 
     Raises:
-        UnknownName: the part has no such command; the message says what may be meant.
+        UnknownName: the part has no such command; the message suggests one.
         UsageError: a code instead of a mnemonic.
     """
     if not isinstance(name, str):
@@ -182,10 +182,10 @@ def row(sheet: Sheet, name: str) -> PacketRow:
 
 
 def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand:
-    """Return a line as a command of this part: mnemonic and number; rates in seconds go by the crystal.
+    """Return a line as a command of this part: mnemonic and number; rates per second depend on the crystal.
 
     Raises:
-        UsageError: it is none; the message says what is allowed.
+        UsageError: the line is not a command; the message states the allowed values.
     """
     found = parse(sheet, text, crystal_hz)
     if isinstance(found, Refusal):
@@ -195,7 +195,7 @@ def command(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCom
 
 
 def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketCommand | Refusal:
-    """Return a line as a command of this part; one that is none as a `Refusal`, with the place of what is wrong."""
+    """Return a line as a command of this part; any other line as a `Refusal`, with the place of the problem."""
     name = "".join(text.split(maxsplit=1)[:1])
     known = sheet.rows(PacketRow).by_form.get(name.upper())
     if known is None:
@@ -208,23 +208,23 @@ def parse(sheet: Sheet, text: str, crystal_hz: int | None = None) -> PacketComma
 
 
 def spell(row: PacketRow, values: Sequence[int]) -> str:
-    """A command as it is written."""
+    """Return the text of a command."""
     return " ".join([row.form, *(arg.spell(value) for arg, value in zip(row.args, values, strict=True))])
 
 
 def usage(row: PacketRow) -> str:
-    """How a command is written: "SET_POS <position>"."""
+    """Return how a command is written: "SET_POS <position>"."""
     return " ".join([row.form, *(f"<{arg.name}>" for arg in row.args)])
 
 
 def range_of(arg: Arg) -> str:
-    """The numbers that an argument may be, and what they count: "0..1073741823 (2^-16 steps/cycle)"."""
+    """Return the allowed numbers of an argument, with their unit: "0..1073741823 (2^-16 steps/cycle)"."""
     unit = f"2^-{arg.fraction} {arg.unit}" if arg.fraction else arg.unit
     return f"{arg.low}..{arg.high}{f' ({unit})' if unit else ''}"
 
 
 def number(text: str, arg: Arg) -> int | None:
-    """A decimal or hexadecimal number; a hexadecimal one may be the two's complement of a negative one."""
+    """Return a decimal or hexadecimal number; hexadecimal may be the two's complement of a negative one."""
     match = _NUMBER.fullmatch(text)
     if match is None:
         return None
@@ -237,7 +237,7 @@ def number(text: str, arg: Arg) -> int | None:
 
 
 def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand | Refusal:
-    """A rate with its unit after a mnemonic."""
+    """Return a command with a rate and its unit."""
     arg, written = row.args[0], text[at:].rstrip()
     says = written if len(written) <= LONGEST else f"{written[:LONGEST]}..."
     try:
@@ -251,7 +251,7 @@ def _rate(row: PacketRow, text: str, at: int, per_s: Fraction) -> PacketCommand 
 
 
 def _arguments(row: PacketRow, text: str, at: int) -> PacketCommand | Refusal:
-    """The number after a mnemonic; it begins at character `at`."""
+    """Return a command with a number, which begins at character `at`."""
     found = text[at:].split()
     if len(found) > len(row.args):
         first = text.index(found[len(row.args)], at + sum(map(len, found[: len(row.args)])))
@@ -281,7 +281,7 @@ def _refusal(code: str, at: int, end: int, found: str, allowed: str = "", remedy
 
 
 def _number_meant(arg: Arg, written: str) -> str:
-    """What may have been meant by a text that is not a number."""
+    """Return the number that a text which is not a number may mean."""
     if meant := digits_meant(written):
         return meant
     if re.fullmatch(r"[0-9a-fA-F]{1,8}[hH]?", written):
@@ -289,19 +289,19 @@ def _number_meant(arg: Arg, written: str) -> str:
     if arg.fraction and re.fullmatch(r"[+-]?[0-9]{0,9}\.[0-9]{1,9}", written):
         return _scaled(arg, written)
     if re.fullmatch(r"[+-]?[0-9][0-9_,']*", written):
-        return "write digits, without anything between them"
+        return "write the digits without separators"
     return "write decimal digits, or hexadecimal ones after 0x or $"
 
 
 def _scaled(arg: Arg, written: str) -> str:
-    """Say which register value a decimal fraction is."""
+    """Return the register value for a decimal fraction, in words."""
     scaled = Fraction(written) * (1 << arg.fraction)
     whole = "" if scaled.denominator == 1 else f"{float(scaled):.8g}, not a whole number; the nearest is "
     return f"{written} {arg.unit} is {whole}{round(scaled)}"
 
 
 def _stranger(sheet: Sheet, name: str) -> Refusal:
-    """A mnemonic that the part does not have; which one may be meant?"""
+    """Return the refusal of a mnemonic that the part does not have, with a suggestion."""
     wanted, slips = name.upper(), spoken_as(sheet, Words).slips
     tail = wanted.partition("_")[2] or wanted
     close = near(wanted, sheet.commands.by_form)[:MOST_MEANT]

@@ -10,11 +10,11 @@ from ..markdown import mhz, table
 from . import packet_grammar
 
 BUFFERED, WITH_ENCODER = "waits for an update", "needs an encoder; other parts accept it"
-CHECKSUM = "A checksum of 16 bits may be read after every packet: command byte and words, added up."
+CHECKSUM = "A checksum of 16 bits may be read after every packet: the sum of command byte and words."
 
 
 def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
-    """Return all that is known of a command, in Markdown: its words, times and sources."""
+    """Return the full description of a command, in Markdown: its words, times and sources."""
     text = [
         f"# {row.name}: {row.says}",
         "",
@@ -30,18 +30,18 @@ def packet_in_full(sheet: Sheet, row: PacketRow) -> str:
 
 
 def packet(row: PacketRow) -> str:
-    """What goes over the host port: code, words that are written, words that are returned in brackets."""
+    """Return the packet on the host port: code, words that are written, words that are returned in brackets."""
     returned = " ".join(_halves(row.reads))
     return " ".join([f"{row.code:02X}", *_halves(row.args), *([f"[{returned}]"] if returned else [])])
 
 
 def _halves(args: Iterable[Arg]) -> list[str]:
-    """Words by name, the high one first."""
+    """Return words by name, the high one first."""
     return [part for arg in args for part in ([arg.name] if arg.size == 2 else [f"{arg.name}.high", f"{arg.name}.low"])]
 
 
 def _acted_on(row: PacketRow) -> str:
-    """Which axes the command is for."""
+    """Return the axes that the command is for."""
     axes = {"set": "the axis that it sets", "mask": "the axes in its mask", "global": "all axes"}
     return axes.get(row.acts, f"the {row.acts} axis")
 
@@ -51,8 +51,8 @@ def _conditions(row: PacketRow) -> list[str]:
 
 
 def packet_table(sheet: Sheet) -> str:
-    """Commands that are packets, the codes without a command after them."""
-    heads = ("packet", "name", "what it does", "numbers", "acts on", "condition")
+    """Return commands that are packets, then the codes without a command."""
+    heads = ("packet", "name", "function", "numbers", "acts on", "condition")
     rows = [
         (
             f"`{packet(row)}`",
@@ -68,12 +68,12 @@ def packet_table(sheet: Sheet) -> str:
 
 
 def words_of(dialect: packet_grammar.Words) -> list[str]:
-    """The words about an axis, and the codes that are no commands."""
+    """Return the words about an axis, and the codes that are not commands."""
     return [
         f"## Status word\n\n{_fields(dialect.status)}",
         f"## Mode word\n\n{_fields(dialect.mode)}",
         f"## Version word\n\n`{dialect.version:04X}`",
-        f"## Other codes\n\n{table(('codes', 'what they do'), _other_codes(dialect))}\n\nSource: {dialect.where}.",
+        f"## Other codes\n\n{table(('codes', 'effect'), _other_codes(dialect))}\n\nSource: {dialect.where}.",
     ]
 
 
@@ -82,12 +82,12 @@ def _fields(bits: Iterable[Bits]) -> str:
         (f"{each.low}" if each.width == 1 else f"{each.low}-{each.low + each.width - 1}", f"`{each.name}`", each.says)
         for each in bits
     )
-    return table(("bit", "name", "what it says"), rows)
+    return table(("bit", "name", "meaning"), rows)
 
 
 def _other_codes(dialect: packet_grammar.Words) -> list[tuple[str, str]]:
-    """Codes that are no commands of the part, and what they do."""
-    alike = {(1, 0): "a word is taken", (0, 1): "a word is returned, 0", (0, 0): "no data"}
+    """Return codes that are not commands of the part, and their effects."""
+    alike = {(1, 0): "a word is read", (0, 1): "a word is returned, 0", (0, 0): "no data"}
     rows = [
         (
             _codes(code for code, found in dialect.siblings.items() if (found.writes, found.reads) == words),
@@ -104,7 +104,7 @@ def _other_codes(dialect: packet_grammar.Words) -> list[tuple[str, str]]:
 
 
 def _codes(codes: Iterable[int]) -> str:
-    """Codes in hexadecimal, runs of them as ranges."""
+    """Return codes in hexadecimal, with ranges."""
     found = sorted(codes)
     runs = [code for code in found if code - 1 not in found], [code for code in found if code + 1 not in found]
     return ", ".join(f"{one:02X}" if one == two else f"{one:02X}-{two:02X}" for one, two in zip(*runs, strict=True))

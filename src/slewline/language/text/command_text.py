@@ -23,7 +23,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class CommandText(Command):
-    """A command with what is not a number in it: the characters of a string, the letter that is asked for.
+    """A command with contents other than numbers: the characters of a string, the letter of a query.
 
     `switched`: the first value comes from switches; `flips` are bits of the first value that a prefix inverts.
     """

@@ -1,7 +1,7 @@
-r"""Characters in, commands out.  No time, no pins; the caller says whether they are text.
+r"""Characters in, commands out.  No time, no pins; the caller states whether they are text.
 
 Theory of operation.  Between commands the decoder is *at a letter*.  The command letter decides, together with the
-mode sampled beside it, how the command goes on:
+mode sampled with it, how the command continues:
 
     ASCII     letter, a space, arguments, carriage return                   R 100\r   R 87H\r   L #,16\r   ? P\r
     ASCII     label letter, mark, then at a letter again                    A$
@@ -9,10 +9,10 @@ mode sampled beside it, how the command goes on:
     binary    letter, count of data bytes, data bytes, low bytes first      52 01 64
     both      a letter alone that has no terminator (`TextRow.terminated`)
 
-Each of these continuations is a state: a method that takes one byte.  Which of them there are, and what an argument is,
-the dialect says.  Nothing here raises: whatever a host sends has an answer, and what it did wrong becomes a note (code
-and text) for the caller to drain.  In program entry a binary command is kept as it came, opcode and data bytes
-unchecked; that is how one count can load a whole program.
+Each of these continuations is a state: a method that processes one byte.  The dialect defines which of them exist, and
+the form of an argument.  No method raises: all input of a host has an answer, and its mistakes become notes (code and
+text) for the caller to drain.  In program entry a binary command is stored as it came, opcode and data bytes unchecked;
+therefore one count can load a whole program.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .command_text import CR, LF, OPEN_BUS, CommandText, Label, spell
 from .forms import TextDialect
 from .written_values import hint, number
 
-L_co = TypeVar("L_co", covariant=True)  # Label, or Never where a dialect has none
+L_co = TypeVar("L_co", covariant=True)  # Label, or Never for a dialect without labels
 
 
 LINES_KNOWN = 1000
@@ -39,14 +39,14 @@ def text_of(data: bytes | bytearray) -> str:
 
 
 def shown(byte: int) -> str:
-    """Return a character if it prints, else its code."""
+    """Return a printable character, or the code of any other one."""
     return chr(byte) if 0x20 < byte < 0x7F else f"0x{byte:02X}"
 
 
 class Decoder(Generic[L_co]):
     """Incremental decoder of one chip's command port.
 
-    `at_letter` is true between commands.  `notes` collects what the host did wrong until `take_notes` drains it.
+    `at_letter` is true between commands.  `notes` collects the host's mistakes until `take_notes` drains them.
     """
 
     def __init__(self, sheet: Sheet, dialect: TextDialect) -> None:
@@ -55,37 +55,37 @@ class Decoder(Generic[L_co]):
         self._in_ascii = {ord(row.form): row for row in sheet.rows(TextRow)}
         self._in_binary = {dialect.byte(row): row for row in sheet.rows(TextRow)}
         self._label_mark = ord(dialect.mark) if dialect.mark else -1
-        self._lines: dict[tuple[str, bytes], CommandText] = {}  # what they say; none that need a note
-        self._line_feeds = not dialect.line_ends  # need not be reported, or one within a line has been
+        self._lines: dict[tuple[str, bytes], CommandText] = {}  # decoded lines, except lines that need a note
+        self._line_feeds = not dialect.line_ends  # True if line feeds need no report, or one was reported
         self.reset()
 
     def reset(self) -> None:
-        """Forget the characters so far, as after a reset of the part.  Notes that were not drained are kept."""
+        """Discard the characters so far, as after a reset of the part.  Notes that were not drained are kept."""
         self.at_letter = True
         self._state: Callable[[int], CommandText | L_co | None] = self._skip_line  # takes a byte after the letter
         self._row: TextRow | None = None  # of the command in progress; None: a letter without a command
         self._before: TextRow | None = None  # the command before, if it has no terminator
-        self._slash = False  # one has come in front of the letter
-        self._line = bytearray()  # what follows the letter: text in ASCII, data bytes in binary
+        self._slash = False  # a slash has come in front of the letter
+        self._line = bytearray()  # input after the letter: text in ASCII, data bytes in binary
         self._left = 0  # data bytes still to come
-        self._entering = False  # program entry as it was with the letter; no command changes it half-way
+        self._entering = False  # program entry at the time of the letter; it does not change within a command
         self._entry_empty = True  # no command since program entry began
 
     def take_notes(self) -> list[Note]:
-        """Return the notes so far, which are then forgotten."""
+        """Return the notes so far, and delete them."""
         notes, self.notes = self.notes, []
         return notes
 
     @property
     def unfinished(self) -> str:
-        """The line that has come so far; nothing between commands, and in binary, where a count says the end."""
+        """The part of a line received so far; empty between commands, and in binary, where a count marks the end."""
         if self.at_letter or self._state in (self._count, self._data):
             return ""
         return self._head + text_of(self._line)
 
     @property
     def in_string(self) -> bool:
-        """Does the line that has come so far lack the quotation mark that ends its string?"""
+        """True if the part of a line received so far lacks the quotation mark that ends its string."""
         return not self.at_letter and self._state == self._in_string
 
     @property
@@ -93,7 +93,7 @@ class Decoder(Generic[L_co]):
         return self.dialect.negate * self._slash + (self._row.form if self._row is not None else "")
 
     def feed(self, byte: int, ascii: bool, entering: bool = False) -> CommandText | L_co | None:
-        """Take one byte.  `ascii` counts with the letter only; `entering`: program entry is on."""
+        """Process one byte.  `ascii` matters with the letter only; `entering`: program entry is on."""
         if not self.at_letter:
             found = self._state(byte)
         else:
@@ -106,7 +106,7 @@ class Decoder(Generic[L_co]):
         return found
 
     def kept(self, data: bytes, at: int, ascii: bool) -> int:
-        """Return how many bytes, from a place on, `feed` only keeps: none ends a command, nothing is wrong with any."""
+        """Return how many bytes, from an index on, `feed` only stores: none ends a command or is a mistake."""
         begin, state, left = at, self._state, len(data) - at
         if self.at_letter:
             row = (self._in_ascii if ascii else self._in_binary).get(data[at])
@@ -130,7 +130,7 @@ class Decoder(Generic[L_co]):
         return end - at
 
     def keep(self, data: bytes, ascii: bool, entering: bool = False) -> None:
-        """Take bytes of which `kept` says that they are only kept."""
+        """Store bytes that are only stored, as counted by `kept`."""
         if self.at_letter:
             self.feed(data[0], ascii, entering)
             data = data[1:]
@@ -156,32 +156,32 @@ class Decoder(Generic[L_co]):
         return None
 
     def _stranger(self, byte: int, ascii: bool, before: TextRow | None) -> None:
-        """A byte that is no command letter.  No case folding: commands are upper case."""
+        """Process a byte that is not a command letter.  Commands must be in upper case."""
         if ascii and byte == CR:
             if before is not None and self.dialect.line_ends:
                 self._note("q-terminated", f"a carriage return after {before.form}, which ends by itself")
             elif self.dialect.line_ends:
                 self._note("empty-line", "a carriage return without a command")
-        elif byte != OPEN_BUS or self.dialect.tokens:  # a program that is read as text has cells that are empty
+        elif byte != OPEN_BUS or self.dialect.tokens:  # a program that is read as text has empty cells
             self.at_letter = False
             self._state = self._skip_line if ascii else self._count
             self._begin(byte, ascii)
 
     def _begin(self, byte: int, ascii: bool) -> None:
-        """A byte that begins something else than a command."""
+        """Process a byte that begins something other than a command."""
         if not ascii:
             self._note("unknown-command", f"{shown(byte)} is not a command; its count and data are ignored")
         elif chr(byte) == self.dialect.negate:
             self._slash, self._state = True, self._prefixed
         elif byte == LF:
-            text = "a line feed where a command letter belongs: the command after it is lost"
+            text = "a line feed in place of a command letter: the command after it is lost"
             self._note("line-feed", text, "send \\r alone" if self.dialect.line_ends else "")
         else:
             remedy = unknown_remedy(self.sheet, chr(byte))
             self._note("unknown-command", f"{shown(byte)} is not a command; the line is ignored", remedy)
 
     def _prefixed(self, byte: int) -> CommandText | L_co | None:
-        """The letter after a slash."""
+        """Process the letter after a slash."""
         sign = self.dialect.negate
         if chr(byte) == sign:
             return None
@@ -200,7 +200,7 @@ class Decoder(Generic[L_co]):
         self._line_feed(byte)
 
     def _line_feed(self, byte: int) -> None:
-        """Report the first line feed within a line: what it says about the host."""
+        """Report the first line feed within a line, which shows how the host ends lines."""
         if byte == LF and not self._line_feeds:
             self._line_feeds = True
             self._note(
@@ -231,7 +231,7 @@ class Decoder(Generic[L_co]):
         self._state = self._skip_line
 
     def _mark(self) -> L_co | None:
-        """A letter is a label only when the mark follows it directly."""
+        """Accept a letter as a label if the mark follows it directly."""
         letter = self._head
         if letter in self.sheet.labels and not self._line:
             self.at_letter = True
@@ -273,7 +273,7 @@ class Decoder(Generic[L_co]):
         return self._with_numbers(row, body, words[:needed])
 
     def _look(self, takes: str, row: TextRow, body: str, words: Sequence[str], needed: int) -> None:
-        """Note words that are too many, and odd spaces: one belongs after the letter, one or a comma between words."""
+        """Report excess words, and wrong spaces: one belongs after the letter, one or a comma between words."""
         if len(words) > needed:
             extra = " ".join(words[needed:])
             self._note("extra-argument", f"{takes}; {extra} is ignored", self.dialect.slip(self.sheet, extra, row))
@@ -301,7 +301,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, tuple(values), digits, stored, text, b"", spoken.switches in words, flips)
 
     def _query(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
-        """? R, or ? M,3: which letters may be asked for is not decided here."""
+        """Decode ? R, or ? M,3; the chip checks the letter later."""
         if not words or len(words[0]) != 1:
             self._note("missing-argument", f"{row.name} needs a letter; ignored")
             return None
@@ -315,7 +315,7 @@ class Decoder(Generic[L_co]):
         return CommandText(row, values, 0, b"", row.form + body, words[0].encode("latin-1"))
 
     def _to_display(self, row: TextRow, body: str, words: Sequence[str]) -> CommandText | None:
-        """[38H,2,65,66: address, count, data; a bracket that closes may stand after them."""
+        """Decode [38H,2,65,66: address, count, data; a closing bracket may follow."""
         last = [words[-1].removesuffix("]")] if words else []
         numbers = [number(word) for word in [*words[:-1], *last] if word]
         if len(numbers) < 2 or None in numbers:
@@ -326,9 +326,9 @@ class Decoder(Generic[L_co]):
         return CommandText(row, (address, count), digits, b"", row.form + body, self._data_of(row, count, bytes(data)))
 
     def _data_of(self, row: TextRow, count: int, data: bytes) -> bytes:
-        """The data of a display command: the shorter one counts, of those announced and those that came."""
+        """Return the data of a display command: as many as announced or received, whichever is less."""
         if count != len(data):
-            self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number counts")
+            self._note("count", f"{row.form}: {count} values announced, {len(data)} found; the smaller number is used")
         return data[:count]
 
     # --------------------------------------------------------------------------------------------------- binary
@@ -363,10 +363,10 @@ class Decoder(Generic[L_co]):
         return CommandText(row, values, 0, stored, f"{spell(row, values)}{more}")
 
     def _binary_text(self, row: TextRow, data: bytes) -> CommandText | None:
-        """A query, or a display command, whose arguments are no numbers of fixed size."""
+        """Decode a query, or a display command, whose arguments are not numbers of fixed size."""
         least = 1 if row.form == self.dialect.query else 2
         if len(data) < least:
-            self._note("count", f"{row.name} takes {least} data bytes and more, {len(data)} were announced; ignored")
+            self._note("count", f"{row.name} takes at least {least} data bytes, {len(data)} were announced; ignored")
             return None
         if least == 1:
             listed = "".join(f",{count}" for count in data[1:2])
@@ -374,12 +374,12 @@ class Decoder(Generic[L_co]):
         text = f"{row.form}{','.join(map(str, data))}"
         return CommandText(row, tuple(data[:2]), 0, b"", text, self._data_of(row, data[1], data[2:]))
 
-    # --------------------------------------------------------------------------------------------------- endings
+    # --------------------------------------------------------------------------------------------- ends of lines
     def _note(self, code: str, text: str, remedy: str = "") -> None:
         self.notes.append(Note(code, f"{text}; {remedy}" if remedy else text))
 
     def _fit(self, row: TextRow, arg: Arg, found: int) -> int:
-        """Cut a number to the bytes of its argument, whatever its range; the command deals with what is left."""
+        """Cut a number to the bytes of its argument, regardless of its range; the command handles the result."""
         self._check(row, arg, found)
         return arg.fit(found)
 
@@ -388,11 +388,11 @@ class Decoder(Generic[L_co]):
             self._range(f"{row.name} {arg.name} {found}: allowed {arg.low}..{arg.high}", found, arg.fit(found))
 
     def _low_byte(self, row: TextRow, found: int) -> int:
-        """Cut a number to a byte, where it is no argument of the table."""
+        """Cut a number that is not an argument of the table to a byte."""
         if found > 0xFF:
             self._range(f"{row.name} {found}: allowed 0..255", found, found & 0xFF)
         return found & 0xFF
 
     def _range(self, text: str, found: int, taken: int) -> None:
         cut = taken != found and not self.dialect.tokens
-        self._note("range", text, f"its low bits count, so {taken} is taken" if cut else "")
+        self._note("range", text, f"only its low bits are used: {taken}" if cut else "")

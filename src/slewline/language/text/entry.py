@@ -1,4 +1,4 @@
-"""Where the entry of a program ends whose characters are stored as they come."""
+"""The end of program entry, for a program whose characters are stored as they come."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from .command_text import CR, OPEN_BUS
 
 
 class Entry:
-    """Distinguishes the letter that ends program entry from the same letter within a program.
+    """Detector of the end of program entry: its letter also occurs within programs.
 
-    In ASCII it counts as the first character of a line, in binary where a letter belongs, so counts are followed.
+    In ASCII the letter counts as the first character of a line, in binary in the place of an opcode, so counts are
+    followed.
     """
 
     def __init__(self, leave: Row, ascii: bool) -> None:
@@ -17,7 +18,7 @@ class Entry:
         self.at_letter, self.counted, self.left = True, False, 0
 
     def ends(self, byte: int) -> bool:
-        """Take a byte; return whether it ends program entry, else it is one to be stored."""
+        """Process a byte; return whether it ends program entry, otherwise it is to be stored."""
         if self.at_letter and byte == self.leave:
             return True
         if self.ascii:

@@ -1,4 +1,4 @@
-"""What dialects have in common in which a command is a letter and its arguments: signs, what is sent, and how."""
+"""The common base of dialects in which a command is a letter and its arguments: signs, and the bytes on the wire."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class TextDialect(Dialect[TextRow]):
 
     streams = True
     row_type = TextRow
-    tokens = False  # is a program stored as opcodes and arguments, and not as it was written?
-    line_ends = False  # does the part say of its lines how they end?
+    tokens = False  # True if a program is stored as opcodes and arguments, not as text
+    line_ends = False  # True if a line feed of the host is reported
     encoding = "latin-1"
     numbers = "number"
-    no_number = ""  # what to write instead, if nothing better is known
-    line_limit = argument_limit = 0  # characters of a command without its carriage return; of what follows its letter
+    no_number = ""  # default remedy
+    line_limit = argument_limit = 0  # characters of a command without its carriage return; of the text after its letter
     query = quote = display = negate = switches = listing = ""
     negated: tuple[str, ...] = ()
     flips = page = 0
@@ -38,19 +38,19 @@ class TextDialect(Dialect[TextRow]):
         return BETWEEN.split(argument)
 
     def value(self, word: str) -> int | None:
-        """Return the number that a word is; None: it is none."""
+        """Return the number in a word; None if it is not a number."""
         raise NotImplementedError
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return the value of a word that is no number, and may be this argument all the same."""
+        """Return the value of a word that is not a number, but is allowed for this argument."""
         raise NotImplementedError
 
     def instead(self, sheet: Sheet, word: str) -> str:
-        """Return the remedy for a word that is no argument; empty: none is known."""
+        """Return the remedy for a word that is not an argument; empty if none is known."""
         raise NotImplementedError
 
     def slip(self, sheet: Sheet, argument: str, row: Row) -> str:
-        """Return the remedy for other arguments than a command takes; empty: none is known."""
+        """Return the remedy for arguments that do not fit a command; empty if none is known."""
         return ""
 
     # --------------------------------------------------------------------------------------------------------- sent
@@ -61,7 +61,7 @@ class TextDialect(Dialect[TextRow]):
         return spell(row, letters_for(row, values, labels, names or NO_NAMES))
 
     def sent(self, sheet: Sheet, line: str) -> bytes:
-        """Return a line as a host sends it: with a carriage return, if a command ends it that has one."""
+        """Return a line as a host sends it: with a carriage return, if its last command has one."""
         at = 0
         while self.mark and line[at + 1 : at + 2] == self.mark:
             at += 2
@@ -72,10 +72,10 @@ class TextDialect(Dialect[TextRow]):
         return line.encode(self.encoding) + (END if at < len(line) or not self.mark else b"")
 
     def sent_binary(self, sheet: Sheet, line: str) -> bytes:
-        """Return the same in binary form: letter, count, data.
+        """Return a line in binary form: letter, count, data.
 
         Raises:
-            UsageError: the line is no command, or has a label or an argument that binary does not have.
+            UsageError: the line is not a command, or has a label or an argument that binary does not have.
         """
         decoder, out = self.decoder(sheet), b""
         for byte in self.sent(sheet, line):
@@ -127,7 +127,7 @@ class TextDialect(Dialect[TextRow]):
         return b"".join(self.sent_binary(sheet, line) for line in before) + program + self.sent_binary(sheet, after)
 
     def framed(self, sheet: Sheet, framing: Sequence[Row], statements: Sequence[Statement]) -> tuple[list[str], str]:
-        """Return the lines in front of a program, with its address unless that is 0, and the one after it."""
+        """Return the lines before a program, with its address unless that is 0, and the one after it."""
         address = statements[0].address if statements else 0
         pointer = [f"{sheet.acting('pointer')[0].form} {address}"] if address else []
         return [*pointer, framing[0].form], framing[-1].form

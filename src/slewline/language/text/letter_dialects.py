@@ -1,4 +1,4 @@
-"""The two dialects in which a command is a letter and its arguments: what they take and store."""
+"""The two dialects in which a command is a letter and its arguments: their input and their stored form."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .written_values import BETWEEN, hint, number
 
 
 class ReadAlike:
-    """What reads a line, and describes a command, in both dialects."""
+    """Common base of both dialects: parser of a line, and description of a command."""
 
     def reader(self, source: Source, number: int, column: int, text: str) -> Reader:
         """Return a reader of one line that begins at a column of the source."""
@@ -33,7 +33,7 @@ class ReadAlike:
         return text_reference.command_table(sheet)
 
     def in_full(self, sheet: Sheet, row: TextRow) -> str:
-        """Return all that is known of a command, in Markdown."""
+        """Return the full description of a command, in Markdown."""
         return text_reference.in_full(sheet, row)
 
 
@@ -50,15 +50,15 @@ class Letters(ReadAlike, TextDialect):
     name = "letters"
     tokens = line_ends = True
     encoding = "ascii"
-    numbers, no_number = "decimal number", "numbers are decimal digits alone"
+    numbers, no_number = "decimal number", "write decimal digits only"
     line_limit, argument_limit = 256, 255
 
     def words(self, row: Row, argument: str) -> list[str]:
-        """Return as many arguments as a command takes; the last one has all that is left."""
+        """Return as many arguments as a command has; the last one includes the rest."""
         return BETWEEN.split(argument, len(row.args) - 1 or -1)
 
     def value(self, word: str) -> int | None:
-        """Return the number that a word is, in decimal; None: it is none."""
+        """Return the decimal number in a word; None if it is not a number."""
         return int(word) if word.isascii() and word.isdigit() else None
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
@@ -75,7 +75,7 @@ class Letters(ReadAlike, TextDialect):
         return ord(row.form)
 
     def typed(self, statement: Statement) -> str:
-        """Return a statement as a host sends it to be stored: its labels, and the numbers that are kept of it."""
+        """Return a statement as a host sends it to be stored: its labels, and its numbers as stored."""
         shown = spell(statement.row, [operand.label or operand.value for operand in statement.operands])
         return "".join([*map(self.label, statement.labels), shown])
 
@@ -87,9 +87,9 @@ class Letters(ReadAlike, TextDialect):
         return b"".join(self.block(rows[each.row.form], each.row.pack(each.values)[1:]) for each in statements)
 
     def shorter(self, sheet: Sheet) -> str:
-        """Return advice on how a program gets shorter."""
+        """Return advice on how to shorten a program."""
         enter = f": set them before {sheet.enter.form}" if sheet.enter is not None else ""
-        return f"parameters that stay the same need no room in the program{enter}"
+        return f"parameters that do not change need no room in the program{enter}"
 
     def labels_in_full(self, sheet: Sheet) -> str:
         """Return how labels work, in Markdown."""
@@ -101,19 +101,19 @@ class Letters(ReadAlike, TextDialect):
 
     @property
     def rules(self) -> Sequence[Check]:
-        """Return the linter's rules."""
-        from .rules import FOR_TOKENS  # a chip that is only run does not load the linter
+        """Rules for programs that are stored as opcodes."""
+        from .rules import FOR_TOKENS  # running a chip does not load the linter
 
         return FOR_TOKENS
 
 
 @dataclass(frozen=True, eq=False)
 class Verbatim(ReadAlike, TextDialect):
-    """The dialect in which a command is a letter with numbers after it, stored as it was written.
+    """The dialect in which a command is a letter with numbers after it, stored as text.
 
     Attributes:
         queries: the letters that can be queried, each with the number of digits in its answer.
-        asked: what a query returns, in words, for letters that set no register.
+        asked: the values of queries, in words, for letters that set no register.
         answer_bytes: the number of bytes in a binary answer, by the number of digits in text.
         listing: the letter that queries lines of the memory.
         query: the form of the command that queries.
@@ -122,7 +122,7 @@ class Verbatim(ReadAlike, TextDialect):
         negate: the prefix that inverts the bits `flips` of the first argument of the commands `negated`.
         negated: the commands that can have this prefix.
         flips: the bits that it inverts, as a mask.
-        switches: the character that stands for a first argument read from switches.
+        switches: the character for a first argument read from switches.
         page: the number of bytes that a branch with a one-byte address can reach.
     """
 
@@ -143,15 +143,15 @@ class Verbatim(ReadAlike, TextDialect):
     line_limit = argument_limit = 1024
 
     def value(self, word: str) -> int | None:
-        """Return the number that a word is, in decimal or hexadecimal; None: it is none."""
+        """Return the decimal or hexadecimal number in a word; None if it is not a number."""
         return number(word)
 
     def other(self, sheet: Sheet, row: Row, arg: Arg, word: str) -> int | None:
-        """Return 0, which stands for a number from switches, where one may."""
+        """Return 0 in place of a number from switches, where it is allowed."""
         return 0 if word == self.switches and arg is row.args[0] else None
 
     def instead(self, sheet: Sheet, word: str) -> str:
-        return "switches give the first argument only" if word == self.switches else hint(word)
+        return "switches can set the first argument only" if word == self.switches else hint(word)
 
     def binary(self, sheet: Sheet, statements: Sequence[Statement], single_count: bool) -> bytes:
         """Return statements in binary form, each with its own count."""
@@ -165,7 +165,7 @@ class Verbatim(ReadAlike, TextDialect):
         return statement.text.encode("latin-1") + END
 
     def start(self, said: Sequence[Statement]) -> int:
-        """Return the pointer after some commands: where a program that is entered now begins."""
+        """Return the pointer after some commands: the start of a program that is entered now."""
         pointer = 0
         for statement in said:
             if statement.block >= 0:
@@ -177,7 +177,7 @@ class Verbatim(ReadAlike, TextDialect):
         return pointer
 
     def placed(self, statement: Statement) -> Statement:
-        """Return a statement of a program with the address to which it branches: one in the page after it."""
+        """Return a statement of a program with its branch address, which is in the page after the statement."""
         target = statement.target
         if target is None or statement.row.args[-1].size > 1:
             return statement
@@ -187,7 +187,7 @@ class Verbatim(ReadAlike, TextDialect):
 
     def cut(self, stored: bytes, at: int, sheet: Sheet) -> Instruction:
         """Return the instruction that begins at an address of the memory; empty cells are one without a row."""
-        if stored[at] == OPEN_BUS:  # as many as there are, one after the other
+        if stored[at] == OPEN_BUS:  # all adjacent empty cells
             erased = len(stored) - at - len(stored[at:].lstrip(bytes([OPEN_BUS])))
             return Instruction(at, bytes(stored[at : at + erased]), None, ())
         decoder = self.decoder(sheet)
@@ -208,12 +208,12 @@ class Verbatim(ReadAlike, TextDialect):
         return instruction.data.rstrip(b"\r").decode("latin-1")
 
     def longest_instruction(self, sheet: Sheet) -> int:
-        """Return the most bytes that an instruction takes."""
+        """Return the greatest number of bytes of an instruction."""
         return 12
 
     def shorter(self, sheet: Sheet) -> str:
-        """Return advice on how a program gets shorter."""
-        return "leave out leading zeros, and what the program sets again to the same"
+        """Return advice on how to shorten a program."""
+        return "omit leading zeros, and repeated settings of the same value"
 
     def chapters(self, sheet: Sheet) -> list[str]:
         """Return chapters for the data sheet, in Markdown."""
@@ -225,7 +225,7 @@ class Verbatim(ReadAlike, TextDialect):
 
     @property
     def rules(self) -> Sequence[Check]:
-        """Return the linter's rules."""
-        from .rules import FOR_TEXT  # a chip that is only run does not load the linter
+        """Rules for programs that are stored as text."""
+        from .rules import FOR_TEXT  # running a chip does not load the linter
 
         return FOR_TEXT

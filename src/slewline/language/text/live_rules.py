@@ -1,4 +1,4 @@
-"""What the linter says of the commands of a running program, and of commands that come too early."""
+"""Rules of the linter for the commands of a running program, and for commands that come too early."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ PASSES_TIME = ("wait", "until", "bytes", "to")  # after these it is unknown whet
 
 
 def listed(rows: Iterable[Row]) -> str:
-    """Return commands as a remedy names them: T, J or X."""
+    """Return commands as a list in a remedy: T, J or X."""
     forms = [row.form for row in rows]
     return " or ".join([", ".join(forms[:-1]), forms[-1]]) if len(forms) > 1 else "".join(forms)
 
 
 def resets(sheet: Sheet) -> re.Pattern[str]:
-    """Return what puts a part into its first state, as a directive."""
+    """Return the pattern of a directive that resets a part."""
     pin = sheet.role("reset")
     return re.compile(rf"@(?:drive|pulse)\s+{pin.name}\s*=\s*{level_of(pin, 1)}") if pin is not None else _NEVER
 
 
 def rests(sheet: Sheet) -> re.Pattern[str]:
-    """Return the directive that waits until the motor is at rest."""
+    """Return the pattern of a directive that waits until the motor is at rest."""
     wanted = (("motion_complete", 1), ("ready", 1), ("running", 0))
     ways = "|".join(_waits(pin, holds) for role, holds in wanted if (pin := sheet.role(role)) is not None)
     return re.compile(rf"@until\s+(?:{ways})$") if ways else _NEVER
 
 
 def _waits(pin: Pin, holds: int) -> str:
-    """Return what waits until a pin takes the level of its role, or until it leaves it."""
+    """Return the pattern of a wait until a pin reaches, or with `holds` 0 leaves, the level of its role."""
     return rf"{pin.name}\s*=\s*{level_of(pin, holds)}"
 
 
 def level_of(pin: Pin, holds: int) -> int:
-    """Return the level at which the role of a pin holds, or with `holds` 0 does not."""
+    """Return the level of a pin that means its role, or with `holds` 0 the opposite."""
     return holds if pin.sense != 0 else 1 - holds
 
 
@@ -47,7 +47,7 @@ _NEVER = re.compile(r"(?!)")
 
 
 def live(source: Source) -> None:
-    """Report what is wrong with the commands of @live."""
+    """Report the problems of the commands of @live."""
     for item in directives(source):
         for column, command in live_commands(item):
             for problem in read(command, source.sheet).problems:
@@ -55,7 +55,7 @@ def live(source: Source) -> None:
 
 
 def live_commands(item: Directive) -> list[tuple[int, str]]:
-    """Return the commands of @live, each with the column at which it begins."""
+    """Return the commands of @live, each with its first column."""
     if item.verb != "live":
         return []
     begin = len("@live")
@@ -69,11 +69,11 @@ def live_commands(item: Directive) -> list[tuple[int, str]]:
 
 @dataclass
 class DialogueState:
-    """What the chip may be doing while a text is sent: which program it has, which it runs, whether the motor moves."""
+    """Possible state of the chip during a text: the stored program, the running one, and whether the motor moves."""
 
     source: Source
     stored: bool = False
-    started: Statement | None = None  # what has started the program that may still run
+    started: Statement | None = None  # the command that has started the program that may still run
     moving: bool = False
 
     def __post_init__(self) -> None:
@@ -83,7 +83,7 @@ class DialogueState:
     def directive(self, item: Directive) -> None:
         """Follow a directive."""
         if item.verb == "read" and not self.moving:
-            found = "@read position waits for a motion, and nothing above starts one"
+            found = "@read position waits for a motion, but no line above starts one"
             remedy = "at rest, @verify 0 reads the position"
             section = self.sheet.sections.get("reading", "")
             self.source.report(item, "read-at-rest", "warning", found, section=section, remedy=remedy)
@@ -116,7 +116,7 @@ class DialogueState:
             self.stored = False
 
     def check_still_running(self, item: Statement | Directive, instead: str) -> None:
-        """A running program takes no commands, and a verify group is asked for by one."""
+        """Report a command during a running program, which ignores it, or a read-out, which needs one."""
         if self.started is None:
             return
         begun = f"{self.started.text} of line {self.started.line}"
@@ -129,7 +129,7 @@ class DialogueState:
 
 
 def course(source: Source) -> None:
-    """Report commands to a running program, runs without a program, and read-outs on the fly without a motion."""
+    """Report commands during a running program, runs without a program, and read-outs on the fly without a motion."""
     chip = DialogueState(source)
     for item in source.items:
         if isinstance(item, Directive):

@@ -1,4 +1,4 @@
-"""What the linter says of programs: how they begin and end, loops, labels, pages."""
+"""Rules of the linter for programs: their start and end, loops, labels, pages."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from . import live_rules
 from .forms import TextDialect
 from .live_rules import listed
 
-FURTHEST = ("nt", "n0", "t", "0")  # ways on, as remedies name them: those on a condition first
+FURTHEST = ("nt", "n0", "t", "0")  # branches, in the order of remedies: conditional ones first
 
 
 def ends(source: Source) -> None:
-    """No run goes past the last instruction."""
+    """Report a program that may run past its last instruction."""
     rows = source.sheet.commands
     stop = listed(source.sheet.acting("stop"))
     again = listed(sorted((row for row in rows if row.stored and row.flow in ("0", "t")), key=lambda row: row.flow))
@@ -29,7 +29,7 @@ def ends(source: Source) -> None:
 
 
 def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
-    """Return every loop with each loop that it contains."""
+    """Yield every loop with each loop that it contains."""
     for block in source.blocks:
         counted = [statement for statement in block.statements if statement.row.role == "loop"]
         for outer in counted:
@@ -39,43 +39,43 @@ def nested(source: Source) -> Iterator[tuple[Statement, Statement]]:
 
 
 def loops(source: Source) -> None:
-    """One loop at a time: there is a single count."""
+    """Report nested loops, for a part with a single count, and loops of one pass."""
     others = [row for row in source.sheet.commands if row.stored and row.flow in FURTHEST and row.role != "loop"]
     ways = listed(sorted(others, key=lambda row: FURTHEST.index(row.flow)))
     for outer, inner in nested(source):
-        found, remedy = f"the loop of line {inner.line} lies inside this one", f"repeat the outer one with {ways}"
+        found, remedy = f"the loop of line {inner.line} is inside this one", f"repeat the outer one with {ways}"
         about = f"{section(outer.row)} {outer.row.form}"
         source.report(outer, "nested-loop", "warning", found, section=about, remedy=remedy)
     for block in source.blocks:
         for loop in block.statements:
             if loop.row.role == "loop" and loop.values[0] == 1:
                 about = f"{section(loop.row)} {loop.row.form}"
-                source.report(loop.operands[0], "loop-once", "warning", "a loop that runs once", section=about)
+                source.report(loop.operands[0], "loop-once", "warning", "this loop runs only once", section=about)
 
 
 def kinds_of_loops(source: Source) -> None:
-    """There is one count for each kind of loop, so a loop within one of its own kind takes over its count."""
+    """Report a loop within one of its own kind, for a part with one count for each kind."""
     for outer, inner in nested(source):
         if inner.row is outer.row:
-            found = f"the loop of line {inner.line} lies inside this one, and has the same count"
+            found = f"the loop of line {inner.line} is inside this one, and has the same count"
             remedy = "repeat one of the two with the other kind of loop"
             source.report(outer, "nested-loop", "warning", found, section=section(outer.row), remedy=remedy)
 
 
 def pages(source: Source) -> None:
-    """A branch with an address of one byte reaches the page of the byte after it: it may end in the next one."""
+    """Report a branch with a one-byte address at the end of a page: it branches into the page of the byte after it."""
     page = spoken_as(source.sheet, TextDialect).page
     for block in source.blocks:
         for statement in block.statements:
             near = statement.target is not None and statement.row.args[-1].size == 1
             if near and statement.address // page != statement.end // page:
-                found = f"{statement.text} ends at a page: it branches into page {statement.end // page}"
-                remedy, about = "a branch with an address of two bytes goes anywhere", section(statement.row)
+                found = f"{statement.text} ends at the end of a page: it branches into page {statement.end // page}"
+                remedy, about = "a branch with an address of two bytes reaches any page", section(statement.row)
                 source.report(statement, "page-crossed", "warning", found, section=about, remedy=remedy)
 
 
 def misplaced(source: Source) -> None:
-    """Commands that mean little where they stand."""
+    """Report commands with little effect at their place."""
     enter, leave = source.sheet.enter, listed(source.sheet.leave)
     for statement in source.statements:
         inside, row = statement.block >= 0, statement.row
@@ -85,22 +85,22 @@ def misplaced(source: Source) -> None:
             source.report(statement, "enter-inside", "warning", found, section=row.where, remedy=remedy)
         elif inside and row.role == "read":
             found = f"{row.form} inside a program only moves the read pointer"
-            remedy = f"give {row.form} in command mode"
+            remedy = f"send {row.form} in command mode"
             source.report(statement, "verify-inside", "warning", found, section=row.where, remedy=remedy)
         elif not inside and row.flow in ("nt", "n0"):
-            found = f"{row.name} in command mode; it belongs in a program"
+            found = f"{row.name} is in command mode, but belongs in a program"
             source.report(statement, "branch-in-command-mode", "warning", found, section=row.where)
         elif row.role == "leave" and not any(block.quit is statement for block in source.blocks) and enter is not None:
             source.report(statement, "quit-outside", "warning", f"{row.form} without {enter.form}", section=row.where)
 
 
 def entries(source: Source) -> None:
-    """Programs are closed, and their labels are used."""
+    """Report programs without an end, and unused labels."""
     used = {(id(block), target.label) for _, target, block in branches(source)}
     leave, about_labels = listed(source.sheet.leave), source.sheet.sections.get("labels", "")
     for block in source.blocks:
         if block.quit is None and block.entry is not None:
-            found = f"a program without {leave}: all that follows is stored"
+            found = f"a program without {leave}: all lines after it are stored"
             remedy = f"write {leave} after its last instruction"
             source.report(block.entry, "no-quit", "warning", found, section=block.entry.row.where, remedy=remedy)
         for statement in block.statements:

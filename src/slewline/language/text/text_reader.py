@@ -1,4 +1,4 @@
-"""A line of letters with arguments, taken apart: R 80, A$N 100, L 6,A; R 87H, /B 2, L #,16, ? M,2, "done"."""
+"""The parser of a line of letters with arguments: R 80, A$N 100, L 6,A; R 87H, /B 2, L #,16, ? M,2, "done"."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ARGUMENTS = re.compile(r"[^ ,]+(?:(?: *, *| +)[^ ,]+)*")
 
 
 class TextReader(Reader):
-    """Takes one line apart, in which several commands may stand one after the other."""
+    """Parser of one line, which may contain several commands."""
 
     def __init__(self, source: Source, number: int, column: int, text: str) -> None:
         super().__init__(source, number, column, text)
@@ -60,7 +60,7 @@ class TextReader(Reader):
         return labels
 
     def fits(self) -> bool:
-        """Return whether the line can be sent; report one that is too long, or has a character that is no byte."""
+        """Return whether the line can be sent; report one that is too long, or has a character that is not a byte."""
         text, limit = self.text, self.spoken.line_limit
         odd = next((at for at, letter in enumerate(text) if ord(letter) > 0xFF), None)
         if len(text) > limit:
@@ -73,14 +73,14 @@ class TextReader(Reader):
         return False
 
     def unknown(self, at: int) -> None:
-        """Report the letter at a column: no command begins with it."""
+        """Report the letter at a column, which is not a command."""
         letter = self.text[at]
         letters = " ".join(row.form for row in self.sheet.commands)
         remedy = unknown_remedy(self.sheet, letter)
         self.error(at, at + 1, "unknown-command", f"{letter} is not a command", letters, "", remedy)
 
     def behind(self, row: Row, at: int) -> None:
-        """Report text after a command that takes no argument."""
+        """Report text after a command without arguments."""
         argument = self.text[at:].lstrip()
         first, end = len(self.text) - len(argument), len(self.text)
         found = f"{argument} after {row.name}, which takes no argument"
@@ -88,7 +88,7 @@ class TextReader(Reader):
 
     def without(self, row: Row, extra: str) -> str:
         """Return the remedy for text after the end of a command: another command has a line of its own."""
-        if odd := slip_remedy(self.sheet, extra):  # a character, which explains all
+        if odd := slip_remedy(self.sheet, extra):  # a character that explains the problem
             return odd
         elsewhere = "" if row.args else slip_remedy(self.sheet, "", row)
         extra = extra.lstrip(" ,;\t").rstrip()
@@ -102,7 +102,7 @@ class TextReader(Reader):
         self.unnamed(0, len(self.text), labels)
 
     def unnamed(self, at: int, end: int, labels: tuple[str, ...]) -> None:
-        """Report the last of some labels as one without an instruction, in columns `at` to `end`."""
+        """Report the last of some labels, which has no instruction, in columns `at` to `end`."""
         self.bad_label(at, end, f"{self.spoken.label(labels[-1])} without an instruction")
 
     def is_label(self, at: int) -> bool:
@@ -120,19 +120,19 @@ class TextReader(Reader):
         return True
 
     def bad_label(self, at: int, end: int, found: str, allowed: str = "", remedy: str = "") -> None:
-        """Report what is wrong with a label."""
+        """Report the problem of a label."""
         self.error(at, end, "bad-label", found, allowed, self.sheet.sections.get("labels", ""), remedy)
 
     # ---------------------------------------------------------------------------------------------------- arguments
     def rest(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """Return the arguments after the letter; None: it cannot be sent so."""
+        """Return the arguments after the letter; None if they cannot be sent."""
         forms = {self.spoken.quote: self.string, self.spoken.query: self.asked, self.spoken.display: self.shown}
         if row.form not in forms:
             return self.operands(row, at)
         return () if forms[row.form](row, at) else None
 
     def operands(self, row: Row, at: int) -> tuple[Operand, ...] | None:
-        """The arguments; None if there are too few, or one of them is no number."""
+        """Return the arguments; None if there are too few, or one of them is not a number."""
         rest, needed = self.text[at:], len(row.args)
         words = list(_WORD.finditer(rest))
         end = len(self.text)
@@ -154,7 +154,7 @@ class TextReader(Reader):
         return known if len(known) == needed else None
 
     def spacing(self, row: Row, at: int) -> None:
-        """The chip is expected to forgive spaces; a text that shall stay readable writes one."""
+        """Report unusual spaces: the chip is expected to accept them, but one is more readable."""
         rest, end = self.text[at:], len(self.text)
         if not _ARGUMENTS.fullmatch(rest.strip(" ")):
             allowed = "one comma or one space between arguments"
@@ -166,7 +166,7 @@ class TextReader(Reader):
             self.source.report(self.spot(at, end), "spacing", "note", found, section=section, remedy=remedy)
 
     def operand(self, row: Row, arg: Arg, word: str, at: int) -> Operand | None:
-        """Return the value of an argument from its word at a column; None, with a report: it is none."""
+        """Return the value of an argument from its word at a column; None, with a report, if it is not a value."""
         end, place = at + len(word), self.spot(at, at + len(word))
         where = row.where.split("; ")[-1] if self.spoken.tokens else row.where  # a table of ranges is named last
         named = f"{row.name} {arg.name} {word}" if len(row.args) > 1 else f"{row.name} {word}"
@@ -182,19 +182,19 @@ class TextReader(Reader):
         return Operand(*place, arg.fit(value))
 
     def into_range(self, row: Row, arg: Arg, number: int) -> str:
-        """Return the remedy for a number out of range: the nearest one, but no other place for a target."""
+        """Return the remedy for a number out of range: the nearest one, except for a branch target."""
         if "t" in row.flow and arg is row.args[-1]:
             return "a target is the address of an instruction of this program, as slewline asm lists them"
         return f"the nearest is {min(max(number, arg.low), arg.high)}"
 
     def allowed(self, arg: Arg) -> str:
-        """Return what an argument may be, in words."""
+        """Return the allowed values of an argument, in words."""
         letters = self.sheet.labels if arg.label else ""
         return f"{arg.low}..{arg.high}" + (f" or a label {letters[0]}..{letters[-1]}" if letters else "")
 
     # ---------------------------------------------------------------------------------------- arguments of other kinds
     def string(self, row: Row, at: int) -> bool:
-        """Characters up to the next quotation mark, which ends the line."""
+        """Read a string up to the next quotation mark, which ends the line."""
         end = self.text.find(row.form, at)
         if end < 0:
             remedy = "a string ends with a quotation mark; a semicolon here would start a comment"
@@ -206,7 +206,7 @@ class TextReader(Reader):
         return True
 
     def asked(self, row: Row, at: int) -> bool:
-        """? R, or ? M,2."""
+        """Read a query: ? R, or ? M,2."""
         words = BETWEEN.split(self.text[at:].strip()) if self.text[at:].strip() else []
         letters = (*self.spoken.queries, self.spoken.listing)
         listed = words[:1] == [self.spoken.listing]
@@ -220,7 +220,7 @@ class TextReader(Reader):
         return False
 
     def shown(self, row: Row, at: int) -> bool:
-        """[38H,2,65,66: address, count and as many data."""
+        """Read a display command: [38H,2,65,66 with address, count and data."""
         words = BETWEEN.split(self.text[at:].strip().removesuffix("]"))
         numbers = [number(word) for word in words]
         if len(words) < 2 or None in numbers or any(found is not None and found > 0xFF for found in numbers):
@@ -229,5 +229,5 @@ class TextReader(Reader):
             return False
         if numbers[1] != len(numbers) - 2:
             found = f"{numbers[1]} values announced, {len(numbers) - 2} found"
-            self.error(at, len(self.text), "count", found, "", row.where, "the smaller number would count")
+            self.error(at, len(self.text), "count", found, "", row.where, "the smaller number would be used")
         return True

@@ -52,7 +52,7 @@ def _busy(row: TextRow) -> str:
 
 
 def in_full(sheet: Sheet, row: TextRow) -> str:
-    """Return all that is known of a command, in Markdown: forms, arguments, times, sources."""
+    """Return the full description of a command, in Markdown: forms, arguments, times, sources."""
     spoken = spoken_as(sheet, TextDialect)
     if spoken.tokens:
         place, kept = "buffer", f"{_bytes(row.size)}, `{stored(row)}`"
@@ -86,12 +86,12 @@ def labels_in_full(sheet: Sheet) -> str:
     branch = next((row.form for row in sheet.commands if row.flow == "t" and row.args), "")
     used = ", ".join(row.form for row in sheet.commands if any(arg.label for arg in row.args))
     text = [
-        "# LABEL: names the instruction that follows",
+        "# LABEL: names the next instruction",
         "",
         f"- ASCII: `{spoken.label(first)}` to `{spoken.label(last)}`, "
         "directly in front of the instruction, without a carriage return",
         "- binary: none; binary programs branch to addresses",
-        "- program buffer: no room",
+        "- program buffer: no bytes",
         f"- branches to it: {used}, with the letter alone, such as `{branch} {first}`",
         f"- manual: {sheet.sections.get('labels in full', '')}",
     ]
@@ -102,7 +102,7 @@ def command_table(sheet: Sheet) -> str:
     """Return the table of commands of a part, in Markdown."""
     spoken = spoken_as(sheet, TextDialect)
     stored_as, time = (["buffer"], ["µs"]) if spoken.tokens else ([], [])
-    heads = ("ASCII", "name", "what it does", "arguments", *stored_as, "binary", *time, "manual")
+    heads = ("ASCII", "name", "function", "arguments", *stored_as, "binary", *time, "manual")
     rows = [
         (
             f"`{usage(row, spoken)}`",
@@ -116,16 +116,16 @@ def command_table(sheet: Sheet) -> str:
         )
         for row in sheet.rows(TextRow)
     ]
-    note = "The time is how long the chip is busy with the last byte of the command, without conversion and motion."
+    note = "The time is that of the last byte of the command, without conversion and motion."
     return f"{table(heads, rows)}\n\n{note}" if time else table(heads, rows)
 
 
 def chapters(sheet: Sheet) -> list[str]:
-    """Return how numbers are written."""
+    """Return the chapter on how numbers are written."""
     spoken = spoken_as(sheet, TextDialect)
     return [
         "## Numbers\n\nDecimal (`135`) or hexadecimal, with a leading digit and a trailing `H` (`87H`, `0ABH`); "
-        f"between two of them a comma or a space. `{spoken.switches}` for the first one reads thumbwheel switches. "
+        f"separated by a comma or a space. `{spoken.switches}` for the first one reads thumbwheel switches. "
         f"`{spoken.negate}` in front of {', '.join(spoken.negated)} inverts bit {spoken.flips.bit_length() - 1} of the "
         "first argument. Both are for text only."
     ]

@@ -1,4 +1,4 @@
-"""How numbers and arguments are written: 135, 87H, 0ABH, # for switches; a comma or a space between two of them."""
+"""How numbers and arguments are written: 135, 87H, 0ABH, # for switches; separated by a comma or a space."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ _HEX = re.compile(r"[0-9][0-9A-F]*H")
 
 
 def number(word: str) -> int | None:
-    """Return the number that a word is: decimal, or hexadecimal with a leading digit and a trailing H; else None."""
+    """Return the number in a word: decimal, or hexadecimal with a leading digit and a trailing H; otherwise None."""
     if word.isascii() and word.isdigit():
         return int(word)
     return int(word[:-1], 16) if _HEX.fullmatch(word) else None
 
 
 def query_meant(letter: str, letters: Iterable[str]) -> str:
-    """Return the remedy for a query of a letter in lower case; empty: it is none of these in capitals either."""
+    """Return the remedy for a query of a letter in lower case; empty if its capital cannot be queried either."""
     return f"write ? {letter.upper()}: letters are upper case" if letter.upper() in {*letters} - {letter} else ""
 
 
 def hint(word: str) -> str:
-    """Return the remedy for a word that is no number but might be a hexadecimal one; empty: none is known."""
+    """Return the remedy for a word that is not a number but may be a hexadecimal one; empty if none is known."""
     digits = word.translate(LIKE_DIGITS)
     if digits != word and number(digits) is not None:
         return f"write {digits}, {IN_DIGITS}"

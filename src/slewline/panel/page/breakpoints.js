@@ -1,5 +1,5 @@
 /**
- * The breakpoints: the control port takes them all at once, so they are kept in one place.
+ * The breakpoints of the page. The control port takes all of them in one request, so they are kept in one place.
  */
 
 import { button, choices, field, h, select } from "./dom.js";
@@ -15,23 +15,23 @@ const HINTS = { pin: "x.slew", register: "name, or name=80", position: "400", ad
 export class Breakpoints {
   /**
    * @param {Link} link
-   * @param {(error: Error) => void} fail told what is wrong with one
+   * @param {(error: Error) => void} fail called with an error of a breakpoint
    */
   constructor(link, fail) {
     this.link = link;
     this.fail = fail;
     /** @type {Breakpoint[]} */
     this.all = [];
-    /** What the server calls them. @type {string[]} */
+    /** Their names on the server. @type {string[]} */
     this.names = [];
     /** @type {Set<() => void>} */
     this.listeners = new Set();
   }
 
   /**
-   * Replace them all; if the server refuses one, all stay as they were.
+   * Replace all breakpoints; if the server refuses one, none is changed.
    * @param {Breakpoint[]} all
-   * @returns {Promise<boolean>} were they taken?
+   * @returns {Promise<boolean>} whether the server accepted them
    */
   async replace(all) {
     try {
@@ -47,7 +47,7 @@ export class Breakpoints {
   }
 
   /**
-   * Return whether there is one at an instruction.
+   * Return whether an instruction has a breakpoint.
    * @param {string} chip
    * @param {number} address
    * @returns {boolean}
@@ -57,7 +57,7 @@ export class Breakpoints {
   }
 
   /**
-   * Set one at an instruction, or remove it.
+   * Set or remove the breakpoint of an instruction.
    * @param {string} chip
    * @param {number} address
    */
@@ -66,14 +66,14 @@ export class Breakpoints {
     this.replace(others.length < this.all.length ? others : [...others, { chip, address }]);
   }
 
-  /** Set them again, on a server that may have forgotten them. */
+  /** Set all breakpoints again, on a server that may have lost them. */
   renew() {
     if (this.all.length && this.link.writes) this.replace(this.all);
   }
 }
 
 /**
- * Return a breakpoint as the form has it; a number that is none is an error.
+ * Return the breakpoint entered in the form; an invalid number is an error.
  * @param {string} kind
  * @param {string} chip
  * @param {string} text
@@ -89,7 +89,7 @@ function written(kind, chip, text, edge) {
 }
 
 /**
- * Show the list of breakpoints, with a form for more.
+ * Show the list of breakpoints, with a form to add one.
  * @param {Breakpoints} breakpoints
  * @param {HTMLElement} root
  * @returns {{update: (view: any) => void, close: () => void}}
@@ -99,7 +99,7 @@ export function breakpointsView(breakpoints, root) {
   const list = h("ul", { class: "plain breakpoint-list" });
   const kind = select("Kind of breakpoint", KINDS, { change: adapt });
   const chip = select("Chip", {});
-  const text = field("What it waits for", { size: 14, placeholder: HINTS.pin });
+  const text = field("Condition", { size: 14, placeholder: HINTS.pin });
   const edge = select("Edge", { any: "any edge", rises: "rises", falls: "falls" });
   const form = h(
     "form",
@@ -110,7 +110,7 @@ export function breakpointsView(breakpoints, root) {
     h("summary", {}, "Breakpoints", count),
     h("div", { class: "popover-body" },
       list, form,
-      h("p", { class: "quiet" }, "A click on a line of the program sets one there.")));
+      h("p", { class: "quiet" }, "Click a line of the program to set a breakpoint there.")));
   root.append(popover);
   document.addEventListener("pointerdown", pressedElsewhere);
 
@@ -154,7 +154,7 @@ export function breakpointsView(breakpoints, root) {
         const others = () => breakpoints.replace(breakpoints.all.filter((other) => other !== one));
         return h("li", {}, h("span", {}, name), button("×", others, { "aria-label": `Remove ${name}`, class: "bare" }));
       }),
-      ...(breakpoints.all.length ? [] : [h("li", { class: "quiet" }, "None is set.")]),
+      ...(breakpoints.all.length ? [] : [h("li", { class: "quiet" }, "No breakpoints.")]),
     );
   }
 

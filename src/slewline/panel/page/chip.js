@@ -11,7 +11,7 @@ import { registers } from "./registers.js";
 /** @typedef {import("./link.js").Link} Link */
 /** @typedef {{update: (view: any, timePs: number) => void, close: () => void}} View */
 
-const UNSEEN_MS = 500; // between two changes of a card that is not on the screen: a screen reader may be there
+const UNSEEN_MS = 500; // between two updates of a card outside the viewport, which a screen reader may be reading
 
 /**
  * Show a chip.
@@ -104,7 +104,7 @@ export function chipCard(link, sheet, name, root, breakpoints, fail) {
       axis.velocity.closest("dl")?.classList.toggle("moving", own.moving === true);
     });
     const off = chip.powered === false;
-    say(state, off ? "no supply" : chip.working ? `works on ${chip.working}` : chip.waiting || (chip.idle ? "idle" : ""));
+    say(state, off ? "no supply" : chip.working ? `executing ${chip.working}` : chip.waiting || (chip.idle ? "idle" : ""));
     state.className = `state ${off ? "off" : chip.working ? "working" : "idle"}`;
     power.hidden = chip.powered === undefined;
     say(power, off ? "Supply off" : "Supply on");

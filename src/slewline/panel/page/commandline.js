@@ -1,5 +1,5 @@
 /**
- * The command line of a chip: what a host would send, with history, completion and the manual's help.
+ * The command line of a chip, for commands that a host would send, with history, completion and the manual's help.
  */
 
 import { field, h } from "./dom.js";
@@ -8,7 +8,7 @@ import { field, h } from "./dom.js";
 /** @typedef {{form: string, name: string, syntax: string, says: string, where?: string}} Command */
 
 const MOST = 200; // lines of the history
-const SHOWN = 7; // commands that are offered
+const SHOWN = 7; // commands offered
 
 /**
  * Show the command line of a chip.
@@ -22,11 +22,11 @@ const SHOWN = 7; // commands that are offered
 export function commandLine(link, sheet, chipName, root, fail) {
   /** @type {string[]} */
   const history = [];
-  let place = 0; // in the history; its length: the line that is being written
+  let place = 0; // in the history; its length means the line being typed
   let draft = "";
   /** @type {Command[]} */
   let offered = [];
-  let chosen = -1; // of those that are offered
+  let chosen = -1; // of the offered commands
 
   const helpId = `${chipName}-help`;
   const input = field(`Command for ${chipName}`, {
@@ -54,7 +54,7 @@ export function commandLine(link, sheet, chipName, root, fail) {
     hide();
     try {
       await link.request({ do: "send", chip: chipName, text });
-      if (link.view.pace?.paused) fail(new Error(`${text}: is sent as time passes, and time is stopped: press Go.`));
+      if (link.view.pace?.paused) fail(new Error(`${text} is not sent while time is stopped. Press Go.`));
     } catch (error) {
       input.value = text;
       fail(/** @type {Error} */ (error));
@@ -71,7 +71,7 @@ export function commandLine(link, sheet, chipName, root, fail) {
       place = next;
       offer();
     } else if (name === "Tab" && !shiftKey && offered.length && input.value.trim() && !complete()) {
-      return; // nothing to complete: on to the next control
+      return; // nothing to complete: move to the next control
     } else if (name === "Escape") {
       hide();
       return;
@@ -132,7 +132,7 @@ export function commandLine(link, sheet, chipName, root, fail) {
 }
 
 /**
- * Return what an empty line shows.
+ * Return the placeholder of an empty line.
  * @param {Record<string, any>} sheet
  * @returns {string}
  */
@@ -142,7 +142,7 @@ function example(sheet) {
 }
 
 /**
- * Return what is put in for a command: itself, and a space if something follows.
+ * Return the text to insert for a command: the command itself, and a space if arguments follow.
  * @param {Command} one
  * @returns {string}
  */
@@ -153,7 +153,7 @@ function insertion(one) {
 }
 
 /**
- * Return the commands that a line may become: those that it begins with come first, then those whose name it is.
+ * Return the commands that match a line: first by their letters, then by their names.
  * @param {Command[]} commands
  * @param {string} line
  * @returns {Command[]}

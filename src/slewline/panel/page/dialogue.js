@@ -1,5 +1,5 @@
 /**
- * The conversation of hosts and chips, both ways, with the findings beside the bytes that caused them.
+ * The dialogue of hosts and chips, in both directions, with the findings next to the bytes that caused them.
  */
 
 import { button, choices, field, h, select } from "./dom.js";
@@ -10,7 +10,7 @@ import { complain } from "./link.js";
 /** @typedef {{number: number, time_ps: number, who: string, kind: string, text: string, code?: string}} Entry */
 
 const MOST = 2000; // rows
-const NEAR_PX = 30; // of the end: the rows follow what is said
+const NEAR_PX = 30; // from the end: the list scrolls with new rows
 const CALM_MS = 1000; // between two findings that are read aloud
 /** @type {Record<string, [string, string]>} */
 const KINDS = {
@@ -19,7 +19,7 @@ const KINDS = {
 };
 
 /**
- * Show the conversation.
+ * Show the dialogue.
  * @param {Link} link
  * @param {HTMLElement} root
  * @returns {{update: (view: any) => void, close: () => void}}
@@ -30,7 +30,7 @@ export function dialogue(link, root) {
   /** @type {Entry[]} */
   let coming = [];
   let newest = -1;
-  let generation = 0; // of the conversation: another branch has another one
+  let generation = 0; // of the dialogue: each branch has its own
   let aloudAt = 0;
   let follows = true;
 
@@ -44,13 +44,13 @@ export function dialogue(link, root) {
     });
     return one;
   });
-  const who = select("Of which chip or part", { "": "all" }, { change: filter });
+  const who = select("Chip or part", { "": "all" }, { change: filter });
   const words = field("Find in the conversation", { type: "search", placeholder: "Find", size: 10, input: filter });
   const list = h("ol", { class: "said", tabindex: 0, "aria-label": "Conversation", scroll: scrolled });
   const latest = button("Latest ↓", () => { follows = true; toEnd(); }, { class: "latest", "data-writes": null, hidden: true });
   const aloud = h("div", { class: "unseen", role: "status", "aria-live": "polite" });
   root.append(
-    h("div", { class: "row filters", role: "group", "aria-label": "What is shown" }, ...filters),
+    h("div", { class: "row filters", role: "group", "aria-label": "Kinds of entries" }, ...filters),
     h("div", { class: "row filters" }, who, words),
     h("div", { class: "said-frame" }, list, latest),
     aloud,
@@ -169,7 +169,7 @@ export function dialogue(link, root) {
 }
 
 /**
- * Return a text in pieces, those that stand for bytes which are not printable set apart.
+ * Return a text in pieces, with the codes of unprintable bytes separated.
  * @param {string} text
  * @returns {(Node | string)[]}
  */

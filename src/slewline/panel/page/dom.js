@@ -1,13 +1,13 @@
 /**
- * Elements, made without markup: what comes from outside goes in as text and nothing else.
+ * Elements created without markup: data from outside is inserted only as text.
  */
 
 /** @typedef {Node | string | null | undefined | false} Child */
 
-let writes = false; // may this page move and write?
+let writes = false; // whether this page may move and write
 
 /**
- * Enable what moves or writes, or disable it: all that has data-writes, now and later.
+ * Enable or disable all elements with data-writes, which move or write, now and later.
  * @param {boolean} allowed
  */
 export function allowWrites(allowed) {
@@ -21,7 +21,7 @@ export function allowWrites(allowed) {
  * Return a new element.
  * @template {keyof HTMLElementTagNameMap} T
  * @param {T} tag
- * @param {Record<string, unknown>} [attributes] a function listens to the event of its name; false and null: none
+ * @param {Record<string, unknown>} [attributes] a function becomes a listener for its event; false and null omit it
  * @param {...Child} children
  * @returns {HTMLElementTagNameMap[T]}
  */
@@ -47,14 +47,14 @@ export function put(element, ...children) {
 }
 
 /**
- * Set the text of an element, if it is another one.
+ * Set the text of an element, if it has changed.
  * @param {Element} element
  * @param {string} text
- * @returns {boolean} was it another one?
+ * @returns {boolean} whether it has changed
  */
 export function say(element, text) {
   const only = element.childNodes.length === 1 ? element.firstChild : null;
-  if (only instanceof Text) { // a text that changes is laid out for less than one that is replaced
+  if (only instanceof Text) { // changing a text node takes less layout time than replacing it
     if (only.data === text) return false;
     only.data = text;
     return true;
@@ -65,7 +65,7 @@ export function say(element, text) {
 }
 
 /**
- * Return a button for a request that moves or writes; a page that may only read shows it disabled.
+ * Return a button for a request that moves or writes; on a read-only page it is disabled.
  * @param {string} text
  * @param {(event: Event) => void} click
  * @param {Record<string, unknown>} [attributes]
@@ -89,7 +89,7 @@ export function select(label, options, attributes = {}) {
 }
 
 /**
- * Replace what there is to choose from; what is chosen stays, if it is still there.
+ * Replace the options of a list; the selection is kept if it still exists.
  * @param {HTMLSelectElement} element
  * @param {Record<string, string>} options text by value
  */
@@ -100,7 +100,7 @@ export function choices(element, options) {
 }
 
 /**
- * Return a line of text to be filled in.
+ * Return a text input of one line.
  * @param {string} label its accessible name
  * @param {Record<string, unknown>} [attributes]
  * @returns {HTMLInputElement}
@@ -129,7 +129,7 @@ export function icon(path) {
 }
 
 /**
- * Return a function that calls another one when it has not been called for a while.
+ * Return a function that calls another one after it has not been called for a while (debounce).
  * @param {() => void} call
  * @param {number} ms
  * @returns {() => void}

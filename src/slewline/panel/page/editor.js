@@ -11,7 +11,7 @@ import { grouped } from "./format.js";
 
 const CALM_MS = 300; // after the last key, the program is assembled
 const LONGEST = 60_000; // characters of a program: a request is shorter than 64 KiB
-const STARTS = /^(run|execute|start)\b.*\bprogram\b/i; // what a manual says of the command that runs what is stored
+const STARTS = /^(run|execute|start)\b.*\bprogram\b/i; // a manual's description of the command that runs the stored program
 
 /**
  * Show the editor.
@@ -26,7 +26,7 @@ export function editor(link, sheets, root, fail) {
   let problems = [];
   /** @type {Map<number, Row>} */
   let rows = new Map();
-  let number = 0; // of the last question to the assembler
+  let number = 0; // of the last request to the assembler
   let name = "program.txt";
 
   const chip = select("Chip", {}, { change: chipChanged });
@@ -36,7 +36,7 @@ export function editor(link, sheets, root, fail) {
   const marks = h("pre", { class: "marks", "aria-hidden": "true" });
   const text = h("textarea", {
     "aria-label": "Program", spellcheck: "false", autocomplete: "off", autocapitalize: "off", wrap: "off",
-    input: changed, scroll: follow, placeholder: "A program: a command a line, as a host sends it.",
+    input: changed, scroll: follow, placeholder: "A program: one command per line, as a host sends it.",
   });
   const state = h("p", { class: "quiet", role: "status", "aria-live": "polite" });
   const list = h("ul", { class: "plain problems" });
@@ -232,7 +232,7 @@ export function editor(link, sheets, root, fail) {
 }
 
 /**
- * Return how an example is listed: the name of its file, and what it shows.
+ * Return the list entry of an example: the name of its file, and its title.
  * @param {{name: string, title: string}} one
  * @returns {string}
  */

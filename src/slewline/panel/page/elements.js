@@ -1,5 +1,5 @@
 /**
- * What else is needed of elements: several attributes at once, SVG, and buttons that change only what is seen.
+ * Further helpers for elements: several attributes in one call, SVG, and buttons that change only the display.
  */
 
 import { h } from "./dom.js";
@@ -34,7 +34,7 @@ export function svg(tag, attributes = {}) {
 }
 
 /**
- * Return a button that changes only what is seen: it works on a page that may only read, too.
+ * Return a button that changes only the display, so it also works on a read-only page.
  * @param {string} text
  * @param {() => void} click
  * @param {Record<string, unknown>} [attributes]

@@ -1,5 +1,5 @@
 /**
- * Numbers as they are shown: virtual times, velocities, positions.
+ * Formatting of numbers: virtual times, velocities, positions.
  */
 
 const PS = 1e12; // picoseconds of a second
@@ -30,7 +30,7 @@ export function readable(ps) {
 }
 
 /**
- * Return a time as a request has it.
+ * Return a time in the form of a request.
  * @param {number} ps
  * @returns {string}
  */
@@ -39,18 +39,18 @@ export function asTime(ps) {
 }
 
 /**
- * Return a time that somebody has written, for a request; a number without a unit is an error.
+ * Return a typed time, for a request; a number without a unit is an error.
  * @param {string} text
  * @returns {string}
  */
 export function writtenTime(text) {
   const bare = text.trim().replace(",", ".");
-  if (/^[\d.]+$/.test(bare)) throw new Error(`time ${text.trim()}: has no unit; write ${bare} ms or ${bare} s`);
+  if (/^[\d.]+$/.test(bare)) throw new Error(`time ${text.trim()} has no unit; write ${bare} ms or ${bare} s`);
   return bare.replace(/^([\d.]+)\s*(\D+)$/, "$1 $2").replace("µs", "us");
 }
 
 /**
- * Return a time that somebody has written, in picoseconds; NaN if it is none.
+ * Return a typed time in picoseconds; NaN if it is not a time.
  * @param {string} text
  * @returns {number}
  */
@@ -70,7 +70,7 @@ export function grouped(value) {
 }
 
 /**
- * Return a value of a register or a reading; null and undefined: none.
+ * Return a value of a register or a reading; null and undefined mean no value.
  * @param {unknown} value
  * @returns {string}
  */
@@ -101,9 +101,9 @@ export function times(rate) {
 }
 
 /**
- * Return a whole number that was typed; anything else is an error.
+ * Return a typed whole number; any other text is an error.
  * @param {string} text
- * @param {string} what it is
+ * @param {string} name of the value, for the message
  * @returns {number}
  */
 export function wholeNumber(text, what) {

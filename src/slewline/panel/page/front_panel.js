@@ -1,6 +1,6 @@
 /**
- * What is on the front of a machine: displays, thumbwheels, a jog switch, contacts, lamps, counters, and buttons for all
- * else that a hand could do.  Each is an element with `take`, which has what a view shows of its part.
+ * The front panel of a machine: displays, thumbwheels, a jog switch, contacts, lamps, counters, and buttons for all
+ * other manual operations.  Each is an element with `take`, which receives the state of its part from a view.
  */
 
 import { button, h, say } from "./dom.js";
@@ -12,7 +12,7 @@ import { digitsOf } from "./units.js";
 /** @typedef {(verb: string, ...args: (number | string)[]) => void} Act */
 
 const FLASH = "display-flash";
-const TRUST_MS = 1000; // after a click, what it has asked for is shown, whatever a view of before says
+const TRUST_MS = 1000; // after a click, the requested state is shown, even if an older view differs
 
 /** A display: a row of lit characters, or a liquid crystal with several rows. */
 export class Display {
@@ -50,7 +50,7 @@ export class Display {
   }
 }
 
-/** Thumbwheel switches: a window a digit, a button above and below. */
+/** Thumbwheel switches: a window for each digit, with a button above and below. */
 export class Thumbwheels {
   /**
    * @param {string} name
@@ -60,7 +60,7 @@ export class Thumbwheels {
     this.name = name;
     this.act = act;
     this.value = "";
-    this.asked = ""; // what the clicks have asked for, until a view shows it
+    this.asked = ""; // the requested digits, until a view shows them
     this.askedMs = 0;
     this.letter = h("b", { class: "wheels-letter" });
     this.wheels = h("div", { class: "wheels" });
@@ -74,7 +74,7 @@ export class Thumbwheels {
     const value = String(shows.value);
     say(this.letter, shows.letter ?? "");
     if (this.windows.length !== value.length) this.build(value.length);
-    // a view may show what the first of several quick clicks has done: the next one counts on from the last all the same
+    // a view may show only the effect of the first of several quick clicks: the next click counts from the requested digit
     if (value === this.asked || performance.now() - this.askedMs > TRUST_MS) this.asked = "";
     this.value = value;
     this.show();
@@ -112,7 +112,7 @@ export class Thumbwheels {
   }
 }
 
-/** A jog switch: it goes back to the middle when it is let go. */
+/** A jog switch: it returns to the centre when released. */
 export class JogSwitch {
   /**
    * @param {string} name
@@ -179,7 +179,7 @@ export class Contact {
   }
 }
 
-/** Lamps, one a pin, with what a pin of several wires has as a number. */
+/** Lamps, one per pin; a pin of several wires shows a number. */
 export class Lamps {
   /** @param {string} name */
   constructor(name) {
@@ -210,7 +210,7 @@ export class Lamps {
   }
 }
 
-/** Numbers that a part shows, by name. */
+/** Numeric readings of a part, by name. */
 export class Figures {
   constructor() {
     this.element = h("dl", { class: "figures" });
@@ -245,13 +245,13 @@ function plain(value) {
 }
 
 const COUNTED = new Map([
-  ["push", "counts to push it, less than 0: back"],
+  ["push", "counts to push the shaft; negative: backwards"],
   ["slip", "counts to slip"],
   ["run", "counts/s"],
 ]);
 
 /**
- * Make the buttons for what else a hand could do: one a verb, with a number where the verb takes one.
+ * Create the buttons for other manual operations: one for each verb, with a number if the verb takes one.
  * @param {string} name
  * @param {string[]} verbs
  * @param {Act} act

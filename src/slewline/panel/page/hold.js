@@ -1,15 +1,15 @@
 /**
- * Press and hold: a button that is worked for as long as it is pressed, by pointer or keyboard.
+ * Press and hold: a button that acts while it is pressed, by pointer or keyboard.
  *
- * A press of the keyboard counts from the first keydown to the keyup; the page losing the focus ends it as well, so that
- * nothing stays pressed which nobody presses.
+ * A press of the keyboard lasts from the first keydown to the keyup; it also ends when the page loses the focus, so that
+ * no button remains pressed by mistake.
  */
 
 /**
  * Call `down` when a press begins and `up` when it ends.
  * @param {HTMLElement} element
  * @param {() => void} down
- * @param {(heldMs: number) => void} up with how long it was pressed
+ * @param {(heldMs: number) => void} up with the duration of the press
  */
 export function onHold(element, down, up) {
   let since = 0;
@@ -27,13 +27,13 @@ export function onHold(element, down, up) {
   };
   element.addEventListener("pointerdown", (event) => {
     if (event.button !== 0) return;
-    // the release belongs to this element wherever the pointer is then
+    // this element receives the release, wherever the pointer is
     element.setPointerCapture(event.pointerId);
     begin();
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) element.addEventListener(name, end);
   element.addEventListener("contextmenu", (event) => {
-    if (pressed) event.preventDefault(); // a long touch is a press here
+    if (pressed) event.preventDefault(); // a long touch counts as a press
   });
   element.addEventListener("keydown", (event) => {
     if (event.key !== " " && event.key !== "Enter") return;
@@ -42,12 +42,12 @@ export function onHold(element, down, up) {
   });
   element.addEventListener("keyup", (event) => {
     if (event.key !== " " && event.key !== "Enter") return;
-    event.preventDefault(); // or a click would follow
+    event.preventDefault(); // otherwise a click would follow
     end();
   });
   element.addEventListener("click", (event) => {
     if (event.detail !== 0) return;
-    begin(); // a click without a pointer, as a screen reader makes it, is a short press
+    begin(); // a click without a pointer, for example by a screen reader, is a short press
     end();
   });
 }

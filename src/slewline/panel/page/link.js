@@ -1,7 +1,7 @@
 /**
  * The link to the control port: requests, events and the state of everything, over one websocket.
  *
- * The page has no other way to the server. What may be asked is in docs/reference/control.md.
+ * The page has no other connection to the server. docs/reference/control.md lists the requests.
  */
 
 /** @typedef {Record<string, any>} Data */
@@ -11,8 +11,8 @@
 const EVERY = "33 ms"; // between two views: 30 pictures a second
 const FIRST_WAIT_MS = 250; // before the first attempt to connect again
 const LONGEST_WAIT_MS = 5000;
-const WRONG_TOKEN = 4403; // with which the panel closes; to try once more is no use
-const LOST = "The connection to the panel is lost.";
+const WRONG_TOKEN = 4403; // close code of the panel; another attempt would be useless
+const LOST = "The connection to the panel was lost.";
 
 /**
  * Return whether a value has members of its own.
@@ -24,7 +24,7 @@ function isObject(value) {
 }
 
 /**
- * Bring a change into a state, deep; a list of objects changes member by member, any other value is replaced.
+ * Merge a change into a state, recursively; a list of objects is merged item by item, any other value is replaced.
  * @param {Data} state
  * @param {Data} change
  * @returns {Data} the state
@@ -46,11 +46,11 @@ export function merge(state, change) {
   return state;
 }
 
-/** A request has no reply, because the connection is lost. */
+/** Error of a request without a reply, because the connection was lost. */
 class Lost extends Error {}
 
 /**
- * Report what was wrong with a request; that the connection is lost is shown as it is.
+ * Report the error of a request; the loss of the connection is shown elsewhere.
  * @param {unknown} error
  */
 export function complain(error) {
@@ -60,7 +60,7 @@ export function complain(error) {
 export class Link {
   /**
    * @param {string} url of the websocket
-   * @param {string | null} token what the address of the page carries; without it only reading is allowed
+   * @param {string | null} token token in the address of the page; without it only reading is allowed
    */
   constructor(url, token) {
     this.url = url;
@@ -88,7 +88,7 @@ export class Link {
     document.addEventListener("visibilitychange", () => this.watch());
   }
 
-  /** Connect, and connect again whenever the connection is lost. */
+  /** Connect, and reconnect whenever the connection is lost. */
   open() {
     const socket = new WebSocket(this.url);
     this.socket = socket;
@@ -105,7 +105,7 @@ export class Link {
   }
 
   /**
-   * Send a request; the promise has its reply, or is rejected with what the server says is wrong.
+   * Send a request; the promise resolves to the reply, or is rejected with the server's error.
    * @param {Data} object such as {do: "pause"}
    * @returns {Promise<any>}
    */
@@ -121,11 +121,11 @@ export class Link {
   }
 
   /**
-   * Call a function at every event of a name: view, said, stopped, branch of the server; and of the link itself
-   * connected, lost (with the reason), done (a request, with what was asked for).
+   * Call a function at every event of a name: "view", "said", "stopped", "branch" of the server; or, of the link itself,
+   * connected, lost (with the reason), done (with the completed request).
    * @param {string} name
    * @param {Callback} callback
-   * @returns {() => void} ends it
+   * @returns {() => void} removes the listener
    */
   on(name, callback) {
     let all = this.callbacks.get(name);
@@ -143,13 +143,13 @@ export class Link {
       try {
         callback(event);
       } catch (error) {
-        console.error(error); // one view that fails must not blind the others
+        console.error(error); // an error in one view must not stop the others
       }
     }
   }
 
   /**
-   * Take a message: an event, or the reply to a request.
+   * Process a message: an event, or the reply to a request.
    * @param {string} text
    */
   receive(text) {
@@ -169,7 +169,7 @@ export class Link {
   }
 
   /**
-   * Take the first message of the panel: the server is connected.
+   * Process the first message of the panel: the server is connected.
    * @param {Data} message
    */
   welcome(message) {
@@ -182,7 +182,7 @@ export class Link {
     this.watch();
   }
 
-  /** Ask for the changes of the state while the page is seen, and for none while it is hidden. */
+  /** Subscribe to changes of the state while the page is visible, and unsubscribe while it is hidden. */
   watch() {
     const wanted = !document.hidden;
     if (!this.connected || wanted === this.watching) return;

@@ -1,7 +1,7 @@
 /**
- * The stored program of a chip: addresses, bytes and text; the instruction it is at, and breakpoints.
+ * The stored program of a chip: addresses, bytes and text, the current instruction, and breakpoints.
  *
- * Only the rows that are seen are elements, so a program may be as long as it likes.
+ * Only the visible rows are elements, so a program may have any length.
  */
 
 import { h, say } from "./dom.js";
@@ -11,7 +11,7 @@ import { h, say } from "./dom.js";
 /** @typedef {{address: number, bytes: string, text: string, label?: string}} Row */
 
 const ROW_PX = 22; // as in style.css
-const MORE = 4; // rows above and below those that are seen
+const MORE = 4; // rows above and below the visible ones
 
 /**
  * Show the program of a chip.
@@ -31,7 +31,7 @@ export function listing(link, chipName, root, breakpoints) {
   /** @type {number | null} */
   let counter = null;
   let closed = false;
-  /** The rows that are elements, by index. @type {Map<number, HTMLElement>} */
+  /** The rows that exist as elements, by index. @type {Map<number, HTMLElement>} */
   const shownRows = new Map();
 
   const sheet = h("div", { class: "listing-rows", role: "presentation" });

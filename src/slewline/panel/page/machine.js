@@ -1,5 +1,5 @@
 /**
- * The machine: every part on the bench, drawn by what it shows and worked by the verbs it takes, and a shaft for each axis.
+ * The machine: every part on the bench, with its state and buttons for its verbs, and a shaft for each axis.
  */
 
 import { h, say } from "./dom.js";
@@ -15,7 +15,7 @@ import { digitsOf } from "./units.js";
 /** @typedef {{jumped: boolean, legible: boolean, nowPs: number, rate: number, view: Data, hasLever: boolean}} Moment */
 /** @typedef {{element: HTMLElement, take: (moment: Moment) => void, close: () => void}} Card */
 
-const AXIS_TURN = 200; // steps of the motor that is drawn for an axis of a chip
+const AXIS_TURN = 200; // steps per revolution of the motor drawn for an axis of a chip
 const LAMP_ROLES = /^(output\d|ready|running|slewing|moving|motion_complete|ramping|program_entry|interrupt)$/;
 const JOG = ["cw", "ccw", "off"];
 const SHAFT_KEYS = ["angle", "per_turn", "position", "place", "low", "high", "unit", "spots", "lit", "on"];
@@ -42,7 +42,7 @@ class Machine {
     root.replaceChildren(this.problem, this.grid);
     /** @type {Map<string, Card>} */
     this.cards = new Map();
-    /** Parts as `parts` has them, or null before they are known. @type {Data | null} */
+    /** Parts from the reply to `parts`, or null before it arrives. @type {Data | null} */
     this.parts = null;
     this.asked = false;
     this.lastPs = 0;
@@ -85,10 +85,10 @@ class Machine {
   }
 
   /**
-   * Draw what has changed; called with every picture in which something may have.
+   * Draw changes; called for every frame in which something may have changed.
    * @param {any} [view]
    * @param {number} [timePs]
-   * @param {boolean} [legible] also what is to be read
+   * @param {boolean} [legible] whether to update text as well
    */
   update(view = this.link.view, timePs = this.link.timePs, legible = true) {
     const jumped = this.jump || timePs < this.lastPs;
@@ -125,7 +125,7 @@ class Machine {
   }
 
   /**
-   * Return what works a part.
+   * Return the function that operates a part.
    * @param {string} part
    * @returns {import("./front_panel.js").Act}
    */
@@ -138,7 +138,7 @@ class Machine {
 }
 
 /**
- * Return whether a card is that of an axis.
+ * Return whether a card belongs to an axis.
  * @param {Card} card
  * @returns {boolean}
  */
@@ -147,7 +147,7 @@ function isAxis(card) {
 }
 
 /**
- * Return whether there is anything of a part to be seen or worked: a host, say, has nothing.
+ * Return whether a part has anything to show or operate; a host, for example, has not.
  * @param {Data} info
  * @param {Data} part
  * @returns {boolean}
@@ -157,7 +157,7 @@ function seen(info, part) {
 }
 
 /**
- * Make a frame with a heading.
+ * Create a frame with a heading.
  * @param {string} name
  * @param {string} kind
  * @param {string} look
@@ -186,7 +186,7 @@ class Reading {
   }
 }
 
-/** An axis of a chip: the shaft that its steps would turn, its strips, and the lamps of the chip with the first one. */
+/** An axis of a chip: the shaft that its steps would turn and its strips; the first axis also has the lamps of the chip. */
 class AxisCard {
   /**
    * @param {Link} link
@@ -221,7 +221,7 @@ class AxisCard {
           .filter((/** @type {Data} */ pin) => (several ? (pin.axis ?? 1) === axis + 1 : true))
           .map((/** @type {Data} */ pin) => pin.name);
       },
-      () => {}, // no lamps then; the package tells what is wrong
+      () => {}, // no lamps then; the package shows the error
     );
   }
 
@@ -257,7 +257,7 @@ class AxisCard {
     if (!legible) return;
     this.position.show(axis.position);
     this.velocity.show(axis.velocity ?? 0);
-    if (this.jog) this.jog.hidden = hasLever; // the machine has a jog switch of its own
+    if (this.jog) this.jog.hidden = hasLever; // the machine has its own jog switch
     say(this.state, axis.moving ? "moving" : "at rest");
     if (this.lit.length) this.lamps.take(Object.fromEntries(this.lit.map((pin) => [pin, chip.levels?.[pin] ?? null])));
   }
@@ -278,7 +278,7 @@ class PartCard {
     const verbs = info.verbs ?? [];
     /** @type {((moment: Moment, shows: Data) => void)[]} */
     this.takers = [];
-    /** What is to be read. @type {((moment: Moment, shows: Data) => void)[]} */
+    /** Updates of text. @type {((moment: Moment, shows: Data) => void)[]} */
     this.legible = [];
     /** @type {(() => void)[]} */
     this.closers = [];
@@ -312,9 +312,9 @@ class PartCard {
   }
 
   /**
-   * Draw something of which all is known by what it shows.
+   * Draw a part from its state alone.
    * @param {{element: HTMLElement, take: (shows: Data) => void}} one
-   * @param {Set<string>} keys that nothing draws yet
+   * @param {Set<string>} keys not drawn yet
    * @param {string[]} own
    */
   simple(one, keys, own) {
@@ -324,7 +324,7 @@ class PartCard {
   }
 
   /**
-   * Draw what turns as a shaft, what has a place as a carriage.
+   * Draw a part that turns as a shaft, and a part with a linear position as a carriage.
    * @param {Data} shows
    * @param {Set<string>} keys
    */

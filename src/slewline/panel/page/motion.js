@@ -1,24 +1,24 @@
 /**
- * Motion between views: where something is now, from what the views have said about it.  No drawing here.
+ * Motion between views: the present value of a quantity, extrapolated from the views.  No drawing here.
  */
 
-const EASE_MS = 60; // in which most of a difference is made up
-const PATIENCE_MS = 250; // without a view for so long, it stands
-const SOON_MS = 20; // within which nothing new is said
-const CLOSE = 0.02; // steps: what is nearer than that has arrived
+const EASE_MS = 60; // time constant for correcting a difference
+const PATIENCE_MS = 250; // time without a view after which motion stops
+const SOON_MS = 20; // interval within which an equal value counts as the same view
+const CLOSE = 0.02; // steps: within this distance, the value has arrived
 
 export class Follower {
   constructor() {
-    this.value = NaN; // as the last view says
+    this.value = NaN; // value of the last view
     this.shown = NaN;
-    this.perMs = 0; // speed on the clock of the wall
+    this.perMs = 0; // speed in wall-clock time
     this.difference = 0; // between the last two views
     this.viewMs = 0;
     this.shownMs = 0;
   }
 
   /**
-   * Take what a view says.
+   * Take the value of a view.
    * @param {number} value
    * @param {number} nowMs
    */
@@ -27,7 +27,7 @@ export class Follower {
     if (Number.isNaN(this.value) || sinceMs > 4 * PATIENCE_MS) this.jump(value, nowMs);
     if (sinceMs < 1 || (value === this.value && sinceMs < SOON_MS)) return; // the same view again
     const difference = value - this.value;
-    // a single step is no speed: only what goes on in the same direction is carried on
+    // a single step is not a speed: extrapolate only if the motion continues in the same direction
     const steady = difference * this.difference > 0;
     const speed = steady ? difference / sinceMs : 0;
     this.perMs = steady && this.perMs ? 0.5 * (this.perMs + speed) : speed;
@@ -37,7 +37,7 @@ export class Follower {
   }
 
   /**
-   * Be somewhere at once, as after a journey in time.
+   * Jump to a value immediately, as after going back in time.
    * @param {number} value
    * @param {number} nowMs
    */
@@ -48,7 +48,7 @@ export class Follower {
   }
 
   /**
-   * Return where it is to be drawn.
+   * Return the value to be drawn.
    * @param {number} nowMs
    * @returns {number}
    */
@@ -64,14 +64,14 @@ export class Follower {
     return this.shown;
   }
 
-  /** @returns {boolean} does it move, or is it still to move to where the last view has it? */
+  /** @returns {boolean} whether it moves, or has not yet reached the value of the last view */
   get moves() {
     return this.perMs !== 0 || this.shown !== this.value;
   }
 }
 
 /**
- * The last values of something over time, a fixed number of them.
+ * A fixed number of the last values of a quantity over time.
  */
 export class Ring {
   /** @param {number} size */
@@ -83,7 +83,7 @@ export class Ring {
   }
 
   /**
-   * Add a value; what is later than it is dropped, since time has gone back.
+   * Add a value; later values are dropped, because time has gone back.
    * @param {number} ps
    * @param {number} value
    */
@@ -98,7 +98,7 @@ export class Ring {
   }
 
   /**
-   * @param {number} n 0 is the oldest one
+   * @param {number} n 0 is the oldest
    * @returns {number}
    */
   time(n) {
@@ -114,7 +114,7 @@ export class Ring {
   }
 
   /**
-   * Return the number of the last value at or before an instant, 0 at least.
+   * Return the index of the last value at or before an instant, at least 0.
    * @param {number} ps
    * @returns {number}
    */

@@ -1,8 +1,8 @@
 /**
- * The package of a chip with its pins: levels as they are, inputs to press, hold and release.
+ * The package of a chip with its pins: present levels, and inputs to press, hold and release.
  *
- * A short press of an input holds it, the next one lets go; one that lasts drives it only for so long.  The keyboard does
- * the same: arrows go from pin to pin, space or Enter presses, 0 and 1 hold a level, Escape lets go.
+ * A short press holds an input, the next one releases it; a long press drives it only while it lasts.  The keyboard does
+ * the same: arrows move between pins, space or Enter presses, 0 and 1 hold a level, Escape releases it.
  */
 
 import { h, say } from "./dom.js";
@@ -14,7 +14,7 @@ import { hasSignal, levelText, packages, pressedLevel, twoRows, wayText } from "
 /** @typedef {import("./package_layout.js").Package} Package */
 /** @typedef {import("./link.js").Link} Link */
 
-/** Names are whole; the body takes what they leave. */
+/** Names are shown in full; the body takes the remaining width. */
 const ROWS_OF_TWO = "minmax(max-content, 1fr) minmax(1.5rem, min(18cqw, 7rem)) minmax(max-content, 1fr)";
 const SHORT_MS = 350; // a press up to here holds the pin
 const NARROW_PX = 640; // below, a square package is drawn in two rows
@@ -22,7 +22,7 @@ const MARKS = new Map([
   [1, "1"],
   [0, "0"],
 ]);
-const OPEN = "z"; // nothing drives it
+const OPEN = "z"; // not driven
 
 /**
  * Return two rows of equal length of the pins that carry a signal, in their order round the package.
@@ -60,13 +60,13 @@ class PackageView {
     this.root = root;
     /** @type {Map<string, {pin: Pin, element: HTMLElement, mark: HTMLElement, shown: string}>} */
     this.pins = new Map();
-    /** Levels that this page holds, before a view says so. @type {Map<string, 0 | 1>} */
+    /** Levels that this page holds and that no view shows yet. @type {Map<string, 0 | 1>} */
     this.held = new Map();
     /** @type {Package[]} */
     this.packages = [];
     this.sheet = { part: "", title: "" };
     this.narrow = false;
-    this.whole = false; // in a narrow place: also the pins without a signal
+    this.whole = false; // in a narrow layout: also show pins without a signal
     this.current = "";
     this.closed = false;
     this.body = h("div", { class: "packages" });
@@ -74,7 +74,7 @@ class PackageView {
     this.problem = h("p", { class: "draw-problem", role: "alert", hidden: true });
     root.replaceChildren(this.body, this.says, this.problem);
     this.sizes = new ResizeObserver(() => this.resized());
-    this.end = link.on("branch", () => this.held.clear()); // inputs are as they were then
+    this.end = link.on("branch", () => this.held.clear()); // inputs return to their levels at that time
     this.load();
   }
 
@@ -136,7 +136,7 @@ class PackageView {
     const printed = h("span", { class: "package-print", "aria-hidden": "true" }, h("b", {}, part), one.name);
     const grid = h("div", { class: square ? "package square" : "package dual", role: "group", "aria-label": name });
     const count = Math.max(...sides.map((side) => side.length));
-    // the rows of the grid are as many as the pins of a side, whatever the part
+    // the grid has as many rows as a side has pins, for any part
     const tracks = `repeat(${count}, var(--pin-pitch))`;
     grid.style.gridTemplateRows = square ? `auto ${tracks} auto` : tracks;
     grid.style.gridTemplateColumns = square ? `auto ${tracks} auto` : ROWS_OF_TWO;
@@ -237,7 +237,7 @@ class PackageView {
   }
 
   /**
-   * Return whether a level is held from outside: by this page, or by another one, or by a program.
+   * Return whether a level is held from outside: by this page, by another page, or by a program.
    * @param {Pin} pin
    * @returns {boolean}
    */
@@ -285,10 +285,10 @@ class PackageView {
   }
 
   /**
-   * Go to the next pin in the direction of an arrow: the nearest one there, as drawn.
+   * Move to the next pin in the direction of an arrow: the nearest one in the drawing.
    * @param {string} key
    * @param {Pin} from
-   * @returns {boolean} is it a key that goes somewhere?
+   * @returns {boolean} whether the key is an arrow
    */
   go(key, from) {
     const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -327,12 +327,12 @@ class PackageView {
 
   // ----------------------------------------------------------------------------------------------------- what is shown
   /**
-   * Say in a line what a pin is.
+   * Describe a pin in one line.
    * @param {Pin | null} pin
    */
   explain(pin) {
     if (!pin) {
-      say(this.says, "A short press holds an input, the next one lets go; a long one lasts as long as it is pressed.");
+      say(this.says, "A short press holds an input, and the next one releases it; a long press drives it only while pressed.");
       return;
     }
     const active = pin.active === 0 ? ", active low" : pin.active === 1 ? ", active high" : "";
@@ -340,7 +340,7 @@ class PackageView {
     this.says.replaceChildren(h("b", {}, number + pin.name), ` ${wayText(pin)}${active}: ${pin.says}`);
   }
 
-  /** Draw what has changed; called with every picture in which something may have. */
+  /** Draw changes; called for every frame in which something may have changed. */
   update() {
     const owner = Object.keys(this.link.view.chips ?? {}).length > 1 ? `${this.chip}: ` : ""; // of several with this pin
     for (const one of this.pins.values()) {

@@ -1,7 +1,7 @@
-/** Where the pins of a part are on its packages, as `describe` places them, and what they do.  No drawing here. */
+/** The positions of the pins on the packages of a part, from `describe`, and their functions.  No drawing here. */
 
 /**
- * @typedef {object} Pin as `describe` has it
+ * @typedef {object} Pin in the format of `describe`
  * @property {number} number 0: not known
  * @property {string} name
  * @property {string} way in, out, both, power, none
@@ -14,17 +14,17 @@
 
 /**
  * @typedef {object} Package
- * @property {string} name empty, if there is one only
- * @property {boolean} numbered are the numbers of its pins known?
+ * @property {string} name empty, if there is only one
+ * @property {boolean} numbered whether the numbers of its pins are known
  * @property {boolean} square pins on four sides
  * @property {(Pin | number)[][]} sides left, right of a DIP; left, bottom, right, top of a square one: each from top to
  *    bottom or from left to right; a number is a pin that is not in the sheet
- * @property {Pin[]} loose pins whose number is not known, of a package whose numbers are
+ * @property {Pin[]} loose pins with unknown numbers, on a package with otherwise known ones
  */
 
 /**
- * Return the packages of a part, with its pins in the place of their names.
- * @param {{pins: Pin[], packages: any[]}} sheet as `describe` has it
+ * Return the packages of a part, with pins instead of pin names.
+ * @param {{pins: Pin[], packages: any[]}} sheet in the format of `describe`
  * @returns {Package[]}
  */
 export function packages(sheet) {
@@ -38,7 +38,7 @@ export function packages(sheet) {
 }
 
 /**
- * Return the two rows in which a package is drawn where there is no room for four: the same order round it.
+ * Return the two rows of a package for a layout too narrow for four sides, in the same order round it.
  * @param {Package} one
  * @returns {(Pin | number)[][]}
  */
@@ -56,7 +56,7 @@ export function twoRows(one) {
 const WAYS = { in: "input", out: "output", both: "input and output", power: "supply", none: "no signal" };
 
 /**
- * Return the way of a pin in a word or two.
+ * Return the direction of a pin in a word or two.
  * @param {Pin} pin
  * @returns {string}
  */
@@ -65,7 +65,7 @@ export function wayText(pin) {
 }
 
 /**
- * Return a level in a word.
+ * Return the word for a level.
  * @param {number | null | undefined} level
  * @returns {string}
  */
@@ -83,7 +83,8 @@ export function hasSignal(pin) {
 }
 
 /**
- * Return the level that a press puts on a pin: the active one; where it has that already, or has none, the other one.
+ * Return the level that a press drives: the active one, or the opposite of the present level if it is already active or
+ * the pin has no active level.
  * @param {Pin} pin
  * @param {number | null | undefined} level
  * @returns {0 | 1}

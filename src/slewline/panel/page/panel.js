@@ -1,5 +1,5 @@
 /**
- * The page: connects to the server, lays out its chips, and draws whenever something has changed.
+ * The page: connects to the server, arranges its chips, and draws changes.
  */
 
 import { Breakpoints, breakpointsView } from "./breakpoints.js";
@@ -11,14 +11,14 @@ import { Link } from "./link.js";
 import { timebar } from "./timebar.js";
 
 /**
- * What shows something. One that `moves` is drawn with every view, any other no more often than it can be read; `legible`
- * tells the first kind when that is.
+ * A display. One that `moves` is drawn with every view, others only as often as a reader can follow; `legible`
+ * marks those moments for the first kind.
  * @typedef {{update: (view: any, timePs: number, legible: boolean) => void, close?: () => void, moves?: boolean}} View
  */
 
 const NOTICE_MS = 8000;
-const TEXT_MS = 100; // between two changes of what is to be read
-const EARLY_MS = 10; // by which it may come sooner: with the next view it would be too late
+const TEXT_MS = 100; // between two updates of text
+const EARLY_MS = 10; // by which an update may be early, because with the next view it would be too late
 const THEME = "slewline theme";
 
 /**
@@ -32,13 +32,13 @@ function part(id) {
 
 const token = new URLSearchParams(location.hash.slice(1)).get("token");
 const link = new Link(`ws://${location.host}/link`, token);
-/** The views that are shown now. @type {View[]} */
+/** The views on display. @type {View[]} */
 let views = [];
 /** @type {Map<string, any>} */
 const sheets = new Map();
-let generation = 0; // of the layout: a new connection has a new one
-let asked = false; // a drawing is due
-let textMs = -Infinity; // when last all has been drawn
+let generation = 0; // of the layout: incremented with each connection
+let asked = false; // a redraw is due
+let textMs = -Infinity; // time of the last complete drawing
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let textTimer;
 let machineSeen = true;
@@ -48,7 +48,7 @@ let noticeTimer;
 const ACTS = new Set(["send", "go", "pause", "step", "until", "breakpoints", "drive", "release", "act", "power"]);
 
 /**
- * Tell what went wrong, for a while.
+ * Show an error for a while.
  * @param {Error} error
  */
 function fail(error) {
@@ -59,19 +59,19 @@ function fail(error) {
   noticeTimer = setTimeout(() => { notice.hidden = true; }, NOTICE_MS);
 }
 
-link.on("done", ({ do: what }) => { if (ACTS.has(what)) part("notice").hidden = true; }); // an older mistake is over
+link.on("done", ({ do: what }) => { if (ACTS.has(what)) part("notice").hidden = true; }); // an older error no longer applies
 
 const breakpoints = new Breakpoints(link, fail);
 
-/** Draw with the next picture of the screen; in a hidden page there is none. */
+/** Draw with the next frame of the screen; a hidden page has none. */
 function redraw() {
   if (asked) return;
   const waitMs = textMs + TEXT_MS - EARLY_MS - performance.now();
   clearTimeout(textTimer);
-  if (waitMs > 0) textTimer = setTimeout(redraw, waitMs + EARLY_MS); // if no other view comes until then
+  if (waitMs > 0) textTimer = setTimeout(redraw, waitMs + EARLY_MS); // if no other view arrives until then
   const legible = waitMs <= 0;
   if (!legible && !machineSeen) {
-    update(false); // a frame costs, even if nothing is drawn in it
+    update(false); // a frame takes time even if it draws nothing
     return;
   }
   asked = true;
@@ -89,7 +89,7 @@ function update(legible) {
     try {
       view.update(link.view, link.timePs, legible);
     } catch (error) {
-      console.error(error); // one view that fails must not blind the others
+      console.error(error); // an error in one view must not stop the others
     }
   }
   if (!legible) return;
@@ -97,13 +97,13 @@ function update(legible) {
   part("findings-badge").classList.toggle("some", (link.view.findings ?? 0) > 0);
 }
 
-/** Bring what may be worked up to date. */
+/** Update which controls are enabled. */
 function applyAccess() {
   document.body.classList.toggle("read-only", link.connected && !link.writes);
   allowWrites(link.connected && link.writes);
 }
 
-/** Lay out the page for what the server has. */
+/** Arrange the page for the chips and parts of the server. */
 async function layOut() {
   const mine = ++generation;
   const names = Object.keys(link.view.chips ?? {});
@@ -141,9 +141,9 @@ async function layOut() {
 }
 
 /**
- * Show a view that draws, if it is there.
+ * Show a view that draws, if its module exists.
  * @param {string} file
- * @param {"machine" | "scope"} name of its function, and of its place
+ * @param {"machine" | "scope"} name name of its function and of its section
  * @param {number} mine
  */
 async function graphic(file, name, mine) {
@@ -181,10 +181,10 @@ function setTheme(theme) {
   document.documentElement.dataset.theme = theme;
   try {
     localStorage.setItem(THEME, theme);
-  } catch { /* a browser that keeps nothing */ }
+  } catch { /* the browser has no storage */ }
 }
 
-/** Show one of the tabs beside the chips. */
+/** Show one of the tabs next to the chips. */
 function setUpTabs() {
   const tabs = [...document.querySelectorAll("[role=tab]")];
   /** @param {Element} chosen */
@@ -208,7 +208,7 @@ function setUpTabs() {
   });
 }
 
-/** On a small page: a bar from which every part is one tap away. */
+/** On a small screen: a bar that links to every section. */
 function setUpJumps() {
   for (const one of document.querySelectorAll("#jump button")) {
     const { to, tab } = /** @type {HTMLElement} */ (one).dataset;
@@ -222,7 +222,7 @@ function setUpJumps() {
 try {
   const kept = localStorage.getItem(THEME);
   if (kept === "dark" || kept === "light") setTheme(kept);
-} catch { /* a browser that keeps nothing */ }
+} catch { /* the browser has no storage */ }
 new ResizeObserver(([entry]) => {
   document.documentElement.style.setProperty("--top", `${Math.ceil(entry.borderBoxSize[0].blockSize)}px`);
 }).observe(part("top"));
@@ -237,7 +237,7 @@ let known = "";
 link.on("connected", () => {
   known = "";
   applyAccess();
-  status(link.writes ? "connected" : "connected, only to look");
+  status(link.writes ? "connected" : "connected, read-only");
 });
 link.on("lost", (event) => {
   status(event.reason);

@@ -1,5 +1,5 @@
 /**
- * A carriage on its rail: scale, hard stops, the switches that sit on it, and the marks that it has made.
+ * A carriage on its rail: scale, hard stops, its switches, and the marks that it has made.
  */
 
 import { h } from "./dom.js";
@@ -17,7 +17,7 @@ const LEAST_SPAN = 20;
 const MOST_MARKS = 500;
 
 export class Rail {
-  /** @param {string} name for those who do not see it */
+  /** @param {string} name accessible name */
   constructor(name) {
     this.follower = new Follower();
     /** @type {number | null} */
@@ -59,7 +59,7 @@ export class Rail {
   }
 
   /**
-   * Take what a view says.
+   * Take the state from a view.
    * @param {number} place
    * @param {boolean} jump
    * @param {{low?: number | null, high?: number | null, unit?: string, lit?: boolean, marks?: number[], zones?: Zone[]}} more
@@ -89,7 +89,7 @@ export class Rail {
     this.moving.changed();
   }
 
-  /** @returns {[number, number]} the places at both ends of the picture */
+  /** @returns {[number, number]} the positions at both ends of the picture */
   range() {
     const all = [...this.zones.flatMap((zone) => [zone.low, zone.high]), ...this.marks];
     const ends = all.filter((end) => typeof end === "number");

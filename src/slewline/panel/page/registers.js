@@ -1,12 +1,12 @@
 /**
- * The registers of a chip, under the names and in the units of its manual; what has changed lights up.
+ * The registers of a chip, with the names and units of its manual; changed values light up.
  */
 
 import { h, say } from "./dom.js";
 import { grouped, shown } from "./format.js";
 
 const LIT_MS = 300;
-const LONG_LETTER = 3; // a command with a name, such as SET_POS, says what the register's name says
+const LONG_LETTER = 3; // a command with a name, such as SET_POS, would only repeat the register's name
 
 /**
  * Show the registers of a chip.
@@ -16,7 +16,7 @@ const LONG_LETTER = 3; // a command with a name, such as SET_POS, says what the 
  * @returns {{update: (view: any) => void, close: () => void}}
  */
 export function registers(sheet, chipName, root) {
-  /** What the sheet says of each, by name. @type {Map<string, any>} */
+  /** Rows of the sheet, by name. @type {Map<string, any>} */
   const said = new Map((sheet.registers ?? []).map((/** @type {any} */ one) => [one.name, one]));
   const head = h("tr");
   const body = h("tbody");
@@ -92,13 +92,13 @@ function many(chip) {
   return (chip.axes?.length ?? 0) > 1;
 }
 
-/** Until when cells are lit. @type {Map<HTMLElement, number>} */
+/** Time until which each cell is lit. @type {Map<HTMLElement, number>} */
 const lit = new Map();
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let timer;
 
 /**
- * Let a cell light up, and fade when it has not changed for a while; one that changes all the time costs no more for it.
+ * Light up a cell, and let it fade after its last change; frequent changes only extend the time.
  * @param {HTMLElement} cell
  */
 export function flash(cell) {

@@ -1,8 +1,8 @@
 /**
  * The scope: pins and quantities over time, as a logic analyser shows them.
  *
- * The server answers a window with as many columns as the picture has, so that an hour is as light as a second.  Never
- * more than one request is under way; while it is, the picture moves with what is there.
+ * The server returns a window with as many columns as the picture, so an hour takes no longer than a second.  Never
+ * more than one request is in progress; meanwhile the picture moves with the existing data.
  */
 
 import { h, say } from "./dom.js";
@@ -58,7 +58,7 @@ class Scope extends Feed {
       drawScope(context, width, height, colours, this.picture());
     });
     onPointers(this.canvas, {
-      // two fingers change the length of a window that follows; one takes it out of that
+      // two fingers change the length of a following window; one finger stops the following
       pan: (px, pinched) => !(pinched && this.following) && this.pan(-px / this.inner),
       zoom: (factor, at) => this.zoom(factor, this.time(at)),
       grip: (at, within) => this.grip(at, within),
@@ -69,7 +69,7 @@ class Scope extends Feed {
     this.visible = () => this.pump();
     document.addEventListener("visibilitychange", this.visible);
     this.end = link.on("branch", () => {
-      this.recorded = ""; // a checkpoint from before the page was opened records nothing yet
+      this.recorded = ""; // a checkpoint older than the page has no recording yet
       this.changed();
     });
     this.learn();
@@ -85,7 +85,7 @@ class Scope extends Feed {
       h("span", { class: "scope-group" },
         control("\u2212", () => this.zoom(ZOOM), { "aria-label": "Longer window" }), this.range,
         control("+", () => this.zoom(1 / ZOOM), { "aria-label": "Shorter window" }),
-        control("All", () => this.all(), { "aria-label": "Show all of the time" })),
+        control("All", () => this.all(), { "aria-label": "Show the whole run" })),
       h("span", { class: "scope-group" }, "cursors ", ...this.buttons),
       h("span", { class: "scope-group" },
         "save ",
@@ -135,13 +135,13 @@ class Scope extends Feed {
     if (pins.length && record !== this.recorded) {
       this.recorded = record;
       this.link.request({ do: "record", pins, keep: KEEP }).catch((error) => {
-        if (this.link.writes) this.tell(error); // who may only read sees what others record
+        if (this.link.writes) this.tell(error); // a read-only page shows the recordings of other clients
       });
     }
     this.changed();
   }
 
-  /** @returns {string[]} the pins that are shown */
+  /** @returns {string[]} the displayed pins */
   pins() {
     return this.signals.chosen.filter((name) => !this.signals.quantities.includes(name));
   }
@@ -161,7 +161,7 @@ class Scope extends Feed {
   }
 
   /**
-   * Give the picture the height that its lanes take.
+   * Set the height of the picture to that of its lanes.
    * @param {number} width
    */
   fit(width) {
@@ -178,7 +178,7 @@ class Scope extends Feed {
     this.pump();
   }
 
-  /** Draw what has changed; called with every picture in which something may have. */
+  /** Draw changes; called for every frame in which something may have changed. */
   update() {
     this.pump();
   }
@@ -199,7 +199,7 @@ class Scope extends Feed {
     const window = last ? { start: 0, stop: Math.max(from - least(from), 0) } : { start: from + least(from), stop: this.link.timePs };
     try {
       const { found_ps: found } = await this.link.request({ do: "find", on: sought, ...window, last });
-      say(this.trigger.state, typeof found === "number" ? `at ${instantText(found, this.span / 1000)}` : "none there");
+      say(this.trigger.state, typeof found === "number" ? `at ${instantText(found, this.span / 1000)}` : "none found");
       if (typeof found !== "number") return;
       this.found = found;
       this.following = false;
@@ -223,7 +223,7 @@ class Scope extends Feed {
   }
 
   /**
-   * @param {number} at px from the left of the picture
+   * @param {number} at px from the left edge of the picture
    * @returns {number} ps
    */
   time(at) {
@@ -237,7 +237,7 @@ class Scope extends Feed {
 
   /**
    * @param {number} factor
-   * @param {number} [at] the instant that stays where it is
+   * @param {number} [at] the instant that keeps its place
    */
   zoom(factor, at) {
     const end = Math.min(this.start + this.span, Math.max(this.link.timePs, this.start + 1));
@@ -248,7 +248,7 @@ class Scope extends Feed {
     this.changed();
   }
 
-  /** @param {number} share of the window */
+  /** @param {number} share fraction of the window */
   pan(share) {
     if (!share) return;
     this.following = false;
@@ -279,7 +279,7 @@ class Scope extends Feed {
   }
 
   /**
-   * Return the instant at a place of the picture; an edge that is near there counts.
+   * Return the instant at a position in the picture, or that of an edge nearby.
    * @param {number} at px
    * @returns {number}
    */
@@ -371,7 +371,7 @@ class Scope extends Feed {
         return;
       }
       const signals = this.pins();
-      if (!signals.length) throw new Error("VCD and CSV have pins, and none is shown.");
+      if (!signals.length) throw new Error("VCD and CSV contain pins only, and none is shown. Select a pin.");
       const [start, stop] = [Math.round(this.start), Math.min(Math.round(this.start + this.span), this.link.timePs)];
       const { text } = await this.link.request({ do: "export", signals, start, stop, form });
       saveText(text, `scope.${form}`, form === "csv" ? "text/csv" : "text/plain");

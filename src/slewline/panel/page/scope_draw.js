@@ -16,23 +16,23 @@ import { digitsOf, instantText, roundRange, timeTicks } from "./units.js";
  * @property {number} stop
  * @property {string[]} signals
  * @property {Map<string, Trace>} traces
- * @property {Set<string>} quantities which of the signals have values
+ * @property {Set<string>} quantities the signals with values
  * @property {(number | null)[]} cursors A and B
- * @property {number} active the cursor that keys move
+ * @property {number} active the cursor moved by keys
  * @property {number | null} found instant of the trigger
  * @property {number} now
  */
 
 const RULER = 34;
-const BASE = 14; // below it, for the base of its times, where there is no room beside it
+const BASE = 14; // below the ruler, for the base of its times, if there is no room at its side
 const PIN_LANE = 34;
 const CURVE_LANE = 92;
 const GAP = 6;
-const HEAD = 15; // of a lane, where there is no room for names beside it
+const HEAD = 15; // of a lane, if there is no room for names at its side
 export const CURSOR_NAMES = ["A", "B"];
 
 /**
- * Return how wide the names are, 0 where they are above the lanes.
+ * Return the width of the names, 0 if they are above the lanes.
  * @param {number} width
  * @returns {number}
  */
@@ -41,7 +41,7 @@ export function gutter(width) {
 }
 
 /**
- * Return where the first lane begins.
+ * Return the top of the first lane.
  * @param {number} width
  * @returns {number}
  */
@@ -105,7 +105,7 @@ export function drawScope(context, width, height, colours, picture) {
   }
   if (picture.now < stop) {
     context.fillStyle = colours.body;
-    context.globalAlpha = 0.5; // what is still to come
+    context.globalAlpha = 0.5; // the future
     context.fillRect(Math.max(x(picture.now), left), RULER, width, height);
     context.globalAlpha = 1;
   }
@@ -200,7 +200,7 @@ function laneName(context, name, trace, range, left, width, top, tall, colours) 
 }
 
 /**
- * Draw the levels of a pin: lines at both levels and between, a band where there are more edges than columns.
+ * Draw the levels of a pin: lines at both levels and between, a band if there are more edges than columns.
  * @param {CanvasRenderingContext2D} context
  * @param {PinTrace} trace
  * @param {(ps: number) => number} x
@@ -227,7 +227,7 @@ function pinLane(context, trace, x, left, width, top, bottom, colours) {
   }
   for (const { level, from, to } of runs) {
     if (to < left || from > width) continue;
-    // a high level is tinted: it is told from a low one by more than the place of a line
+    // a high level is tinted, so it differs from a low one by more than the position of a line
     context.globalAlpha = level === "x" ? 0.55 : 0.13;
     if (level === "x" || level === "1") context.fillRect(from, high, Math.max(to - from, 0.5), low - high);
   }
@@ -258,7 +258,7 @@ function pinLane(context, trace, x, left, width, top, bottom, colours) {
 }
 
 /**
- * Hatch what nothing is known of: the pin was not recorded then.
+ * Hatch the time in which the pin was not recorded.
  * @param {CanvasRenderingContext2D} context
  * @param {number} from
  * @param {number} to
@@ -295,7 +295,7 @@ function unknown(context, from, to, top, bottom, colours) {
 }
 
 /**
- * Draw the values of a quantity, and return the range of the lane in words.
+ * Draw the values of a quantity, and return the range of the lane as text.
  * @param {CanvasRenderingContext2D} context
  * @param {QuantityTrace} trace
  * @param {(ps: number) => number} x
@@ -350,7 +350,7 @@ function curveLane(context, trace, x, start, stop, left, width, top, bottom, col
 }
 
 /**
- * Draw a line through all lanes, with its letter on the ruler.
+ * Draw the line of a cursor through all lanes, with its letter on the ruler.
  * @param {CanvasRenderingContext2D} context
  * @param {number} at
  * @param {number} left

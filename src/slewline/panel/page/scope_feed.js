@@ -1,5 +1,5 @@
 /**
- * The requests of the scope: windows, the trigger, and what is at the cursors; one at a time.
+ * The requests of the scope: windows, the trigger, and the readings at the cursors; one at a time.
  */
 
 import { say } from "./dom.js";
@@ -11,13 +11,13 @@ import { decoded } from "./window_data.js";
 /** @typedef {import("./window_data.js").Trace} Trace */
 
 const FOLLOW_MS = 100; // between two windows while time passes
-const UNSEEN_MS = 1000; // between two windows that are not on the screen
-const SEARCH_PS = 20 * SECOND; // how far back a trigger is looked for, at least
-export const SETTLE_MS = 150; // after which a cursor that has come to rest is read exactly
-export const SHARE = 0.3; // of the window that is before the trigger
+const UNSEEN_MS = 1000; // between two windows while off-screen
+const SEARCH_PS = 20 * SECOND; // minimum time to search back for a trigger
+export const SETTLE_MS = 150; // after which a cursor at rest is read exactly
+export const SHARE = 0.3; // fraction of the window before the trigger
 
 /**
- * Return the least step of time that a number tells apart at an instant: 1 ps in the first hours.
+ * Return the smallest time step that a number resolves at an instant: 1 ps in the first hours.
  * @param {number} ps
  * @returns {number}
  */
@@ -40,10 +40,10 @@ export class Feed {
     this.found = null;
     this.readings = new Readings();
     this.busy = false;
-    this.stale = true; // the picture wants a window that has not been asked for
+    this.stale = true; // the picture needs a window that has not been requested
     this.askedMs = 0;
-    this.askedPs = -1; // time up to which the last window went
-    this.movedMs = 0; // when a cursor was moved
+    this.askedPs = -1; // end of the last window
+    this.movedMs = 0; // time of the last cursor movement
     this.closed = false;
     this.problem = document.createElement("p");
     /** @type {import("./scope_signals.js").Signals} */
@@ -52,7 +52,7 @@ export class Feed {
     this.trigger;
   }
 
-  /** @returns {boolean} is the picture in sight? */
+  /** @returns {boolean} whether the picture is visible */
   get seen() {
     return false;
   }
@@ -62,7 +62,7 @@ export class Feed {
     return 0;
   }
 
-  /** Show what has come. */
+  /** Show the received data. */
   read() {}
 
   /** @param {unknown} error */
@@ -71,7 +71,7 @@ export class Feed {
     this.problem.hidden = false;
   }
 
-  /** Ask for what is wanted next, unless something is under way. */
+  /** Send the next request, unless one is in progress. */
   async pump() {
     if (this.busy || this.closed || document.hidden || !this.link.connected) return;
     if (!this.seen && performance.now() - this.askedMs < UNSEEN_MS) return;
@@ -112,14 +112,14 @@ export class Feed {
     for (const [name, signal] of Object.entries(reply.signals)) {
       if (this.signals.chosen.includes(name)) this.traces.set(name, decoded(signal, from, stop));
     }
-    // the window rolls on when what is in it is there; a user who has moved it meanwhile has it where he wants it
+    // the window advances when its data have arrived, unless the user has moved it meanwhile
     if (following && this.following && this.span === span) this.start = start;
     this.problem.hidden = true;
     this.read();
   }
 
   /**
-   * Return where the window belongs while time passes: at its end, or around the last trigger; null if it shows that already.
+   * Return the start of the window while time passes: at the end, or around the last trigger; null if it is already there.
    * @param {number} nowPs
    * @returns {Promise<number | null>}
    */
@@ -128,7 +128,7 @@ export class Feed {
     if (sought && !this.trigger.holds(this.link.view)) {
       const stop = Math.round(nowPs - (1 - SHARE) * this.span);
       const back = Math.max(10 * this.span, SEARCH_PS);
-      // what was found before the last window is not looked for again
+      // do not search again before the last window
       const start = Math.round(Math.max(this.found !== null && this.found < stop ? this.found : stop - back, 0));
       const reply = stop > start ? await this.link.request({ do: "find", on: sought, start, stop, last: true }) : {};
       const before = this.found;
@@ -144,7 +144,7 @@ export class Feed {
     return Math.max(nowPs - this.span, 0);
   }
 
-  /** @returns {boolean} is all of the window there? */
+  /** @returns {boolean} whether the data of the whole window have arrived */
   complete() {
     return this.signals.chosen.every((name) => {
       const trace = this.traces.get(name);
@@ -152,7 +152,7 @@ export class Feed {
     });
   }
 
-  /** Read the levels and values at the cursors exactly, also where they are outside the picture. */
+  /** Read the levels and values at the cursors exactly, even outside the picture. */
   async askCursors() {
     const movedMs = this.movedMs;
     for (const [n, ps] of this.cursors.entries()) {

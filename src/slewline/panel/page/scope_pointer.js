@@ -1,19 +1,19 @@
 /**
- * What pointers and keys do on the picture of the scope: drag, pinch, wheel, cursors.
+ * Pointer and key input on the picture of the scope: drag, pinch, wheel, cursors.
  */
 
-const NEAR_MOUSE = 7; // px from a cursor at which it is taken
+const NEAR_MOUSE = 7; // px from a cursor within which it is grabbed
 const NEAR_TOUCH = 22;
-const WHEEL = 0.0016; // zoom of a wheel's unit
+const WHEEL = 0.0016; // zoom per unit of the wheel
 const TAP_PX = 5;
 const TAP_MS = 350;
 
 /**
  * @typedef {object} Hands
- * @property {(px: number, pinched: boolean) => void} pan by so many px
- * @property {(factor: number, at: number) => void} zoom about a place, in px from the left
- * @property {(at: number, within: number) => number | null} grip which cursor is there
- * @property {(cursor: number, at: number) => void} move put a cursor at a place
+ * @property {(px: number, pinched: boolean) => void} pan by a number of px
+ * @property {(factor: number, at: number) => void} zoom about a position, in px from the left
+ * @property {(at: number, within: number) => number | null} grip the cursor at a position
+ * @property {(cursor: number, at: number) => void} move move a cursor to a position
  * @property {(at: number) => void} tap
  */
 
@@ -38,7 +38,7 @@ export function onPointers(element, hands) {
       [movedPx, sinceMs] = [0, performance.now()];
     } else {
       cursor = null;
-      movedPx = Infinity; // two fingers are no tap
+      movedPx = Infinity; // two fingers are not a tap
     }
   });
   element.addEventListener("pointermove", (event) => {

@@ -1,5 +1,5 @@
 /**
- * What the cursors read: instants, the time between them, and the level or value of every signal.
+ * Readings at the cursors: instants, the time between them, and the level or value of every signal.
  */
 
 import { h, say } from "./dom.js";
@@ -17,7 +17,7 @@ const LEVELS = new Map([
 ]);
 
 /**
- * Return the difference of two values, without what is only rounding.
+ * Return the difference of two values, without rounding errors.
  * @param {number} a
  * @param {number} b
  * @returns {number}
@@ -28,11 +28,11 @@ function apart(a, b) {
 
 export class Readings {
   constructor() {
-    /** What was asked at the instant of a cursor alone. @type {({ps: number, traces: Map<string, Trace>} | null)[]} */
+    /** Replies to queries at the instant of a cursor only. @type {({ps: number, traces: Map<string, Trace>} | null)[]} */
     this.exact = [null, null];
     const head = h("tr", {}, ...["", "A", "B", "B \u2212 A"].map((text) => h("th", { scope: "col" }, text)));
     this.body = h("tbody");
-    this.hint = h("p", { class: "scope-hint" }, "A click or a tap sets a cursor; drag, wheel or two fingers move the window.");
+    this.hint = h("p", { class: "scope-hint" }, "Click or tap to set a cursor; drag, turn the wheel or use two fingers to move the window.");
     this.table = h("table", { class: "scope-readings", "aria-label": "Readings at the cursors" }, h("thead", {}, head), this.body);
     this.table.hidden = true;
     this.element = h("div", { class: "scope-below" }, this.table, this.hint);

@@ -41,7 +41,7 @@ export function saveImage(width, height, ground, draw) {
   draw(context);
   return new Promise((resolve, reject) => {
     canvas.toBlob((blob) => {
-      if (!blob) return reject(new Error("The browser makes no picture of this size."));
+      if (!blob) return reject(new Error("The browser cannot create a picture of this size."));
       save(blob, "scope.png");
       resolve();
     }, "image/png");

@@ -1,10 +1,10 @@
 /**
- * What the scope can show, to choose from: the pins of each chip and part, and the quantities.
+ * The list of signals for the scope: the pins of each chip and part, and the quantities.
  */
 
 import { field, h } from "./dom.js";
 
-const FIRST = ["step", "direction", "slewing", "moving", "motion_complete", "running"]; // roles that are shown at first
+const FIRST = ["step", "direction", "slewing", "moving", "motion_complete", "running"]; // roles shown initially
 const FIRST_PINS = 3;
 export const MOST = 32; // signals at a time
 
@@ -44,7 +44,7 @@ export class Signals {
   }
 
   /**
-   * Offer what there is; what is chosen and still there stays.
+   * Offer the present signals; the selection is kept if it still exists.
    * @param {{pins: Record<string, string[]>, quantities: string[]}} signals
    */
   offer(signals) {
@@ -76,7 +76,7 @@ export class Signals {
     return h("fieldset", {}, h("legend", {}, title), ...boxes);
   }
 
-  /** Hide what does not match the filter. */
+  /** Hide signals that do not match the filter. */
   sift() {
     const text = this.filter.value.trim().toLowerCase();
     for (const label of this.lists.querySelectorAll("label")) label.hidden = !label.dataset.signal?.includes(text);
@@ -108,7 +108,7 @@ export class Signals {
 }
 
 /**
- * Return what is shown as long as nobody has chosen: the pins of a chip that tell of its motion, and its quantities.
+ * Return the signals shown before the user selects any: the pins of a chip that show its motion, and its quantities.
  * @param {string} chip
  * @param {Record<string, any>[]} pins of its sheet
  * @param {string[]} quantities

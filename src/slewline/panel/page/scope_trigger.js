@@ -1,5 +1,5 @@
 /**
- * The trigger of the scope: what it is set to, and how that is asked for.
+ * The trigger of the scope: its settings, and the request for them.
  */
 
 import { choices, field, h, select } from "./dom.js";
@@ -16,7 +16,7 @@ const MODES = { auto: "or roll", normal: "and wait" };
 export class Trigger {
   /**
    * @param {() => void} changed
-   * @param {(last: boolean) => void} seek goes to the previous one or to the next one
+   * @param {(last: boolean) => void} seek goes to the previous or the next one
    */
   constructor(changed, seek) {
     const heard = { change: () => (this.arrange(), changed()) };
@@ -28,7 +28,7 @@ export class Trigger {
     this.slope = select("Slope", SLOPES, heard);
     this.value = field("Value", { type: "number", step: "any", value: "0", ...heard });
     this.chip = select("Findings of", { "": "anything" }, heard);
-    this.mode = select("Until there is one", MODES, heard);
+    this.mode = select("Until the trigger occurs", MODES, heard);
     this.back = control("\u2039 previous", () => seek(true), { "aria-label": "Previous trigger" });
     this.forth = control("next \u203a", () => seek(false), { "aria-label": "Next trigger" });
     this.state = h("span", { class: "trigger-state", role: "status" });
@@ -45,7 +45,7 @@ export class Trigger {
     return this.kind.value !== "none";
   }
 
-  /** Show what belongs to the kind of trigger that is chosen. */
+  /** Show the fields of the selected kind of trigger. */
   arrange() {
     const kind = this.kind.value;
     this.pin.hidden = kind !== "edge" && kind !== "level";
@@ -70,7 +70,7 @@ export class Trigger {
   }
 
   /**
-   * Return what `find` is to look for, or null.  A level lasts: what is looked for is the edge with which it has ended.
+   * Return the search for `find`, or null.  A level lasts, so the search is for the edge at its end.
    * @returns {Data | null}
    */
   sought() {
@@ -84,7 +84,7 @@ export class Trigger {
   }
 
   /**
-   * Return whether the level that is waited for is there now.
+   * Return whether the pin now has the awaited level.
    * @param {Data} view
    * @returns {boolean}
    */

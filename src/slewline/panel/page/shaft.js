@@ -1,7 +1,7 @@
 /**
- * A shaft that turns: the face of a motor with a rotor on it, smooth between views, blurred where the eye could not follow.
+ * A shaft that turns: the face of a motor with a rotor, smooth between views, blurred when it turns too fast for the eye.
  *
- * The face is drawn once.  The rotor is an element that is turned: that costs no drawing.
+ * The face is drawn once.  The rotor is an element that is rotated, without redrawing.
  */
 
 import { h } from "./dom.js";
@@ -14,15 +14,15 @@ import { Moving, Surface, calm } from "./surface.js";
 const TURN = 2 * Math.PI;
 const DEGREES = 360;
 const PICTURE_MS = 33;
-const TRAIL = 12; // degrees a picture, from which on the pointer leaves a trail
-const BLUR = 135; // from which on only a ring is seen
-const STEP = 15; // degrees: trails have so many lengths only, since another one is drawn anew
+const TRAIL = 12; // degrees per frame from which the pointer leaves a trail
+const BLUR = 135; // degrees per frame from which only a ring is visible
+const STEP = 15; // degrees: trails have only a few lengths, because each new length is redrawn
 const SCALE = 40; // ticks round the rotor
-const BIG = 5; // of which every fifth one is longer
+const BIG = 5; // every fifth one is longer
 
 export class ShaftDial {
   /**
-   * @param {string} name for those who do not see it
+   * @param {string} name accessible name
    */
   constructor(name) {
     this.perTurn = 200;
@@ -44,7 +44,7 @@ export class ShaftDial {
   }
 
   /**
-   * Take what a view says.
+   * Take the state from a view.
    * @param {number} steps
    * @param {number} perTurn
    * @param {boolean} jump
@@ -71,8 +71,8 @@ export class ShaftDial {
   }
 
   /**
-   * Show how fast it turns, where the eye could not follow.
-   * @param {number} sweep degrees in a picture
+   * Show the speed of a rotor that is too fast for the eye.
+   * @param {number} sweep degrees per frame
    */
   smear(sweep) {
     const size = Math.abs(sweep);

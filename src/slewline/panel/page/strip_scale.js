@@ -1,18 +1,18 @@
 /**
- * The scales of the strips: how long a time they show, and between which values.  No drawing here.
+ * The scales of the strips: their time span and their range of values.  No drawing here.
  */
 
 import { SECOND } from "./units.js";
 
-const FAST = 100_000; // steps/s that any motor may have reached between two views
+const FAST = 100_000; // steps/s that any motor may reach between two views
 const SLACK = 10; // steps
-const ROOM = 0.06; // above and below, of a range
-export const SPAN_S = 10; // on the clock of the wall
+const ROOM = 0.06; // fraction of a range added above and below
+export const SPAN_S = 10; // in wall-clock time
 
 /**
- * Return how long a time is shown: all that the page has seen of a run, later the last of it.
+ * Return the time span of a strip: at first the whole run as seen by the page, later its last part.
  * @param {number} seenPs
- * @param {number} spanPs the most
+ * @param {number} spanPs maximum
  * @returns {number}
  */
 export function shownSpan(seenPs, spanPs) {
@@ -20,10 +20,10 @@ export function shownSpan(seenPs, spanPs) {
 }
 
 /**
- * Return whether a position was set to another value: no motor steps as far in that time.
+ * Return whether a position was set to another value: no motor can step that far in that time.
  * @param {number} steps
  * @param {number} ps
- * @param {number} fastest steps/s that have been seen
+ * @param {number} fastest steps/s seen so far
  * @returns {boolean}
  */
 export function isSet(steps, ps, fastest) {
@@ -31,10 +31,10 @@ export function isSet(steps, ps, fastest) {
 }
 
 /**
- * Return the ends of a strip: the values themselves and a little room, so that a ramp is as high as it can be.
+ * Return the ends of a strip: the values themselves and a small margin, so that a ramp uses the full height.
  * @param {number} low
  * @param {number} high
- * @param {boolean} zero the range has 0 in it
+ * @param {boolean} zero whether the range includes 0
  * @returns {[number, number]}
  */
 export function stripRange(low, high, zero) {

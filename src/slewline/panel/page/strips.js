@@ -10,14 +10,14 @@ import { SECOND, digitsOf, timeText } from "./units.js";
 
 /** @typedef {import("./surface.js").Colours} Colours */
 
-const KEPT = 640; // values of each: ten seconds of views, twice over
+const KEPT = 640; // values of each quantity: twice those of ten seconds of views
 const PICTURE_MS = 100;
 const VELOCITY_SHARE = 0.6; // of the height
 const GAP = 0.05; // of the span
 const LEFT = 6;
 
 export class Strips {
-  /** @param {string} name for those who do not see them */
+  /** @param {string} name accessible name */
   constructor(name) {
     this.velocity = new Ring(KEPT);
     this.position = new Ring(KEPT);
@@ -34,11 +34,11 @@ export class Strips {
   }
 
   /**
-   * Take what a view says.
+   * Take the values of a view.
    * @param {number} ps
    * @param {number} position
    * @param {number} velocity
-   * @param {number} rate virtual seconds in a second
+   * @param {number} rate virtual seconds per second
    */
   take(ps, position, velocity, rate) {
     const spanPs = SPAN_S * rate * SECOND;
@@ -98,7 +98,7 @@ function grid(context, width, height, colours) {
 }
 
 /**
- * Return whether nothing is known between a value and the one before it, as after a step over a long time.
+ * Return whether the values between two consecutive ones are unknown, as after a long jump in time.
  * @param {Ring} ring
  * @param {number} n
  * @param {number} gapPs
@@ -115,12 +115,12 @@ function isGap(ring, n, gapPs) {
  * @param {number} from
  * @param {number} top
  * @param {number} height
- * @param {boolean} zero its range has 0 in it
+ * @param {boolean} zero whether its range includes 0
  * @param {string[]} words
  * @param {string} colour
  * @param {Colours} colours
  * @param {number} width
- * @param {number} gapPs between two views that are too far apart for a line between them
+ * @param {number} gapPs between two views, above which no line connects them
  */
 function strip(context, ring, x, from, top, height, zero, words, colour, colours, width, gapPs) {
   const first = ring.count ? ring.before(from) : 0;

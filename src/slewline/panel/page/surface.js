@@ -1,21 +1,21 @@
 /**
- * What is drawn only when something has changed and the page is not hidden, and seldom where it is not seen: one loop.
+ * One loop for drawings, which are redrawn only after changes, not while the page is hidden, and seldom while off-screen.
  *
- * Sizes are those of the page (CSS pixels); the canvas itself has as many points as the screen.
+ * Sizes are in CSS pixels; the canvas itself has the resolution of the screen.
  */
 
 /** @typedef {Record<string, string>} Colours */
 /** @typedef {(context: CanvasRenderingContext2D, width: number, height: number, colours: Colours, nowMs: number) =>
- *    boolean | void} Draw returns whether it goes on moving */
+ *    boolean | void} Draw returns whether it is still moving */
 
 const NAMES = [
   "ground", "plate", "body", "line", "faint", "ink", "muted", "high", "low", "open", "velocity", "position", "metal",
   "cursor-a", "cursor-b", "trigger", "accent",
 ]; // prettier-ignore
-const FASTEST_MS = 30; // between two pictures of what moves
-const EARLY_MS = 6; // by which a picture may come before its time
+const FASTEST_MS = 30; // between two frames of a moving drawing
+const EARLY_MS = 6; // by which a frame may be early
 const LATE_MS = 12;
-const UNSEEN_MS = 1000; // between two pictures of what is not on the screen
+const UNSEEN_MS = 1000; // between two frames of an off-screen drawing
 
 /** @type {Set<Moving>} */
 const waiting = new Set();
@@ -28,7 +28,7 @@ let timer;
 let colours = null;
 
 /**
- * Draw what waits and is due.
+ * Draw the waiting surfaces that are due.
  * @param {number} nowMs
  */
 function draw(nowMs) {
@@ -40,7 +40,7 @@ function draw(nowMs) {
   }
 }
 
-/** Ask for a frame when a surface that is seen is due: a frame costs, even if nothing is drawn in it. */
+/** Request a frame when a visible surface is due: a frame takes time even if it draws nothing. */
 function wake() {
   if (frame || document.hidden) return;
   let dueMs = Infinity;
@@ -48,7 +48,7 @@ function wake() {
   if (dueMs === Infinity) return;
   const waitMs = dueMs - performance.now();
   clearTimeout(timer);
-  // a view that comes at its time draws in its own frame, before this one
+  // a view that arrives in time draws in its own frame, before this one
   if (waitMs > 0) timer = setTimeout(ask, waitMs + LATE_MS);
   else ask();
 }
@@ -63,7 +63,7 @@ function ask() {
   });
 }
 
-/** Draw at once what is due: called within a frame, so that canvases change together with all else. */
+/** Draw immediately all surfaces that are due; called within a frame, so that canvases change together with the other elements. */
 export function drawDue() {
   cancelAnimationFrame(frame);
   frame = 0;
@@ -88,7 +88,7 @@ function theme() {
 
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 
-/** @returns {boolean} does the user want no motion that is only for show? */
+/** @returns {boolean} whether the user prefers reduced motion */
 export function calm() {
   return still.matches;
 }
@@ -99,13 +99,13 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolour);
 new MutationObserver(recolour).observe(document.documentElement, { attributeFilter: ["class", "data-theme", "style"] });
 
 /**
- * An element that is drawn when something has changed: `step` does so, and returns whether it goes on moving.
+ * An element that is drawn after changes: `step` draws it, and returns whether it is still moving.
  */
 export class Moving {
   /**
    * @param {HTMLElement} element
    * @param {(nowMs: number) => boolean | void} step
-   * @param {number} [intervalMs] between two pictures
+   * @param {number} [intervalMs] between two frames
    */
   constructor(element, step, intervalMs = FASTEST_MS) {
     this.element = element;
@@ -126,7 +126,7 @@ export class Moving {
     this.changed();
   }
 
-  /** Time from one picture to the next; one that is not on the screen is kept for prints and pictures of the page. */
+  /** Time from one frame to the next; off-screen drawings are kept up to date for prints and screenshots of the page. */
   get dueMs() {
     return this.seen ? this.intervalMs : UNSEEN_MS;
   }
@@ -157,12 +157,12 @@ export class Moving {
   }
 }
 
-/** A canvas that is drawn when something has changed. */
+/** A canvas that is drawn after changes. */
 export class Surface extends Moving {
   /**
-   * @param {HTMLCanvasElement} canvas its size is that of the style sheet
+   * @param {HTMLCanvasElement} canvas its size is set by the style sheet
    * @param {Draw} draw
-   * @param {number} [intervalMs] between two pictures
+   * @param {number} [intervalMs] between two frames
    */
   constructor(canvas, draw, intervalMs = FASTEST_MS) {
     super(canvas, () => {}, intervalMs);
@@ -188,7 +188,7 @@ export class Surface extends Moving {
 }
 
 /**
- * Return the colours as they are now.
+ * Return the present colours.
  * @returns {Colours}
  */
 export function currentColours() {

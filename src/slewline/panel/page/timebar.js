@@ -1,5 +1,5 @@
 /**
- * Time is a control: pause and go, its rate, single steps, run to a place, back into the past, branches.
+ * The controls of time: pause and go, rate, single steps, run to a target, going back to the past, branches.
  */
 
 import { button, choices, field, h, icon, say, select } from "./dom.js";
@@ -11,7 +11,7 @@ const RATES = [0.01, 0.1, 1, 10, 100, 1000];
 const NOTCHES = 10_000; // of the slider
 const PAUSE = "M4 3h3v10H4zM9 3h3v10H9z";
 const GO = "M4 2.5v11l9-5.5z";
-const EARLY_PS = 1e11; // a program that waits for its reader has not begun
+const EARLY_PS = 1e11; // before this time, a paused program counts as not yet begun
 const STEP_TIMEOUT = "60 s";
 /** @type {Record<string, string>} */
 const PLACES = { time: "instant", position: "position", address: "line" };
@@ -26,16 +26,16 @@ const HINTS = { time: "1.5 s", position: "400", address: "7" };
  * @returns {{update: (view: any, timePs: number) => void, close: () => void}}
  */
 export function timebar(link, root, fail) {
-  let horizonPs = 0; // how far time has gone in this branch
+  let horizonPs = 0; // latest time of this branch
   let rate = 1;
   let paused = false;
   let scrubbing = false;
   let waits = 0; // requests that wait for a condition
   /** @type {number | null} */
-  let wantedPs = null; // the instant to which the slider points, while a request is under way
+  let wantedPs = null; // the instant selected by the slider, while a request is in progress
   let sending = false;
-  let base = 0; // the branch of the slider: that from which it has gone back, until time passes again
-  /** Where the slider has led, and to which branch. @type {{branch: number, ps: number} | null} */
+  let base = 0; // the branch of the slider: the one from which it has gone back, until time passes again
+  /** The instant and the branch to which the slider has led. @type {{branch: number, ps: number} | null} */
   let visit = null;
 
   const now = h("output", { class: "clock", "aria-label": "Virtual time in seconds" });
@@ -44,17 +44,17 @@ export function timebar(link, root, fail) {
   start.prepend(icon(GO));
   const rates = RATES.map((one) =>
     button(times(one), () => setRate(one), { "aria-pressed": "false", "aria-label": `${one} times real time` }));
-  const chip = select("Chip that is stepped", {});
+  const chip = select("Chip to step", {});
   const steps = [
     button("Instruction", () => step({ by: "instruction" }), { title: "One instruction of the program (F10)" }),
     button("Step", () => step({ by: "step" }), { title: "One step of the motor (F9)" }),
     button("Command", () => step({ by: "command" }), { title: "To the next command" }),
   ];
   const pins = h("datalist", { id: "all-pins" });
-  const pin = field("Pin whose next edge is waited for", { list: "all-pins", size: 10, placeholder: "pin" });
+  const pin = field("Pin to wait for", { list: "all-pins", size: 10, placeholder: "pin" });
   const edge = select("Edge", { any: "any edge", rises: "rises", falls: "falls" });
   const place = select("Run to", PLACES, { change: () => { value.placeholder = HINTS[place.value]; } });
-  const value = field("Where to run to", { size: 7, placeholder: HINTS.time });
+  const value = field("Target of the run", { size: 7, placeholder: HINTS.time });
   const slider = h("input", {
     type: "range", min: 0, max: NOTCHES, value: NOTCHES, "data-writes": true, "aria-label": "Past",
     input: scrub, change: scrub,
@@ -152,7 +152,7 @@ export function timebar(link, root, fail) {
     } catch (error) {
       return fail(/** @type {Error} */ (error));
     }
-    if (instantPs < link.timePs) { // a place in the past is where the slider leads
+    if (instantPs < link.timePs) { // to an instant in the past, go as the slider does
       wantedPs = instantPs;
       scrubbing = true;
       say(state, "");
@@ -171,7 +171,7 @@ export function timebar(link, root, fail) {
     const { rows } = await link.request({ do: "listing", chip: chip.value });
     const known = rows.map((/** @type {any} */ row) => row.address);
     if (known.includes(address)) return;
-    const there = known.length ? `they are at ${known[0]} to ${known.at(-1)}` : `no program is stored in ${chip.value}`;
+    const there = known.length ? `instructions are at ${known[0]} to ${known.at(-1)}` : `no program is stored in ${chip.value}`;
     throw new Error(`line ${address}: no instruction begins there; ${there}`);
   }
 
@@ -186,7 +186,7 @@ export function timebar(link, root, fail) {
   async function goBack() {
     if (sending) return;
     sending = true;
-    while (wantedPs !== null) { // the last place of the slider counts; those before it are left out
+    while (wantedPs !== null) { // only the last position of the slider is used; earlier ones are skipped
       const ps = wantedPs;
       wantedPs = null;
       visit = { branch: -1, ps };
@@ -218,7 +218,7 @@ export function timebar(link, root, fail) {
       branches.value = String(reply.current);
       branches.hidden = reply.branches.length < 2;
     } catch {
-      branches.hidden = true; // a server that keeps no past
+      branches.hidden = true; // the server has no past
     }
   }
 
@@ -249,7 +249,7 @@ export function timebar(link, root, fail) {
   let names = "";
   /** @type {number | null} */
   let toldRate = null;
-  /** The first instant that was shown. @type {number | null} */
+  /** The first displayed instant. @type {number | null} */
   let firstPs = null;
   return {
     update(view, timePs) {
@@ -267,7 +267,7 @@ export function timebar(link, root, fail) {
       if (pace.lockstep) go.disabled = true;
       firstPs ??= timePs;
       start.hidden = !paused || timePs !== firstPs || timePs > EARLY_PS;
-      go.hidden = !start.hidden; // there is one way to begin
+      go.hidden = !start.hidden; // only one button to start
       show();
       if (!scrubbing) {
         say(now, clock(timePs));

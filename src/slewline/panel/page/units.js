@@ -1,11 +1,11 @@
 /**
- * Numbers as an instrument shows them: times, rates and values with units, and the ticks of a scale.  No drawing here.
+ * Formatting of numbers as on an instrument: times, rates and values with units, and the ticks of a scale.  No drawing here.
  *
  * Times are picoseconds, as on the control port.
  */
 
 export const SECOND = 1e12;
-const NARROW = "\u202f"; // a thin space that breaks no line
+const NARROW = "\u202f"; // a narrow no-break space
 const MINUS = "\u2212";
 
 /** @type {[number, string][]} */
@@ -26,7 +26,7 @@ const SCALES = [
 ];
 
 /**
- * Return a number with so many significant digits, without zeros at the end of a fraction.
+ * Return a number with `digits` significant digits, without trailing zeros of a fraction.
  * @param {number} value
  * @param {number} digits
  * @returns {string}
@@ -39,7 +39,7 @@ export function digitsOf(value, digits) {
 }
 
 /**
- * Return a length of time in the unit that suits it: 12.5 ms.
+ * Return a duration in a suitable unit: 12.5 ms.
  * @param {number} ps
  * @param {number} [digits]
  * @returns {string}
@@ -51,7 +51,7 @@ export function timeText(ps, digits = 4) {
 }
 
 /**
- * Return an instant in seconds, with the decimals that a resolution tells apart, in groups of three.
+ * Return an instant in seconds, with the decimals of a resolution, in groups of three.
  * @param {number} ps
  * @param {number} resolutionPs
  * @returns {string}
@@ -65,7 +65,7 @@ export function instantText(ps, resolutionPs) {
 }
 
 /**
- * Return a rate in Hz, kHz, MHz of what happens once in a time.
+ * Return the rate, in Hz, kHz or MHz, of an event with a given period.
  * @param {number} ps
  * @returns {string}
  */
@@ -96,7 +96,7 @@ export function valueText(value, unit) {
 }
 
 /**
- * Return the step of a scale, 1, 2 or 5 times a power of ten, that divides a span into so many parts at most.
+ * Return the step of a scale, 1, 2 or 5 times a power of ten, that divides a span into at most `parts` parts.
  * @param {number} span
  * @param {number} parts
  * @returns {number}
@@ -113,7 +113,7 @@ export function niceStep(span, parts) {
  * Return the ticks of a scale from one value to another.
  * @param {number} low
  * @param {number} high
- * @param {number} parts at most so many
+ * @param {number} parts maximum number of ticks
  * @returns {number[]}
  */
 export function ticks(low, high, parts) {
@@ -124,7 +124,7 @@ export function ticks(low, high, parts) {
 }
 
 /**
- * Return the ticks of a ruler of time.  Where the window is far from 0 for its size they are counted from a base.
+ * Return the ticks of a ruler of time.  If the window is far from 0 for its size, they are relative to a base.
  * @param {number} start
  * @param {number} stop
  * @param {number} parts
@@ -146,7 +146,7 @@ export function timeTicks(start, stop, parts) {
 }
 
 /**
- * Return a range that is a little wider, whose ends are round; nothing wide is made out of one value.
+ * Return a slightly wider range with round ends; for a single value it is narrow.
  * @param {number} low
  * @param {number} high
  * @returns {[number, number]}

@@ -1,5 +1,5 @@
 /**
- * What a window of time has of a signal: levels and values at instants.  No drawing here.
+ * The data of a signal within a window of time: levels and values at instants.  No drawing here.
  */
 
 /**
@@ -7,9 +7,9 @@
  * @property {"pin"} kind
  * @property {number} start of the window, ps
  * @property {number} stop
- * @property {number} since nothing is known before
+ * @property {number} since start of the recording
  * @property {number[]} times of the edges, the first one being the start; empty if decimated
- * @property {string} levels after each edge: 0, 1 or - (floats); or, if decimated, a character a column, x where both are
+ * @property {string} levels after each edge: 0, 1 or - (floats); or, if decimated, a character per column, x if it has both
  * @property {boolean} decimated
  */
 
@@ -19,9 +19,9 @@
  * @property {number} start
  * @property {number} stop
  * @property {string} unit
- * @property {boolean} held a staircase; else straight lines
+ * @property {boolean} held true: a staircase; false: straight lines
  * @property {number[]} times
- * @property {(number | null)[]} values null: a break, nothing is known up to the next one
+ * @property {(number | null)[]} values null: a break, unknown up to the next value
  */
 
 /** @typedef {PinTrace | QuantityTrace} Trace */
@@ -32,7 +32,7 @@ function letter(level) {
 }
 
 /**
- * Return what a reply to `window` has of one signal; one with an error has nothing.
+ * Return the data of one signal in a reply to `window`; a signal with an error has none.
  * @param {Record<string, any>} signal
  * @param {number} start
  * @param {number} stop
@@ -50,7 +50,7 @@ export function decoded(signal, start, stop) {
 }
 
 /**
- * Return the number of the last one at or before an instant, or -1.
+ * Return the index of the last time at or before an instant, or -1.
  * @param {ArrayLike<number>} times ascending
  * @param {number} ps
  * @returns {number}
@@ -66,7 +66,7 @@ export function lastBefore(times, ps) {
 }
 
 /**
- * Return the level of a pin at an instant: 0, 1, x (both, in the column there), - (floats), or nothing where none is known.
+ * Return the level of a pin at an instant: 0, 1, x (both, in the column there), - (floats), or "" if it is not known.
  * @param {PinTrace} trace
  * @param {number} ps
  * @returns {string}
@@ -79,7 +79,7 @@ export function levelAt(trace, ps) {
 }
 
 /**
- * Return the value of a quantity at an instant, or null where there is none.
+ * Return the value of a quantity at an instant, or null if it has none.
  * @param {QuantityTrace} trace
  * @param {number} ps
  * @returns {number | null}
@@ -95,7 +95,7 @@ export function valueAt(trace, ps) {
 }
 
 /**
- * Return the edge of a pin that is nearest to an instant, or null if none is so near.
+ * Return the edge of a pin that is nearest to an instant, or null if none is within range.
  * @param {PinTrace} trace
  * @param {number} ps
  * @param {number} within
@@ -107,14 +107,14 @@ export function nearestEdge(trace, ps, within) {
   let best = null;
   for (const n of [at, at + 1]) {
     const time = trace.times[n];
-    if (n < 1 || time === undefined || Math.abs(time - ps) > within) continue; // the first one is only the start
+    if (n < 1 || time === undefined || Math.abs(time - ps) > within) continue; // the first time is only the start
     if (best === null || Math.abs(time - ps) < Math.abs(best - ps)) best = time;
   }
   return best;
 }
 
 /**
- * Return the least and the greatest value within a window, or null where there is none.
+ * Return the least and the greatest value within a window, or null if there is none.
  * @param {QuantityTrace} trace
  * @param {number} start
  * @param {number} stop
@@ -133,13 +133,13 @@ export function extent(trace, start, stop) {
 }
 
 /**
- * Return a window of another size that has an instant at the same place, as near to it as it can be from 0 on.
+ * Return a window of another length with an instant at the same place, as far as its start is not below 0.
  * @param {number} start
  * @param {number} stop
  * @param {number} factor below 1: shorter
  * @param {number} at
- * @param {number} least shortest window
- * @param {number} most longest one
+ * @param {number} least shortest length
+ * @param {number} most longest length
  * @returns {[number, number]}
  */
 export function zoomed(start, stop, factor, at, least, most) {

@@ -1,14 +1,14 @@
-"""The rule of parts that a clock steps: they count its edges, and promise what follows from the count.
+"""The rule of parts that a clock steps: they count its edges, and promise outputs that follow from the count.
 
     clock       train --------------------------------->| another one ------>
     direction   high ------------------|  low --------------------------------
-                                       cut: so many steps by now; lay: from here on each edge counts the other way
+                                       cut: steps so far; schedule: from here on each edge counts in the other direction
 
-A step that a train promises is no event.  The part is brought up to an instant when an input is driven otherwise or
-on request; what it promises from there on follows from what the inputs show.
+A promised step is not an event.  The part is brought up to an instant when an input is driven, or on request;
+its promises from there on follow from the inputs.
 
-An input that says what a step does (`steers`) may have edges ahead itself.  The clock is then followed up to the first
-of them, and again from there.
+An input that decides the effect of a step (`steers`) may have edges ahead itself.  The clock is then followed up to the
+first of them, and again from there.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ class Clocked(Follower):
     """A rule that acts at each falling, or each rising, edge of a clock.
 
     Args:
-        part: the part, which has its pins already.
+        part: the part, with its pins.
         inputs: the names of the input pins, the clock included.
         clock: the name of the clock pin.
         edge: the active edge: 0 falling, 1 rising.
-        steers: the pins that decide what happens at an edge.
+        steers: the pins that decide the effect of an edge.
         acts: those of them that also act without an edge.
-        advance: a function that takes in the edges of the clock up to an instant (ps); after that the clock counts as
+        advance: a function that processes the edges of the clock up to an instant (ps); after that the clock counts as
             stopped until `follow` is called.
         step: a function that handles an edge of the clock at this instant which was not promised.
-        follow: a function that takes a promised clock from this instant on, and promises the outputs.
+        follow: a function that receives a promised clock from this instant on, and promises the outputs.
     """
 
     def __init__(
@@ -61,17 +61,17 @@ class Clocked(Follower):
         self._level: Level = None  # of the clock, up to where the part has come
         self._begun = False
         self._ahead = Until(NoEvents())  # the clock that is followed
-        self._again: Call | None = None  # looks at what steers, when that has an edge
+        self._again: Call | None = None  # samples the steering pins at their next edge
 
     def _cut(self, ps: int) -> None:
-        """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
+        """Process the inputs up to an instant (ps): they cannot be queried again."""
         if self._begun:
             self._level = self.lookaheads[self.clock].level(ps)
             self._ahead.cut(ps)
             self.advance(ps)
 
     def _promise(self) -> None:
-        """Promise what the outputs show from now on."""
+        """Promise the outputs from now on."""
         self._sample_clock()
         self.follow(self._look_ahead())
 
@@ -81,20 +81,20 @@ class Clocked(Follower):
         super().go_by_edges()
 
     def _take_edge(self) -> None:
-        """Drive the outputs to the levels that follow from those of the inputs."""
+        """Process the edge of an input, and drive the outputs to the levels that follow."""
         self.advance(self.kernel.seen)
         self._sample_clock()
         self.follow(NoEvents())
 
     def _sample_clock(self) -> None:
-        """Look at the clock: is there an edge between what was up to now, and what is now?"""
+        """Process an edge of the clock between its level so far and its present level, if there is one."""
         level = self.part.pins[self.clock].net.level
         if self._begun and level == self.edge != self._level:
             self.step()
         self._level, self._begun = level, True
 
     def _look_ahead(self) -> Events:
-        """The clock from this instant on, up to the first edge of what steers."""
+        """Return the clock from this instant on, up to the first edge of a steering pin."""
         now = self.kernel.now
         if self._again is not None:
             self._again.token += 1  # it is not called any more
@@ -110,7 +110,7 @@ class Clocked(Follower):
         return self._ahead
 
     def look(self) -> None:
-        """Look at the inputs again: something changes at this instant that no driver reports."""
+        """Read the inputs again: at this instant there is a change that no driver reports."""
         if self.edge_driven:
             self.react()
         else:
@@ -118,5 +118,5 @@ class Clocked(Follower):
 
     @property
     def due(self) -> bool:
-        """Has the clock an edge of which the part hears in the next round only?"""
+        """Whether the clock has an edge that the part will process only in the next round."""
         return self.laying and self.part.pins[self.clock].net.level == self.edge != self._level

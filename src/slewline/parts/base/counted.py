@@ -1,11 +1,11 @@
-"""Promises that go by the edges of a clock: a counter's outputs, and a latch.
+"""Promises by the edges of a clock: a counter's outputs, and a latch.
 
     clock       __|‾|__|‾|__|‾|__|‾|__|‾|__
-    Counted     0  | 1  | 1  | 0  | 0  | 1       levels by the number of edges, over and over
+    Counted     0  | 1  | 1  | 0  | 0  | 1       levels by the number of edges, repeated
     data        _____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_______
-    Sampled     _______|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____       what the data showed at the last edge
+    Sampled     _______|‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_____       level of the data at the last edge
 
-A change of a clock edge and of the data at the same instant: the edge takes the new level.
+If a clock edge and the data change at the same instant, the edge samples the new level.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Counted(View):
 
     Args:
         clock: made of `of`.
-        of: what the clock goes by, whose `until` bounds the promise, too; None: nothing does.
+        of: the promise that the clock depends on, whose `until` bounds this one, too; None: no bound.
         levels: 0 and 1.
     """
 
@@ -41,7 +41,7 @@ class Counted(View):
         return self.levels[self.clocked.count(ps) % len(self.levels)]
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
         levels, k = self.levels, self.clocked.count(ps)
         here = levels[k % len(levels)]
         for more in range(1, len(levels)):
@@ -63,11 +63,11 @@ class Counted(View):
 
 
 class Sampled(View):
-    """What data showed at the last edge of a clock; a wire that floats reads high.
+    """Level of data at the last edge of a clock; a floating wire reads high.
 
     Args:
         clock: its edges after an instant.
-        data: what the wire shows from that instant on.
+        data: the state of the wire from that instant on.
         before: the level until the first edge.
     """
 
@@ -92,7 +92,7 @@ class Sampled(View):
         return self.taken(self.clocked.count(ps))
 
     def after_of(self, ps: int) -> When:
-        """Return the next edge, NotYet, or None, as `Promise.after`, bounded by the inputs alone."""
+        """Return the next edge, NotYet, or None, like `Promise.after`, bounded by the inputs alone."""
         k = self.clocked.count(ps)
         following = self.clocked.time(k + 1)
         if isinstance(following, int) and self._read(following) == self.taken(k):

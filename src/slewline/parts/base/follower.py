@@ -1,19 +1,19 @@
-"""Rules of parts that run ahead: what they promise on their outputs follows from what is promised on their inputs.
+"""Rules of parts that run ahead: the promises of their outputs follow from the promises of their inputs.
 
     input     train ---------------------------->| (a driver gets a new value)
-    output    view of the train ---------------->|........|  view of what comes now
-                                       changed:  cut      lay: in the next round
+    output    view of the train ---------------->|........|  view of the new value
+                                       changed:  cut      schedule: in the next round
 
-As long as the inputs promise, such a part costs nothing, and its outputs cost what they cost anywhere: nothing while
-nothing looks.  When a driver of an input gets another value, the part hears of it at once, before that driver
-forgets: it takes notice of what the inputs have shown up to the instant before (`cut`), and its outputs are bounded, so
-that no edge shows of what was withdrawn.  In the next round it reads the inputs and promises again (`schedule`).
+As long as the inputs promise, such a part costs nothing, and its outputs cost nothing either while they are not
+observed.  When a driver of an input gets another value, the part is notified immediately, before that driver forgets:
+it processes the inputs up to the instant before (`cut`), and its outputs are bounded, so that no withdrawn edge shows.
+In the next round it reads the inputs and promises again (`schedule`).
 
 Parts that follow each other in a circle without a chip between them (two crossed gates, a ring oscillator) cannot
-promise anything to each other.  They are found when they are wired; from then on they watch their inputs and drive
+promise anything to each other.  They are found when they are wired; from then on they follow their inputs and drive
 levels, edge by edge (`react`).
 
-A part has such a rule: it makes its pins, hands it the functions of its own logic, and starts it once it is wired.
+A part has such a rule: it makes its pins, passes the functions of its own logic to the rule, and starts it once wired.
 """
 
 from __future__ import annotations
@@ -31,19 +31,18 @@ if TYPE_CHECKING:
 
 
 def ignored(_ps: int) -> None:
-    """Take no notice: what the inputs have shown leaves nothing behind."""
+    """Do nothing: the past of the inputs has no effect."""
 
 
 class Follower:
     """A rule that computes the promised waveforms of all outputs of a part from those of some inputs.
 
     Args:
-        part: the part, which has its pins already.
+        part: the part, with its pins.
         inputs: the names of the input pins.
         schedule: a function that promises the outputs again, from this instant on, for the present inputs.
         react: a function that drives the outputs to levels, for a part in a loop, when an input has changed.
-        cut: a function that takes in what the inputs have shown up to an instant (ps): they cannot be queried for the
-            time before it later.
+        cut: a function that processes the inputs up to an instant (ps); the time before it cannot be queried later.
         delay_ps: the delay from the inputs to the outputs, ps.
 
     Attributes:
@@ -63,15 +62,15 @@ class Follower:
         self.part, self.kernel, self.inputs = part, part.kernel, tuple(inputs)
         self.schedule, self.react, self.cut, self.delay_ps = schedule, react, cut, delay_ps
         self.lookaheads: dict[str, Lookahead] = {}
-        self.edge_driven = False  # part of a circle: inputs are watched, outputs driven by levels
-        self.withdrawn = True  # an input shows something else since the last `schedule`; else only bounds have moved
+        self.edge_driven = False  # part of a circle: inputs are observed, outputs driven by levels
+        self.withdrawn = True  # an input has changed since the last `schedule`; else only bounds have moved
         self.laying = False  # `schedule` is due in the next round
-        self._drivers_seen = -1  # of the inputs, when circles were looked for
+        self._drivers_seen = -1  # of the inputs, when circles were searched
         for driver in part.drivers.values():
             driver.source = self
 
     def start(self) -> None:
-        """Start following the inputs, when the part is wired."""
+        """Start to follow the inputs, now that the part is wired."""
         if self.edge_driven:
             return
         self.lookaheads = {name: Lookahead(self.part.pins[name], self.changed) for name in self.inputs}
@@ -85,12 +84,12 @@ class Follower:
                     yield driver.source
 
     def shown(self, name: str) -> Promise | Level:
-        """Return what an input shows from now on: a promised waveform, or a constant level."""
+        """Return the state of an input from now on: a promised waveform, or a constant level."""
         return self.part.pins[name].net.level if self.edge_driven else self.lookaheads[name].shown()
 
     # ------------------------------------------------------------------------------------------------------- changes
     def changed(self) -> None:
-        """Take notice that an input is about to be driven otherwise, or that the bound of what it promises moves."""
+        """Handle a coming change of an input's drive, or of the bound of its promise."""
         if not (self.withdrawn or any(lookahead.renewed for lookahead in self.lookaheads.values())):
             self.withdrawn = True
             self.bound_outputs(self.kernel.seen + 1)
@@ -100,7 +99,7 @@ class Follower:
             self.kernel.call_at(self.kernel.now, self._lay)
 
     def bound_outputs(self, ps: int) -> None:
-        """Bound the promises of the outputs: nothing shows of what they say of the inputs from an instant (ps) on."""
+        """Bound the promises of the outputs, which must not depend on the inputs from an instant (ps) on."""
         for driver in self.part.drivers.values():
             if isinstance(driver.promise, View):
                 driver.promise.until = ps + self.delay_ps
@@ -117,7 +116,7 @@ class Follower:
             self.withdrawn = False
 
     def put(self, driver: Driver, shown: Promise | Level) -> None:
-        """Let an output show something from now on; what it shows already costs nothing."""
+        """Set the promise or level of an output from now on; repeating the present one costs nothing."""
         if promised(shown) or driver.promise is not None or driver.pending or driver.level != shown:
             driver.drive(shown)
 
@@ -139,11 +138,11 @@ class HasRule(Protocol):
 
     @property
     def rule(self) -> Follower:
-        """What the part does, ahead of time."""
+        """Rule of the part, which computes its outputs ahead of time."""
 
 
 def start_rule(self: HasRule) -> None:
-    """Look ahead from now on: the part is wired; `rewired` of parts that do nothing else then."""
+    """Start the rule, now that the part is wired; `rewired` of parts that do nothing else then."""
     self.rule.start()
 
 
@@ -151,7 +150,7 @@ class Stateless(Follower):
     """A rule without delay and memory, as of a gate.
 
     Args:
-        part: the part, which has its pins already.
+        part: the part, with its pins.
         inputs: the names of the input pins.
         views: for each output, by its name, a function that returns its promised waveform or level; it is called with
             those of the inputs, in their order.
@@ -165,10 +164,10 @@ class Stateless(Follower):
     ) -> None:
         super().__init__(part, inputs, schedule=self._promise, react=self._drive)
         self._views = [(part.drivers[output], view) for output, view in views.items()]
-        self._shown: list[Promise | Level] = []  # by the inputs, of which the outputs promise something
+        self._shown: list[Promise | Level] = []  # by the inputs that the outputs depend on
 
     def _promise(self) -> None:
-        """Promise what the outputs show from now on."""
+        """Promise the outputs from now on."""
         inputs = [lookahead.shown() for lookahead in self.lookaheads.values()]
         same = len(inputs) == len(self._shown) and all(map(alike, inputs, self._shown))
         self._shown = inputs
@@ -186,11 +185,11 @@ class Stateless(Follower):
 
 
 def circle(rule: Follower) -> list[Follower]:
-    """Return the rules of parts on circles through one, itself among them; none where there is no circle.
+    """Return the rules of parts on circles through one, itself among them; empty if there is no circle.
 
     A part that is driven by edges already promises nothing, so a circle ends there.
     """
-    driven: dict[Follower, list[Follower]] = {}  # those downstream of a rule, of all that are upstream of this one
+    driven: dict[Follower, list[Follower]] = {}  # rules downstream of a rule, among all upstream of this one
     ahead = [rule]
     while ahead:
         behind = ahead.pop()

@@ -1,12 +1,12 @@
-"""The wire on a pin ahead of time: what its drivers have promised, whatever they are.
+"""The wire on a pin ahead of time: the promises of its drivers.
 
     Lookahead(pin, changed)
 
         shown()   train ------------------>|  another train ---------------->
-                                           ^ changed(): at once, before the driver forgets
+                                           ^ changed(): immediately, before the driver forgets
 
-Rules of this file: what is shown is a value.  A part that keeps it bounds what rests on it when `changed` is called,
-and asks again in the next round.
+Rules of this file: the state shown is a value.  A part that keeps it bounds its own promises when `changed` is called,
+and queries again in the next round.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from ...core.wires.wave import Level, Promise, alike, promised
 
 
 class Lookahead:
-    """What the wire on a pin will show, as things stand.
+    """The foreseen future of the wire on a pin.
 
     Args:
-        pin: wiring may still make its net one with another.
-        changed: called before a driver of the wire replaces what it has shown, in every round in which one does; inputs
-            can be read up to the instant before now.  `renewed` says that only the bound of a promise has moved.
+        pin: wiring may still merge its net with another.
+        changed: called before a driver of the wire replaces its promise, in every round in which one does; inputs can
+            be
+            read up to the instant before now.  `renewed` is true if only the bound of a promise has moved.
     """
 
     __slots__ = ("_shown", "_told", "changed", "pin")
@@ -42,11 +43,11 @@ class Lookahead:
 
     @property
     def renewed(self) -> bool:
-        """While `changed` is called: is all that was promised so far still true?"""
+        """While `changed` is called: whether all promises so far are still true."""
         return self.pin.net.root.renewed
 
     def shown(self) -> Promise | Level:
-        """Return what the wire shows from now on: a promise, or a level; the same object while nothing has changed."""
+        """Return the promise or level of the wire from now on; the same object while nothing has changed."""
         net = self.pin.net
         told = [net.tie, net.pull, *(d.level if d.promise is None else d.promise for d in net.active)]
         if self._told is None or len(told) != len(self._told) or not all(map(alike, told, self._told)):
@@ -58,7 +59,7 @@ class Lookahead:
         return shown.level(ps) if promised(shown := self.shown()) else shown
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None, as `Promise.after`."""
+        """Return the next edge strictly after an instant (ps), NotYet, or None, like `Promise.after`."""
         return shown.after(ps) if promised(shown := self.shown()) else None
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:

@@ -1,11 +1,11 @@
-r"""An operation on the host port of a chipset as a value: strobes that nobody else looks at are one call.
+r"""An operation on the host port of a chipset as a value: unobserved strobes are a single call.
 
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------
-HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise
-value                                      |  here the port hears of all of it
+HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise
+value                                      |  here the port receives all of it
 
-What the wires show of it follows from when it begins, what it is, and its bytes (core/wires/exchange.py).
+The levels of its wires follow from its start, its kind, and its bytes (core/wires/exchange.py).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SETTLE_PS, SETUP_PS, LOW_PS, GAP_PS, HOLD_PS = 10 * NS, 30 * NS, 80 * NS, 80 * N
 
 
 class Strobes(NamedTuple):
-    """How a host strobes: low so long, high so long between two bytes; `ready`: not before HostRdy is high."""
+    """Timing of a host's strobes: low time, high time between two bytes; `ready`: not before HostRdy is high."""
 
     low_ps: int = LOW_PS
     gap_ps: int = GAP_PS
@@ -32,7 +32,7 @@ class Strobes(NamedTuple):
 
 
 class Strobed:
-    """The instants of an operation (ps), and what its lines show; those of single strobes are worked out when asked."""
+    """Instants of an operation (ps), and levels of its lines; those of single strobes are computed on demand."""
 
     __slots__ = ("end", "first", "how", "last", "number", "start")
 
@@ -41,45 +41,45 @@ class Strobed:
         self.start = now + SETTLE_PS  # the port is selected
         self.first = self.start + SETUP_PS  # the first strobe falls
         self.last = self.first + number * (how.low_ps + how.gap_ps) - how.gap_ps  # the last one rises
-        self.end = self.last + HOLD_PS  # the port is left alone
+        self.end = self.last + HOLD_PS  # the port is released
 
     @property
     def falls(self) -> list[int]:
-        """When the strobe falls, for each byte."""
+        """Falling edges of the strobe, one per byte."""
         apart = self.how.low_ps + self.how.gap_ps
         return [self.first + n * apart for n in range(self.number)]
 
     @property
     def rises(self) -> list[int]:
-        """When it rises."""
+        """Rising edges of the strobe."""
         return [fall + self.how.low_ps for fall in self.falls]
 
     def strobe(self) -> Edges:
-        """Return what the strobe shows."""
+        """Return the edges of the strobe."""
         return 1, tuple(sorted((*self.falls, *self.rises))), (0, 1) * self.number
 
     def select(self) -> Edges:
-        """Return what HostSlct shows."""
+        """Return the edges of HostSlct."""
         return 1, (self.start, self.end), (0, 1)
 
     def command(self) -> Edges:
-        """Return what HostCmd shows, for a command."""
+        """Return the edges of HostCmd, for a command."""
         return 0, (self.start, self.end), (1, 0)
 
     def bus(self, data: bytes) -> Edges:
-        """Return what stands on the bus while bytes are written: they change half way between two strobes."""
+        """Return the edges of the bus while bytes are written: it changes half way between two strobes."""
         changes = [rise + self.how.gap_ps // 2 for rise in self.rises[:-1]]
         return None, (self.start, *changes, self.end), (*((0xFF, byte) for byte in data), None)
 
 
 class Taken(NamedTuple):
-    """An operation as a value: what its lines show follows from this alone.
+    """An operation as a value, which alone determines the levels of its lines.
 
     Attributes:
         strobes: its instants.
-        data: what is written; None: it is a read operation.
+        data: the bytes written; None: it is a read operation.
         command: the byte is a command.
-        answer: what is read.
+        answer: the bytes read.
     """
 
     strobes: Strobed
@@ -96,32 +96,32 @@ class PortEnd(End, Protocol):
     let_go_ps: int  # from its rise until it is off
 
     def takes(self, number: int, reading: bool, ps: int) -> bool:
-        """Return whether it waits for an operation of so many bytes that begins now, its first strobe at an instant."""
+        """Return whether the port waits for an operation of `number` bytes that begins now; `ps`: its first strobe."""
 
     def shows(self, number: int) -> bytes:
-        """Return the bytes that a read operation gives."""
+        """Return the bytes that a read operation returns."""
 
     def operated(self, number: int, data: bytes | None, command: bool) -> None:
-        """Take notice of an operation whose last strobe ends now.
+        """Process an operation whose last strobe ends now.
 
         Args:
             number: bytes.
-            data: those that are written; None: they are read.
+            data: the bytes written; None: they are read.
             command: the byte is a command.
         """
 
     def resume(self, falls: Sequence[int], rises: Sequence[int], data: bytes | None, over: bool) -> None:
-        """Go by the pins from now on, in the middle of an operation.
+        """Follow the pins from now on, in the middle of an operation.
 
         Args:
-            falls, rises: of its strobes (ps), as far as they have come.
-            data: what is written; None: it is a read operation.
-            over: it has taken notice of the operation.
+            falls, rises: edges of its strobes (ps), as far as they have occurred.
+            data: the bytes written; None: it is a read operation.
+            over: it has processed the operation.
         """
 
 
 class HostLines(NamedTuple):
-    """The drivers that a host has on the host port of a chipset."""
+    """The drivers of a host on the host port of a chipset."""
 
     select: Driver
     command: Driver
@@ -134,7 +134,7 @@ class Operation(Leader[Exchange]):
     """The operation in progress, or the last one, of a host on one chipset.
 
     Args:
-        lines: what the host has there.
+        lines: the host's drivers on the port.
     """
 
     chip: PortEnd
@@ -142,19 +142,19 @@ class Operation(Leader[Exchange]):
     def __init__(self, lines: HostLines) -> None:
         super().__init__(lines.select.net)
         self.lines, self.kernel = lines, lines.bus.kernel
-        self.data: bytes | None = None  # what is written; None: it is a read operation
+        self.data: bytes | None = None  # bytes written; None: it is a read operation
         self.command = False
         self.strobes = Strobed(0, 0, Strobes())
-        self.over = True  # the chipset has taken notice of it
-        self.shown = bytearray()  # what is read
-        self.waited = False  # the host waits for its end: it has not been broken off
+        self.over = True  # the chipset has processed it
+        self.shown = bytearray()  # bytes read
+        self.waited = False  # the host waits for its end: it has not been cut short
 
     def begin(self, strobes: Strobed, data: bytes | None, command: bool = False) -> bool:
-        """Begin one that goes by value, now; return false where it cannot.
+        """Begin an operation as a value, now; return False if this is not possible.
 
         Args:
             strobes: its instants.
-            data: what is written; None: it is a read operation.
+            data: the bytes written; None: it is a read operation.
             command: the byte is a command.
         """
         exchange = self.possible()
@@ -168,11 +168,11 @@ class Operation(Leader[Exchange]):
         return True
 
     async def take_place(self) -> bytes:
-        """Let the operation take place, until the port is left alone; return what has been read."""
+        """Wait until the operation is over and the port is released; return the bytes read."""
         strobes, exchange, self.waited = self.strobes, self.exchange, True
         try:
             await until(self.kernel, strobes.last)
-            await next_round(self.kernel)  # the edge is seen, unless a wire is driven otherwise in the same instant
+            await next_round(self.kernel)  # the edge is seen, unless the drive of a wire changes in the same instant
             if exchange is not None and exchange.by_value:
                 self._take_notice()
             await until(self.kernel, strobes.end)
@@ -181,7 +181,7 @@ class Operation(Leader[Exchange]):
         return bytes(self.shown)
 
     def promise(self, strobes: Strobed, data: bytes | None, command: bool = False) -> None:
-        """Promise one edge by edge, of which the chipset hears on its pins; what is given is as for `begin`."""
+        """Promise an operation edge by edge, which the chipset receives on its pins; arguments as for `begin`."""
         self.leave()
         lines = self.lines
         lines.select.wave(*strobes.select())
@@ -192,13 +192,13 @@ class Operation(Leader[Exchange]):
             lines.bus.wave(*strobes.bus(data))
 
     def _take_notice(self) -> None:
-        """Let the chipset hear of all of it: its last strobe has ended."""
+        """Let the chipset process the whole operation: its last strobe has ended."""
         self.over = True
         self.chip.operated(self.strobes.number, self.data, self.command)
 
-    # ---------------------------------------------------------------------------------------- what goes by value at all
+    # --------------------------------------------------------------------------------------------- operations as values
     def made(self, ends: tuple[PortEnd, ...]) -> Exchange | None:
-        """Return the operations that are possible on this port; None: it is none, or one of several chipsets."""
+        """Return the operations that are possible on this port; None: no chipset, or more than one."""
         lines = self.lines
         if len(ends) != 1 or ends[0].bus_driver.net is not lines.bus.net:
             return None
@@ -214,7 +214,7 @@ class Operation(Leader[Exchange]):
         return Exchange(led, answering, ends, self._withdrawn)
 
     def _answer(self, taken: Taken, ps: int) -> Wave:
-        """Return what the chipset has on the bus, of what has come over by an instant (ps)."""
+        """Return the chipset's bus levels after the part of the operation up to an instant (ps)."""
         if taken.data is not None:
             return Wave(None, (), ())
         edges: dict[int, Level] = {}
@@ -226,7 +226,7 @@ class Operation(Leader[Exchange]):
         return Wave(None, tuple(edges), tuple(edges.values()))
 
     def _withdrawn(self, seen: int) -> None:
-        """The chipset goes by the pins from now on, with what has come over; the host looks at the bus in time."""
+        """Let the chipset follow the pins from now on, with the strobes so far; the host samples the bus in time."""
         falls, rises = self.strobes.falls, self.strobes.rises
         if seen >= self.strobes.end:
             return
@@ -240,27 +240,27 @@ class Operation(Leader[Exchange]):
         if self.data is None and not self.over:
             del self.shown[len(over) :]
             for rise in rises[len(over) :]:
-                if rise <= self.kernel.now:  # the host looks before anything changes in that instant
+                if rise <= self.kernel.now:  # the host samples before anything changes in that instant
                     self._sample(self.strobes)
                 else:
                     self.kernel.call_at(rise, partial(self._sample, self.strobes))
 
     def _sample(self, strobes: Strobed) -> None:
-        """Look at the bus at the end of a strobe, unless the host has been broken off."""
+        """Sample the bus at the end of a strobe, unless the host has been cut short."""
         if self.waited and strobes is self.strobes:
             self.shown.append(self.lines.bus.net.byte)  # type: ignore[attr-defined]
 
 
-# ---------------------------------------------------------------------------------- what the drivers of a host show
+# --------------------------------------------------------------------------------------- levels of the host drivers
 def _command(taken: Taken) -> Wave:
     return Wave(*taken.strobes.command()) if taken.command else Wave(0, (), ())
 
 
 def _strobe(taken: Taken, its: bool) -> Wave:
-    """HostWrite or HostRead: the one that the operation is by, or the other one."""
+    """Return HostWrite or HostRead: the strobe that the operation uses, or the other one."""
     return Wave(*taken.strobes.strobe()) if its else Wave(1, (), ())
 
 
 def _bus(taken: Taken) -> Wave:
-    """Return what the host has on the bus."""
+    """Return the host's bus levels."""
     return Wave(None, (), ()) if taken.data is None else Wave(*taken.strobes.bus(taken.data))

@@ -1,13 +1,12 @@
-"""What every part has: a name, pins of its own, findings.  A part sees a chip through nets only.
+"""The base of every part: a name, pins of its own, findings.  A part sees a chip through nets only.
 
 `wiring` is the standard wiring: pins of the part, and the roles (core/datasheet/roles.py) of the neighbour's pins to
-which `bench.part(..., to=...)` joins them, on the part's option `axis`, if it has one; those in `optional` stay open
-where no pin has that role.  Pins of parts have roles themselves, so that a part attaches to a part.
+which `bench.part(..., to=...)` wires them, on the part's option `axis`, if it has one; pins in `optional` stay open if
+no pin has that role.  Pins of parts have roles themselves, so that a part can be wired to a part.
 
-What a user gives a part (a text, a key) comes by a method declared by `@from_outside`, which reports it to `input`, so
-that a journal can repeat it; `verbs` are the methods
-by which a run script acts on it, with a whole number or nothing.  `options` are the rows of what its
-constructor takes: it gets all of them, checked.
+A user's input to a part (a text, a key) goes through a method declared by `@from_outside`, which reports it to `input`,
+so that a journal can repeat it; `verbs` are the methods that a run script can call, with an integer or nothing.
+`options` are the rows of the constructor's options: it gets all of them, checked.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ AXIS = Option("axis", "int", 1, "of the neighbour", low=1, high=4)  # of a part 
 
 
 def served(host: str, chips: Mapping[str, T], chip: object) -> T:
-    """Return what a host has for one of its chips, which is named or given itself.
+    """Return a host's object for one of its chips; the chip is passed by name or itself.
 
     Raises:
         UnknownName: the host does not serve it.
@@ -59,13 +58,13 @@ class Part(Component):
         pins: the pins, by name.
         drivers: the drivers of the outputs, by the name of the pin.
         on_finding: hook, called with each `Finding` of this part.
-        options: the options that its constructor takes.
+        options: the options of its constructor.
         wiring: for each pin, the role of the pin of a chip or part to which `bench.part(to=...)` wires it.
         optional: the pins that stay open if that chip or part has no such pin.
         verbs: the methods that a run script can call.
         sits: "may" or "must" be mounted on the shaft of another part (`bench.part(on=...)`); "": neither.
         keeps: True if the part has an option `store`, which keeps its memory without power.
-        queue: the requests that it has been given, for a part that takes any; else None.
+        queue: its queue of requests; None for a part without requests.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -98,7 +97,7 @@ class Part(Component):
         return f"<{type(self).__name__} {self.name}>"
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the shaft, turning as it has turned, what else it shows; None: its `repr`."""
+        """Return the HTML for a notebook: the shaft and its past motion, the state of the part; None: use `repr`."""
         shows = self.shows()
         if not shows:
             return None
@@ -126,7 +125,7 @@ class Part(Component):
         Args:
             name: the name of the pin.
             way: the direction: "in", "out" or "both".
-            says: what the pin does, in words.
+            says: the purpose of the pin, in words.
             pull: the level of an open pin; None: it floats.
             initial: the level that an output drives from the start; None: it floats.
             role: the purpose of the pin, a word of ROLES, by which other parts are wired to it.
@@ -180,32 +179,32 @@ class Part(Component):
         """Return the byte on a bus pin, 0 to 255."""
         return self.pins[name].net.byte  # type: ignore[attr-defined,no-any-return]
 
-    # ------------------------------------------------------------------------------------------------ what it tells
+    # -------------------------------------------------------------------------------------------------- information
     def quantities(self) -> tuple[Quantity, ...]:
         """Return the quantities of the part, such as an angle, a current or a count; () if it has none."""
         return ()
 
     def shows(self) -> dict[str, Any]:
-        """Return what the part shows besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
+        """Return the state of the part besides its pins, as plain data: a shaft angle, the text of a display; or {}."""
         return {}
 
     def catch_up(self) -> None:
-        """Compute what has happened up to the last committed instant, in a part that does so only on demand.
+        """Compute the motion and findings up to the last committed instant, in a part that does so only on demand.
 
-        Findings that result have the instants at which things happened; their listeners are called now.
+        Findings that result have the instants of their causes; their listeners are called now.
         """
 
     def leave(self) -> None:
-        """Write to disk what belongs there: no more time will pass, for now or for good."""
+        """Write unsaved data to disk: no more time will pass, for now or forever."""
 
     def forget(self, before: int) -> None:
-        """Drop what the part keeps for its quantities from before an instant (ps)."""
+        """Drop the past of the part's quantities before an instant (ps)."""
 
     def keep_recent(self, what: bytearray | list[Any]) -> Recent:
-        """Keep only recent elements of a list or bytearray that grows at its end, as `Bench(keep=)` says.
+        """Keep only recent elements of a list or bytearray that grows at its end, as set by `Bench(keep=)`.
 
         Returns:
-            A `Recent`, which counts also the elements that were dropped.
+            A `Recent`, which also counts the dropped elements.
         """
         recent = Recent(what)
         self._recent.append(recent)
@@ -236,10 +235,10 @@ class Part(Component):
         wanted, found = self.pins[own].row.sense, row.sense
         if wanted is None or found is None or wanted == found:
             return ""
-        return f"is active {LEVELS[found]}, and {own} means {LEVELS[wanted]}: bench.wire(..., invert=True) may help"
+        return f"is active {LEVELS[found]}, and {own} is active {LEVELS[wanted]}: use bench.wire(..., invert=True)"
 
     def attached(self, own: str, row: Pin) -> None:
-        """Note that `bench.part(to=...)` has wired a pin; by default nothing is done.
+        """Record that `bench.part(to=...)` has wired a pin; by default nothing is done.
 
         Args:
             own: the name of the pin of this part.
@@ -247,21 +246,21 @@ class Part(Component):
         """
 
     def rewired(self) -> None:
-        """Start watching the pins, in a subclass: called once, when the part is wired and time is about to pass."""
+        """Start to follow the pins, in a subclass: called once, when the part is wired and time is about to pass."""
 
     @property
     def idle(self) -> bool:
-        """True while the part has nothing left to do by itself."""
-        return self.queue is None or not self.queue.requests  # asked after every instant of a run
+        """Whether the part will change nothing until an input does."""
+        return self.queue is None or not self.queue.requests  # queried after every instant of a run
 
     @property
     def waiting(self) -> str:
-        """What the part waits for, in words."""
+        """Event or condition that the part waits for, in words."""
         return f"{self.name}: nothing to do" if self.queue is None else self.queue.waiting
 
 
 def forget_all(part: Part, before: int) -> None:
-    """Drop all that a part keeps of the time before an instant (ps); it catches up first."""
+    """Drop all that a part keeps from the time before an instant (ps); it catches up first."""
     part.be_caught_up()
     part.forget(before)
     for recent in part._recent:
@@ -269,7 +268,7 @@ def forget_all(part: Part, before: int) -> None:
 
 
 def limit_kept(part: Part, ps: int | None) -> None:
-    """Let a part answer about the last `ps` only; None: about all of its past."""
+    """Let a part keep only the last `ps` of its past; None: all of its past."""
     part._past_kept.limit(part.name, ps)
 
 

@@ -1,10 +1,9 @@
-r"""What a notebook shows of a part: its shaft, which turns as it has turned, what else it shows, and its levels.
+r"""A part in a notebook: its shaft, which repeats its past motion, its state, and its levels.
 
     angle  ____/‾‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾
-               |<- window ->|            from the first to the last change, and no more than the last ten turns
+               |<- window ->|            from the first to the last change, at most the last ten turns
 
-A turn of a real shaft takes too little time to be seen, or too much: the window is played slower or faster, by a round
-number.
+A turn of a real shaft is too fast or too slow to be seen: the window is played slower or faster, by a round factor.
 """
 
 from __future__ import annotations
@@ -21,14 +20,14 @@ if TYPE_CHECKING:
     from ...core.motion.quantity import Quantity
 
 MOST_TURNS = 10
-COLUMNS = 400  # in which changes are looked for
-PICTURES = 80  # places between which the shaft turns evenly
-PLAY_S = 6.0  # how long playing takes, about
-STILL = 1 / 3600  # turns; less is no motion
+COLUMNS = 400  # in which changes are searched
+PICTURES = 80  # positions between which the shaft turns at a constant rate
+PLAY_S = 6.0  # approximate duration of the playback
+STILL = 1 / 3600  # turns; less does not count as motion
 
 
 class Turned(NamedTuple):
-    """Where a shaft was, in turns, at even distances of time; and in how many ps it was there."""
+    """Positions of a shaft, in turns, at equal intervals, and the duration in ps."""
 
     turns: list[float]
     ps: int
@@ -40,11 +39,11 @@ def part_card(
     """Return a part as HTML.
 
     Args:
-        says: what it is, in a line.
-        shows: what it shows beside its pins, as plain data.
+        says: its description, in one line.
+        shows: its state in addition to its pins, as plain data.
         levels: of its pins; None: it floats.
-        places: where its shaft is over time, in steps; None: it has none.
-        first, now: how far back its past is kept, and the present instant (ps).
+        places: position of its shaft over time, in steps; None: it has no shaft.
+        first, now: start of the kept past, and the present instant (ps).
     """
     dial = Markup()
     if "per_turn" in shows:
@@ -57,14 +56,14 @@ def part_card(
 
 
 def _cell(value: object) -> list[str]:
-    """A value as text: the rows of a display as they are."""
+    """Return a value as text: the rows of a display unchanged."""
     if isinstance(value, list):
         return [element("pre", "\n".join(map(str, value)))]
     return [f"{value:.6g}" if isinstance(value, float) else str(value)]
 
 
 def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned | None:
-    """How a shaft has turned, up to its last change; None: it has not."""
+    """Return the motion of a shaft up to its last change; None: it has not turned."""
     import numpy as np
 
     outline = places.outline(first, now, COLUMNS)
@@ -81,18 +80,18 @@ def _lately(places: Quantity, per_turn: float, first: int, now: int) -> Turned |
 
 
 def _dial(turned: Turned) -> Markup:
-    """The shaft, and below it how it is played."""
+    """Return the shaft, with the playback speed below it."""
     turns, seconds = turned.turns, turned.ps / PS_PER_S
     if len(turns) == 1:
         return element("div", shaft_dial(turns, 0))
     slower = _round(PLAY_S / seconds)
-    way = "as it was" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
+    way = "real time" if slower == 1 else f"{slower:g} times slower" if slower > 1 else f"{1 / slower:g} times faster"
     moved = f"{abs(turns[-1] - turns[0]):.3g}"
     says = f"{moved} turn{'s' * (moved != '1')} in {seconds:.3g} s, {way}"
     return element("div", shaft_dial(turns, seconds * slower), element("div", says, class_="quiet"))
 
 
 def _round(factor: float) -> float:
-    """The nearest number below that is 1, 2 or 5 times a power of ten."""
+    """Return the nearest number below that is 1, 2 or 5 times a power of ten."""
     power = 10.0 ** floor(log10(factor))
     return power * next(digit for digit in (5, 2, 1) if digit * power <= factor * (1 + 1e-9))

@@ -1,9 +1,9 @@
-"""What has come in, of which only the latest is kept: bytes, words, answers.
+"""Received data, of which only the latest are kept: bytes, words, answers.
 
-They bear no times, so two marks do: what came before the last mark is dropped when that mark itself is old enough.
+They have no times, so two marks are used: data before the last mark are dropped when the mark itself is old enough.
 
           before        now
-    ........|............|          what has come in
+    ........|............|          received data
       |  dropped  | kept |          at least since `before`, at most twice as far back
                mark     new mark
 """
@@ -14,9 +14,9 @@ from typing import Any
 
 
 class Recent:
-    """The latest of a list or bytearray that grows at its end; `what` stays the same object.
+    """The latest elements of a list or bytearray that grows at its end; `what` stays the same object.
 
-    `dropped` is how many are gone: a place in it that is to be found again is counted from the very first one on.
+    `dropped` is the number of dropped elements: an index that must stay valid counts from the very first element.
     """
 
     __slots__ = ("_mark", "_old", "dropped", "what")
@@ -24,19 +24,19 @@ class Recent:
     def __init__(self, what: bytearray | list[Any]) -> None:
         self.what = what
         self.dropped = 0
-        self._mark = self._old = 0  # the instant of the last mark (ps), and how many of `what` had come by then
+        self._mark = self._old = 0  # the instant of the last mark (ps), and the length of `what` then
 
     @property
     def total(self) -> int:
-        """How many there have been, the dropped ones included."""
+        """Number of elements so far, including the dropped ones."""
         return self.dropped + len(self.what)
 
     def place(self, number: int) -> int:
-        """Return where in `what` one is that so many came before; the first one, if it is gone."""
+        """Return the index in `what` of the element after the first `number`, or of the first kept one if dropped."""
         return max(number - self.dropped, 0)
 
     def forget(self, before: int, now: int) -> None:
-        """Drop what is known to have come before an instant (ps); remember what has come up to now."""
+        """Drop elements known to be from before an instant (ps); set a mark at the present end."""
         if self._mark > before:
             return
         gone = min(self._old, len(self.what))
@@ -45,7 +45,7 @@ class Recent:
         self._mark, self._old = now, len(self.what)
 
     def clear(self) -> None:
-        """Drop all."""
+        """Drop all elements."""
         self.dropped += len(self.what)
         self.what.clear()
         self._old = 0

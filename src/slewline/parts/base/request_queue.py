@@ -1,10 +1,10 @@
-"""What a part is asked to do: a queue of requests, which a task works off one after the other.
+"""A queue of requests to a part, which a task performs one after the other.
 
-    queue.post("pauses", wait)                          nobody waits for it: what goes wrong in it ends the run
+    queue.post("pauses", wait)                          no call waits for it: an error in it ends the run
     request = queue.submit("in 0x340", read)            its result, or its failure, is kept
     queue.result(request, "5 s")                        let virtual time pass until it is done
 
-Only the queueing is an input for the journal; when a journal is played again, time passes as it says itself.
+Only the queueing is an input for the journal; when a journal is replayed, it determines the time that passes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class Request(Generic[T]):
-    """Something to be done, a coroutine function; `result` or `failure` is there once it is `done`."""
+    """A coroutine function to be run; it has a `result` or a `failure` once it is `done`."""
 
     __slots__ = ("action", "done", "failure", "kept", "result", "text")
 
@@ -31,7 +31,7 @@ class Request(Generic[T]):
         self.failure: SlewlineError | None = None
 
     async def run(self) -> None:
-        """Do it."""
+        """Run the request."""
         try:
             self.result = await self.action()
         except SlewlineError as error:
@@ -44,11 +44,11 @@ class Request(Generic[T]):
 class RequestQueue:
     """The requests of a part.
 
-    `begun`: the first one has begun to show, and would be cut in two; the part says so itself, where it matters.
+    `begun`: the first one has had an effect on the lines, and would be cut in two; set by the part, if it matters.
 
     Args:
-        give_up: cancel what took too long, as an input of the part; by default `cancel_last`.
-        rest: put the outputs of the part to rest, when what was under way was cut short.
+        give_up: cancel a request that took too long, as an input of the part; by default `cancel_last`.
+        rest: release the outputs of the part, when a request was cut short.
     """
 
     def __init__(
@@ -68,11 +68,11 @@ class RequestQueue:
         return len(self.requests)
 
     def post(self, text: str, action: Callable[[], Awaitable[Any]]) -> None:
-        """Queue something that no call waits for; `text` says what it does."""
+        """Queue a request that no call waits for; `text` describes it."""
         self._add(Request(text, action, kept=False))
 
     def submit(self, text: str, action: Callable[[], Awaitable[T]]) -> Request[T]:
-        """Queue something whose result a call may wait for; `text` says what it does."""
+        """Queue a request whose result a call may wait for; `text` describes it."""
         return self._add(Request(text, action, kept=True))
 
     def _add(self, request: Request[T]) -> Request[T]:
@@ -87,28 +87,28 @@ class RequestQueue:
             try:
                 await self.requests[0].run()
             except Exception:
-                self.requests.clear()  # what stands after the one that failed is not done either
+                self.requests.clear()  # requests after the failed one are not performed either
                 raise
             self.requests.popleft()
             self.begun = False
 
     @property
     def idle(self) -> bool:
-        """Is nothing queued?"""
+        """Whether nothing is queued."""
         return not self.requests
 
     @property
     def waiting(self) -> str:
-        """The request that is under way, in words, and since when."""
+        """The request under way, in words, and its start."""
         if not self.requests:
             return f"{self.name}: nothing to do"
         return f"{self.name}: {self.requests[0].text}, {len(self.requests)} in the queue, since {readable(self.since)}"
 
     # -------------------------------------------------------------------------------------------------------- waiting
     def result(self, request: Request[T], timeout: Time) -> T:
-        """Let virtual time pass until a request is done; return its result, or raise what went wrong.
+        """Let virtual time pass until a request is done; return its result, or raise its failure.
 
-        Where calls only queue (`Outside.queued`, or a part without a bench) return None at once.
+        If calls only queue (`Outside.queued`, or a part without a bench) return None immediately.
 
         Raises:
             Timeout: it is not done in time; it is cancelled then.
@@ -119,10 +119,10 @@ class RequestQueue:
         return request.result
 
     def let_pass(self, met: Callable[[], bool], what: str, timeout: Time) -> None:
-        """Let virtual time pass until something is met.
+        """Let virtual time pass until a condition is met.
 
         Raises:
-            Timeout: it is not met in time; what was asked last is given up then.
+            Timeout: it is not met in time; the last request is cancelled then.
         """
         try:
             self.kernel.outside.wait(met, f"{self.name}: {what}", timeout)
@@ -132,21 +132,21 @@ class RequestQueue:
 
     # ----------------------------------------------------------------------------------------------------- cancelling
     def cancel_last(self) -> None:
-        """Cancel the last request; what comes after it can go on."""
+        """Cancel the last request; later requests can continue."""
         if self.requests:
             self.requests.pop()
         if not self.requests:
             self.halt()
 
     def cancel_after(self, number: int, why: str) -> None:
-        """Cancel all requests but the first ones, last first; they fail."""
+        """Cancel all requests except the first `number`, last first; they fail."""
         while len(self.requests) > number:
             request = self.requests.pop()
             request.done = True
             request.failure = UsageError(f"{self.name}: {request.text}: dropped by {why}")
 
     def halt(self) -> None:
-        """End what is under way, and put the outputs to rest."""
+        """End the request under way, and release the outputs."""
         if self.task is not None:
             self.task.kill()
         self.begun = False

@@ -13,7 +13,7 @@ def as_bytes(owner: str, data: Data) -> bytes:
     """Return text (ASCII), bytes, or numbers 0 to 255, as bytes.
 
     Raises:
-        UsageError: none of these.
+        UsageError: the data are none of these.
     """
     try:
         if isinstance(data, int):

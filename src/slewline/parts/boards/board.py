@@ -2,10 +2,10 @@ r"""Interface boards in a PC: registers at I/O addresses, each access a cycle of
 
     clocks     |  0  |  1  |  2  |  3  |  4  |  5  |            of the bus, 8 MHz
     address    ---<================================>
-    IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            a byte that is read is taken at the end of clock 4
+    IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            a byte is read at the end of clock 4
 
-A board decodes ten address lines and takes sixteen addresses.  Those without a register read FF and take nothing, as do
-addresses of no board; each of them is a finding, once for IN and once for OUT.
+A board decodes ten address lines and occupies sixteen addresses.  An address without a register reads FF and ignores
+writes, as does an address without a board; each is a finding, once for IN and once for OUT.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CYCLE = 6  # clocks; the strobes of the bus last from clock 1 to the end of cloc
 DECODED = 0x3FF
 FLOATING = 0xFF
 CYCLE_PS = CYCLE * CLOCK_PS
-READY = "ready"  # what a program may wait for, instead of polls
+READY = "ready"  # conditions that a program may wait for, instead of polls
 
 
 def base_option(default: int | None, says: str) -> Option:
@@ -46,7 +46,7 @@ def base_option(default: int | None, says: str) -> Option:
 
 
 class Board(Part):
-    """An interface board; `waits` are what a program may wait for, by name."""
+    """An interface board; `waits` are the conditions that a program may wait for, by name."""
 
     _for_users: ClassVar[tuple[str, ...]] = ("base", "out", "inp", "ready")
     waits: tuple[str, ...] = (READY,)
@@ -59,9 +59,9 @@ class Board(Part):
         self._status = layout.offset(STATUS)
         self._reported: set[tuple[int, bool]] = set()  # addresses without a register, and whether they were read
         self._began = 0  # the instant at which the present cycle begins, or the next one (ps)
-        self._broken = False  # the last series has ended with a wait in vain
+        self._broken = False  # the last series has ended with a failed wait
 
-    # ------------------------------------------------------------------------------------ what a program on the PC does
+    # ------------------------------------------------------------------------------------- calls of a program on the PC
     def out(self, port: int, byte: int, timeout: Time = "5 s") -> None:
         """Write a byte to an I/O address: OUT port, byte."""
         self.queue.result(self.cycle(port, byte), timeout)
@@ -84,7 +84,7 @@ class Board(Part):
 
     @from_outside
     def ready(self, limit: Time = "1 s", what: str = READY) -> Request[None]:
-        """Queue a wait, for so long at most: what a loop of polls is to a program."""
+        """Queue a wait for a condition, at most `limit`: the equivalent of a polling loop in a program."""
         if what not in self.waits:
             raise UsageError(f"{self.name}: {what!r}; allowed {', '.join(self.waits)}")
         ps = picoseconds(limit)
@@ -93,15 +93,15 @@ class Board(Part):
 
     @from_outside
     def series(self, steps: str, poll: Time = 0, on: bool = False) -> Request[Done]:
-        """Queue what a program does without a pause; the result has a byte for each step, FF behind a wait in vain.
+        """Queue the accesses of a program without a pause; the result has a byte for each step, FF after a failed wait.
 
         Args:
             steps: in hexadecimal, two bytes each (parts/boards/series.py).
-            poll: so much time may pass, at most, after a read of the status which finds bit 7 at 0, until it is 1.
-            on: do nothing if the series before has ended with a wait in vain.
+            poll: longest time after a read of the status with bit 7 at 0, until it is 1.
+            on: do nothing if the series before has ended with a failed wait.
 
         Raises:
-            UsageError: these are no steps of this board.
+            UsageError: `steps` are not steps of this board.
         """
         try:
             data = bytes.fromhex(steps)
@@ -115,44 +115,44 @@ class Board(Part):
 
     @from_outside
     def give_up(self) -> None:
-        """Cancel the last request, which took too long; what comes after it can go on."""
+        """Cancel the last request, which took too long; later requests can continue."""
         self.input("give_up")
         self.queue.cancel_last()
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def write(self, port: int, byte: int) -> None:
-        """Write a byte to a port, now: a write cycle."""
+        """Write a byte to a port immediately: a write cycle."""
         self._began = self.kernel.now
         await self._access(self._offset(port), byte, port)
         await until(self.kernel, self._clock(CYCLE))
 
     async def read(self, port: int) -> int:
-        """Return the byte of a port, now: a read cycle."""
+        """Return the byte of a port, read immediately: a read cycle."""
         self._began = self.kernel.now
         byte = await self._access(self._offset(port), None, port)
         await until(self.kernel, self._clock(CYCLE))
         return byte
 
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Do the cycle that begins next, in a clock from now at most, as far as it is to be watched.
+        """Perform the next cycle, which begins within one clock, and promise its unobserved part.
 
-        Without a byte to be written it is a read cycle; its byte is returned in clock 5.
+        Without a byte it is a read cycle; its byte is returned in clock 5.
 
         Args:
-            register: one that the layout has for this.
-            byte: what is written.
+            register: one that the layout has for this access.
+            byte: the byte to be written.
         """
         raise NotImplementedError
 
     def _access(self, offset: int, byte: int | None, port: int | None = None) -> Awaitable[int]:
-        """Do the cycle at an offset, which may have no register; `port`: the whole address, if there is one."""
+        """Perform the cycle at an offset, which may have no register; `port`: the whole address, if there is one."""
         register = (self.layout.reads if byte is None else self.layout.writes).get(offset)
         return self._nowhere(offset, byte, port) if register is None else self._reach(register, byte)
 
     async def _nowhere(self, offset: int, byte: int | None, port: int | None) -> int:
-        """Do a cycle that reaches no register."""
+        """Perform a cycle that reaches no register."""
         address, reading = self.base + offset if port is None else port, byte is None
-        await until(self.kernel, self._clock(1))  # at an instant of the cycle, whatever the request came with
+        await until(self.kernel, self._clock(1))  # at an instant of the cycle, whatever that of the request
         if (address, reading) not in self._reported:
             self._reported.add((address, reading))
             self.finding("no-register", self._without(address, offset, reading))
@@ -162,30 +162,30 @@ class Board(Part):
         return FLOATING
 
     def _without(self, address: int, offset: int, reading: bool) -> str:
-        """Return what to say about an address without a register."""
+        """Return the finding for an address without a register."""
         done = f"IN {address:#x} reads FF" if reading else f"OUT {address:#x} has no effect"
         if offset not in OFFSETS:
-            return f"{done}: no board is there; {self.name} has the addresses from {self.base:#x} on"
+            return f"{done}: no board has this address; {self.name} has the addresses from {self.base:#x} on"
         can = "reads" if reading else "takes"
         return f"{done}: {self.name} at {self.base:#x} {can} {self.layout.listed(reading)}{self._remedy}"
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait, without cycles, for something, or until so much time (ps) is over."""
+        """Wait, without cycles, for a condition, or until `ps` have passed."""
         raise NotImplementedError
 
     def _offset(self, port: int) -> int:
-        """The address within the board; another number, if it is not one of its addresses."""
+        """Return the address within the board; another number, if the address is not on the board."""
         return (port & DECODED) - self.base
 
     def _clock(self, number: int) -> int:
-        """The instant at which a clock of this cycle begins (ps)."""
+        """Return the instant at which a clock of this cycle begins (ps)."""
         return self._began + number * CLOCK_PS
 
     # ---------------------------------------------------------------------------------------------------------- series
     async def _work(self, steps: bytes, poll_ps: int, on: bool) -> Done:
-        """Do the steps of a series, each cycle where the one before ends.
+        """Perform the steps of a series, each cycle where the one before ends.
 
-        While nothing is to be watched no time passes in here: a cycle is promised when the status before it is known.
+        While nothing is observed no time passes here: a cycle is promised when the status before it is known.
         """
         if on and self._broken:
             return Done(bytes([FLOATING]) * (len(steps) // 2), ())
@@ -217,19 +217,19 @@ class Board(Part):
         return Done(bytes(answers).ljust(len(steps) // 2, bytes([FLOATING])), ends)
 
     async def _look(self) -> int:
-        """Read the status in a cycle; the next one begins behind it."""
+        """Read the status in a cycle; the next one begins after it."""
         byte = await self._reach(STATUS)
         self._began += CYCLE_PS
         return byte
 
     async def _poll(self, ps: int) -> int:
-        """Read the status as a loop does, until bit 7 is 1 or so much time (ps) is over; return it."""
+        """Read the status as a loop does, until bit 7 is 1 or `ps` have passed; return it."""
         end = self._began + ps
         while not met(POLL, byte := await self._look()) and self._began < end:
             await self._ready_within(POLL_PS)
         return byte
 
     async def _ready_within(self, ps: int) -> None:
-        """Let at most so much time (ps) pass behind a cycle, until bit 7 of the status is 1."""
+        """Let at most `ps` pass after a cycle, until bit 7 of the status is 1."""
         await self.until_ready(self._began + ps - self.kernel.now)
         self._began = max(self._began, self.kernel.now)

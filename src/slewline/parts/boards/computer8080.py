@@ -1,9 +1,9 @@
-"""An 8080 at the command port: the routines of the manual, on ports as they are wired there.
+"""An 8080 at the command port: the routines of the manual, on ports wired as there.
 
     Ppi8255    port A data bus, port B status, port C inputs of the chip, by set/reset codes   (Table IX, fig. 10.9)
     Host8080   one output port; bit 7 of the byte is I/O REQUEST                               (figs. 5.3, 10.7)
 
-A polling loop (IN, ANI, JZ) takes 27 states of the processor; the program looks on that grid.
+A polling loop (IN, ANI, JZ) takes 27 states of the processor; the program samples on that grid.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ PORT_B = (  # pins of the chip and their roles, from bit 0 on
 )  # fmt: skip
 IOREQ, NOIOREQ, IOSELIN, IOSELOUT, DOWHILE, NOLOOP = range(6)
 ABORT, NOABORT, TRIGGER, STPINH, LOWAIT, HIWAIT, RESETLO, NORESET = range(8, 16)
-PORT_C = MappingProxyType({  # bit: pin of the chip, role, the level at which that holds
+PORT_C = MappingProxyType({  # bit: pin of the chip, role, active level
     0: ("io_request", "request", 0), 1: ("io_select", "select", 1), 2: ("dowhile", "input2", None),
     4: ("abort", "abort", 0), 5: ("step_inhibit", "enable", 0), 6: ("wait", "input1", None),
     7: ("reset", "reset", 0),
 })  # fmt: skip
-AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # what the program writes first of all
+AT_REST = (NOIOREQ, IOSELIN, NOLOOP, NOABORT, TRIGGER, HIWAIT, NORESET)  # the first bytes that the program writes
 
 
 class Cpu8080:
-    """The processor: coroutines that look at a bit and let time pass, in its own time."""
+    """The processor: coroutines that sample a bit and let time pass, at its own clock."""
 
     def __init__(self, kernel: Kernel, cpu: str | int) -> None:
         self.kernel, self.clock, self.tick = kernel, Clock(hertz(cpu)), 0
@@ -53,7 +53,7 @@ class Cpu8080:
         await until(self.kernel, self.clock.ps(self.tick))
 
     async def poll(self, net: Net, wanted: int) -> None:
-        """Look at a bit again and again; the first look is at the end of the first IN."""
+        """Sample a bit until it has a level; the first sample is at the end of the first IN."""
         await self.states(IN)
         origin = self.tick
         while net.level != wanted:
@@ -65,10 +65,10 @@ class Cpu8080:
 
 
 def before_stopper(owner: str, data: Data) -> bytes:
-    """Return the bytes in front of the stopper FF.
+    """Return the bytes before the stopper FF.
 
     Raises:
-        UsageError: there is none.
+        UsageError: there is no stopper.
     """
     found, stop, _ = as_bytes(owner, data).partition(bytes([STOPPER]))
     if not stop:
@@ -93,13 +93,13 @@ class Host8080(Part):
         self.add_pin("ready", "in", "READY of the chip", pull=1)
 
     def out(self, byte: int) -> None:
-        """Put a byte on the output port: OUT 0DCH."""
+        """Write a byte to the output port: OUT 0DCH."""
         self.drivers["port"].drive((0xFF, byte & 0x7F))
         self.drivers["request"].drive(byte >> 7)
 
     @from_outside
     def send(self, string: Data) -> None:
-        """Queue a string with the stopper FF at its end."""
+        """Queue a string that ends with the stopper FF."""
         data = before_stopper(self.name, string)
         self.input("send", data + bytes([STOPPER]))
         for byte in data:
@@ -120,7 +120,7 @@ class Host8080(Part):
 
 
 class Ppi8255(Part):
-    """An 8080 with an 8255 wired as in Table IX, and the routines that the manual lists.
+    """An 8255 with an 8080, wired as in Table IX, and the routines listed in the manual.
 
     Port A is in high impedance while I/O SELECT (port C, bit 1) is high: the chip may drive the bus then.
     """
@@ -151,7 +151,7 @@ class Ppi8255(Part):
 
     # -------------------------------------------------------------------------------------------------------- the ports
     def read(self, port: int) -> int:
-        """Return what a port reads at this instant: IN."""
+        """Return the byte that a port reads at this instant: IN."""
         if port == DATA:
             return self.byte("a")
         if port == STATUS:
@@ -165,7 +165,7 @@ class Ppi8255(Part):
             raise UsageError(f"{self.name}: OUT {port:#04x}, {value:#04x}; allowed {allowed}")
 
     def _write(self, port: int, value: int) -> None:
-        """OUT: a byte to port A, or a set/reset code of port C to EF: bit number times two, plus the level."""
+        """Perform an OUT: a byte to port A, or a set/reset code of port C to EF: 2 * bit number + level."""
         self._checked(port, value)
         if port == DATA:
             self._latched = value
@@ -176,7 +176,7 @@ class Ppi8255(Part):
                 self._selected = bool(level)
         self.drivers["a"].drive(None if self._selected else (0xFF, self._latched))
 
-    # --------------------------------------------------------------------------------------------- what a user asks for
+    # -------------------------------------------------------------------------------------------------- calls by a user
     @from_outside
     def out(self, port: int, value: int) -> None:
         """Queue an OUT: a port and a value, such as 0xEF and 0x0B for STEP INHIBIT high."""
@@ -190,7 +190,7 @@ class Ppi8255(Part):
 
     @from_outside
     def sendparallel(self, buffer: Data) -> None:
-        """Queue the bytes in front of the stopper FF (fig. 11.6)."""
+        """Queue the bytes before the stopper FF (fig. 11.6)."""
         data = before_stopper(self.name, buffer)
         self.input("sendparallel", data + bytes([STOPPER]))
         self._queue(data)

@@ -1,13 +1,13 @@
 """A chip as a simple IEEE-488 listener, and a talker for it (s.12, figs. 12.1 to 12.4).
 
     NRFD  = READY                       low: not ready for data
-    DAV  -> I/O REQUEST                 unless ATN is low, or the byte is a line feed that is to be kept away
-    NDAC  = READY inverted              low until the byte is taken
+    DAV  -> I/O REQUEST                 unless ATN is low, or the byte is a line feed that is blocked
+    NDAC  = READY inverted              low until the byte is accepted
     IFC  -> RESET      MOTION COMPLETE -> SRQ
 
-A byte that is kept away never makes READY fall; the gate that blocks it therefore accepts it in place of the chip, or
-the talker would wait for ever.  The bus lines are open collectors.  The data lines go straight to the chip: there is no
-inverter in this circuit, so the talker puts its bytes out in positive logic.
+A blocked byte never makes READY fall; the gate that blocks it therefore accepts it instead of the chip, or the talker
+would wait forever.  The bus lines are open collectors.  The data lines go straight to the chip: this circuit has no
+inverter, so the talker sends its bytes in positive logic.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MANAGEMENT = ("atn", "ifc", "srq")
 
 
 def add_bus_lines(part: Part) -> None:
-    """Make the data lines, handshake and management lines of the IEEE-488 bus."""
+    """Add the data lines, handshake and management lines of the IEEE-488 bus."""
     part.add_bus("dio", "data lines", role="dio")
     for name in (*HANDSHAKE, *MANAGEMENT):
         part.add_pin(name, "both", f"{name.upper()}, low active, open collector", pull=1, role=name)
@@ -72,7 +72,7 @@ class GpibListener(Part):
         self.add_pin("motion_complete", "in", "MOTION COMPLETE of the chip", pull=1)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for name in ("dio", "dav", "atn", "ifc", "ready", "motion_complete"):
             self.pin(name).net.watch(self._react)
         self._react()
@@ -88,9 +88,9 @@ class GpibListener(Part):
 
 
 class SourceHandshake:
-    """The source handshake of a part (fig. 12.3), byte by byte; what a user asks of it is an input of the part.
+    """The source handshake of a part (fig. 12.3), byte by byte; calls by a user are inputs of the part.
 
-    `requests` counts the falls of SRQ.
+    `requests` counts the falling edges of SRQ.
     """
 
     negative = False  # logic of the data lines
@@ -100,7 +100,7 @@ class SourceHandshake:
         add_bus_lines(part)
 
     def rewired(self) -> None:
-        """Start to watch SRQ."""
+        """Start to follow SRQ."""
         self.part.net("srq").watch(self._requested)
 
     def _requested(self, net: Net) -> None:
@@ -113,7 +113,7 @@ class SourceHandshake:
         self.queue.post(f"sends {data!r}", lambda: self.talk(data))
 
     def command(self, data: Data) -> None:
-        """Queue bytes that go out with ATN low."""
+        """Queue bytes that are sent with ATN low."""
         data = as_bytes(self.part.name, data)
         self.part.input("command", data)
         self.queue.post(f"commands {data.hex(' ')}", lambda: self.talk_commands(data))
@@ -131,20 +131,20 @@ class SourceHandshake:
         self.queue.post("clears the interface", action)
 
     async def talk_commands(self, data: bytes) -> None:
-        """Put bytes out with ATN low."""
+        """Send bytes with ATN low."""
         pull(self.part, "atn", True)
         await self.talk(data)
         pull(self.part, "atn", False)
         await until(self.kernel, self.kernel.now + SETTLING_PS)
 
     async def talk(self, data: bytes) -> None:
-        """Put bytes out."""
+        """Send bytes."""
         for byte in data:
             await self._byte(byte)
         self.part.drivers["dio"].drive(None)
 
     async def _byte(self, byte: int) -> None:
-        """One byte: data, NRFD high, DAV low, NDAC high, DAV high."""
+        """Send one byte: data, NRFD high, DAV low, NDAC high, DAV high."""
         part = self.part
         part.drivers["dio"].drive((0xFF, byte ^ 0xFF if self.negative else byte))
         await until(self.kernel, self.kernel.now + SETTLING_PS)
@@ -159,17 +159,17 @@ class SourceHandshake:
 
 
 class Talks:
-    """The inputs of a part with such a handshake."""
+    """Mixin of parts with such a handshake: their inputs."""
 
     _source: SourceHandshake
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self._source.rewired()
 
     @property
     def requests(self) -> int:
-        """How often SRQ has fallen."""
+        """Number of falling edges of SRQ."""
         return self._source.requests
 
     @from_outside
@@ -179,7 +179,7 @@ class Talks:
 
     @from_outside
     def command(self, data: Data) -> None:
-        """Queue bytes that go out with ATN low: addresses and interface messages."""
+        """Queue bytes that are sent with ATN low: addresses and interface messages."""
         self._source.command(data)
 
     @from_outside
@@ -189,7 +189,7 @@ class Talks:
 
 
 class GpibTalker(Talks, Part):
-    """A talker and controller that uses no addresses."""
+    """A talker and controller without addresses."""
 
     _for_users = ("send", "command", "clear", "requests")
     wiring = MappingProxyType({name: name for name in ("dio", *HANDSHAKE, *MANAGEMENT)})

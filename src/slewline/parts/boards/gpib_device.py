@@ -3,7 +3,7 @@
     controller ==== GPIB, negative logic ==== interface ---- inverting buffers ---- chip
                                                   |- CLR, TRIG -> interrupt logic -> STEP INHIBIT, SRQ
 
-Listen: a byte goes to the chip by the two-line handshake, NDAC follows READY.  Talk: I/O SELECT goes high, and each
+Listen: a byte is sent to the chip by the two-line handshake; NDAC follows READY.  Talk: I/O SELECT goes high, and each
 byte that the controller is ready for is fetched as a verify byte.  Serial poll: eight pins of the chip, as a byte.
 """
 
@@ -32,7 +32,7 @@ from .gpib import (
     pull,
 )
 
-GO_TO_LOCAL, LOCAL_LOCKOUT = 0x01, 0x11  # which mean nothing to a device without a panel
+GO_TO_LOCAL, LOCAL_LOCKOUT = 0x01, 0x11  # without meaning for a device without a panel
 SELECTED_CLEAR, TRIGGER, DEVICE_CLEAR, POLL_ENABLE, POLL_DISABLE = 0x04, 0x08, 0x14, 0x18, 0x19
 LISTEN, UNLISTEN, TALK, UNTALK = 0x20, 0x3F, 0x40, 0x5F
 STATUS = ("motion_complete", "step", "running", "program_entry", "output1", "ready", "direction", "slewing")  # roles
@@ -64,7 +64,7 @@ class GpibDevice(Part):
         self._task: Task | None = None
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.pin("ifc").net.watch(self._interface_clear)
         self.pin("atn").net.watch(self._attention)
         self._begin()
@@ -74,7 +74,7 @@ class GpibDevice(Part):
         self._task = self.kernel.spawn(self._run, name=self.name)
 
     def _interface_clear(self, net: Net) -> None:
-        """IFC: let go of everything, forget all addresses."""
+        """Handle IFC: release all lines, drop all addresses."""
         if net.level == 0 and self._task is not None:
             self._task.kill()
             for name in ("dio", "db", *HANDSHAKE):
@@ -84,7 +84,7 @@ class GpibDevice(Part):
             self._begin()
 
     def _attention(self, net: Net) -> None:
-        """ATN: whatever the chip is doing, nothing is accepted before the task comes to it."""
+        """Handle ATN: in any state of the chip, nothing is accepted before the task handles it."""
         if net.level == 0:
             pull(self, "nrfd", True)
             pull(self, "ndac", True)
@@ -105,7 +105,7 @@ class GpibDevice(Part):
 
     # ------------------------------------------------------------------------------------------------------- acceptor
     async def _accept(self, commanded: bool) -> None:
-        """Take one byte: an interface message for all devices, or data for the chip; a change of ATN ends the wait."""
+        """Receive one byte: an interface message for all devices or data for the chip; a change of ATN ends this."""
         atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
         change = (atn, 1 if commanded else 0)
         if not commanded:
@@ -151,7 +151,7 @@ class GpibDevice(Part):
 
     # --------------------------------------------------------------------------------------------------------- source
     async def _talk(self) -> None:
-        """Give bytes as long as the controller is ready for them: verify bytes, or the status in a poll."""
+        """Send bytes as long as the controller is ready for them: verify bytes, or the status in a poll."""
         atn, nrfd, ready = (self.pin(name).net for name in ("atn", "nrfd", "ready"))
         pull(self, "nrfd", False)
         pull(self, "ndac", False)
@@ -160,7 +160,7 @@ class GpibDevice(Part):
                 await self._give(sum(self.high(f"s{bit}") << bit for bit in range(8)))
                 continue
             if await first_of(self.kernel, None, (atn, 0), (ready, 1)) is atn:
-                break  # a chip that is busy is nothing that the controller has to wait for
+                break  # the controller need not wait for a busy chip
             self.drivers["io_select"].drive(1)
             self.drivers["io_request"].drive(0)
             await level(ready, 0)
@@ -180,12 +180,12 @@ class GpibDevice(Part):
 
 
 class ControllerSource(SourceHandshake):
-    """The source handshake of a controller, which accepts, too; data lines in negative logic, as the bus has them."""
+    """The source handshake of a controller, which can also accept; data lines in negative logic, as on the bus."""
 
     negative = True
 
     async def talk_commands(self, data: bytes, hold: bool = False) -> None:
-        """Put bytes out with ATN low; with `hold` the controller stays not ready for data after them."""
+        """Send bytes with ATN low; with `hold` the controller stays not ready for data after them."""
         part = self.part
         pull(part, "atn", True)
         await until(self.kernel, self.kernel.now + SETTLING_PS)
@@ -198,12 +198,12 @@ class ControllerSource(SourceHandshake):
         await until(self.kernel, self.kernel.now + SETTLING_PS)
 
     async def accept(self, most: int, end: int | None = None, pause_ps: int | None = None) -> bytes:
-        """Take bytes from the device that talks; the bus stays not ready after the last one.
+        """Receive bytes from the device that talks; the bus stays not ready after the last one.
 
         Args:
-            most: how many.
-            end: the byte after which no more are taken.
-            pause_ps: when none comes for so long, no more are taken.
+            most: greatest number of bytes.
+            end: byte that ends the read-out.
+            pause_ps: time without a byte that ends the read-out.
         """
         part, data, dav = self.part, bytearray(), self.part.net("dav")
         while len(data) < most and (not data or data[-1] != end):
@@ -225,7 +225,7 @@ class ControllerSource(SourceHandshake):
 class GpibController(Talks, Part):
     """A controller that addresses devices.
 
-    `received` keeps what devices said, `polled` the status bytes.
+    `received` has the bytes sent by devices, `polled` the status bytes.
     """
 
     _for_users = (
@@ -264,17 +264,17 @@ class GpibController(Talks, Part):
 
     @from_outside
     def read(self, address: int, number: int) -> None:
-        """Queue a read-out: so many bytes of what a device has to say."""
+        """Queue a read-out of a number of bytes from a device."""
         self.input("read", address, number)
         self.queue.post(f"reads {number} bytes from {address}", lambda: self._fetched(address, number, None, None))
 
     @from_outside
     def fetch(self, address: int, most: int, end: int | None, pause: int | None) -> Request[bytes]:
-        """Queue a read-out of at most so many bytes.
+        """Queue a read-out of at most `most` bytes.
 
         Args:
-            end: the byte that ends it; None: none does.
-            pause: it ends when no byte comes for so long (ps); None: it waits for ever.
+            end: the byte that ends it; None: no byte does.
+            pause: time without a byte that ends it (ps); None: wait forever.
         """
         self.input("fetch", address, most, end, pause)
         return self.queue.submit(f"reads from {address}", lambda: self._fetched(address, most, end, pause))
@@ -288,7 +288,7 @@ class GpibController(Talks, Part):
 
     @from_outside
     def poll(self, address: int, pause: int | None = None) -> Request[int | None]:
-        """Queue a serial poll of one device; its status, or None when it gives none for so long (ps)."""
+        """Queue a serial poll of one device; the result is its status, or None if it sends none within `pause` (ps)."""
         self.input("poll", address, *([] if pause is None else [pause]))
         return self.queue.submit(f"polls {address}", lambda: self._polled(address, pause))
 
@@ -313,7 +313,7 @@ class GpibController(Talks, Part):
 
     @from_outside
     def reset(self) -> None:
-        """Forget what is queued, and let go of the bus; what was under way is cut short."""
+        """Drop the queue, and release the bus; a transfer under way is cut short."""
         self.input("reset")
         self.queue.cancel_after(0, "reset()")
         self.queue.halt()
@@ -326,8 +326,8 @@ class GpibController(Talks, Part):
 class GpibInterrupts(Part):
     """Interrupt logic (fig. 12.9): a flip-flop on STEP INHIBIT, and service requests.
 
-    `clear` (device clear), `reset` (master reset) and the fall of `limit` set STEP INHIBIT; `trigger` takes it back,
-    also while the limit switch is still closed, so that the master can drive away from it.  SRQ is low while the limit
+    `clear` (device clear), `reset` (master reset) and a falling edge of `limit` set STEP INHIBIT; `trigger` resets it,
+    even while the limit switch is still closed, so that the master can drive away from it.  SRQ is low while the limit
     switch is closed or MOTION COMPLETE is low.
     """
 
@@ -344,7 +344,7 @@ class GpibInterrupts(Part):
         self.add_pin("srq", "both", "SRQ of the bus, open collector", pull=1)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for name, active, inhibit in (("clear", 1, 1), ("reset", 1, 1), ("limit", 0, 1), ("trigger", 1, 0)):
             self.pin(name).net.watch(
                 lambda net, active=active, inhibit=inhibit: self._set(inhibit) if net.level == active else None  # type: ignore[misc]

@@ -1,6 +1,6 @@
 r"""An ISA board: the host port of a chipset as I/O addresses of a PC.
 
-That of the chipset's application note has these; other cards have them elsewhere (register_layouts.py).
+The board of the chipset's application note has these addresses; other cards have others (register_layouts.py).
 
     base + 0   data, read and write     + 2   command, write     + 4   bit 7: HostRdy, read     + 8   reset, write
 
@@ -8,9 +8,9 @@ That of the chipset's application note has these; other cards have them elsewher
     address    ---<================================>            selects the port, and is HostCmd (A1)
     IOW, IOR   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾
     HostWrite  ‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾            the PAL cuts it short, so that data are held after it
-    HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC takes the byte at its end
+    HostRead   ‾‾‾‾‾‾\_______________________/‾‾‾‾‾‾            the PC reads the byte at its end
 
-The other bits of the status float and read 1.  RESET of the bus resets the chipset, too.
+The other bits of the status float and read 1.  RESET of the bus also resets the chipset.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .board import FLOATING, READY, Board, base_option
 from .isa_cycle import IsaCycle
 from .register_layouts import ALLOWED, COMMAND, DATA, RESET, STATUS, layout_of, wrong
 
-RESET_PS = 2_000_000  # the chipset wants 1 µs; the strobe of the bus alone would be too short
+RESET_PS = 2_000_000  # the chipset needs 1 µs; the strobe of the bus alone would be too short
 HOSTRDY = 0x80
 
 
@@ -48,12 +48,12 @@ class Isa(Board):
     options = (
         base_option(
             None,
-            "; by default 0x340, or that of the card; the select lines of the application note give 0x340, 0x350, "
+            "; by default 0x340, or that of the card; the select lines of the application note allow 0x340, 0x350, "
             "0x370 and 0x390",
         ),
-        Option("card", "text", "pmd", f"where its registers are: {ALLOWED}", like="pi-c842", check=wrong),
+        Option("card", "text", "pmd", f"its registers: {ALLOWED}", like="pi-c842", check=wrong),
     )
-    _remedy = '; for a host program of another card name it, card="pi-c842" or the like'
+    _remedy = '; for a host program of another card set card, such as card="pi-c842"'
 
     def __init__(self, kernel: Kernel, name: str, *, base: int | None, card: str) -> None:
         layout = layout_of(card)
@@ -66,10 +66,10 @@ class Isa(Board):
         self.add_pin("reset_drv", "in", "RESET of the bus, high active", pull=0)
         names = ("hostslct", "hostcmd", "hostwrite", "hostread", "hostdata")
         self._operation = Operation(HostLines(*(self.drivers[name] for name in names)))
-        self._reset_until = 0  # a write to base + 8 holds the chipset in reset so long
+        self._reset_until = 0  # a write to base + 8 holds the chipset in reset for this time
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.pin("reset_drv").net.watch(self._put_reset)
         self._put_reset()
 
@@ -79,7 +79,7 @@ class Isa(Board):
 
     # ------------------------------------------------------------------------------------------------------ bus cycles
     async def _reach(self, register: str, byte: int | None = None) -> int:
-        """Do a cycle; one that writes is promised as a whole."""
+        """Perform a cycle; a write cycle is promised as a whole."""
         if register in (DATA, COMMAND):
             return await self._operate(byte, register == COMMAND)
         if byte is not None:
@@ -104,5 +104,5 @@ class Isa(Board):
         return self.byte("hostdata")
 
     async def until_ready(self, ps: int, what: str = READY) -> None:
-        """Wait, without cycles, until HostRdy is high or so much time (ps) is over."""
+        """Wait, without cycles, until HostRdy is high or `ps` have passed."""
         await first_of(self.kernel, self.kernel.now + ps, (self.pins["hostrdy"].net, 1))

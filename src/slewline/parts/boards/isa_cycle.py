@@ -7,7 +7,7 @@ from ..base.operation import Strobed, Strobes
 from .board import CLOCK_PS, CYCLE
 
 WRITES, READS = (2, 3), (1, 5)  # clocks at which HostWrite and HostRead fall, and rise
-TAKES, LEAVES = 1, 5  # clocks at which the bus takes a byte that is written, and is left again
+TAKES, LEAVES = 1, 5  # clocks at which a byte to be written is put on the bus, and removed
 BUS = Strobes()
 
 
@@ -20,12 +20,12 @@ class IsaCycle(Strobed):
         super().__init__(began, 1, BUS)
         first, last = READS if reading else WRITES
         self.began = began
-        self.start = began + CLOCK_PS // 2  # the address is on the bus from then to the end of the cycle
+        self.start = began + CLOCK_PS // 2  # the address is on the bus from this instant to the end of the cycle
         self.first, self.last, self.end = began + first * CLOCK_PS, began + last * CLOCK_PS, began + CYCLE * CLOCK_PS
 
     @property
     def falls(self) -> list[int]:
-        """When the strobe falls."""
+        """Instants at which the strobe falls (ps)."""
         return [self.first]
 
     @property
@@ -33,5 +33,5 @@ class IsaCycle(Strobed):
         return [self.last]
 
     def bus(self, data: bytes) -> Edges:
-        """Return what stands on the bus while a byte is written."""
+        """Return the edges of the bus while a byte is written."""
         return None, (self.began + TAKES * CLOCK_PS, self.began + LEAVES * CLOCK_PS), ((0xFF, data[0]), None)

@@ -1,10 +1,10 @@
-"""Where interface boards have their registers: a row for each card that is known, and text for any other one.
+"""Registers of interface boards: a row for each known card, and text for any other one.
 
 pmd          the ISA board of the chipset's application note
-pi-c842      a card of Physik Instrumente; as a host program for it uses it: it polls +1 and writes commands there,
-             data go over +0, and +2 is set once, to 0F.  What bits 0 to 6 of its status are is not known: they read 1.
+pi-c842      a card of Physik Instrumente, as used by a host program for it: it polls +1 and writes commands there,
+             data go over +0, and +2 is set once, to 0F.  Bits 0 to 6 of its status are not known; they read 1.
 data=0,command=1,status=1,reset=8,base=0x300
-             a card of the user's; reset and base may be left out
+             a user-defined card; reset and base may be left out
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Layout(NamedTuple):
     writes: Mapping[int, str]
 
     def offset(self, register: str) -> int | None:
-        """Return where a register is; None: the board has none of this name."""
+        """Return the offset of a register; None: the board has no register with this name."""
         return next((at for each in (self.writes, self.reads) for at, name in each.items() if name == register), None)
 
     def listed(self, reading: bool) -> str:
@@ -40,7 +40,7 @@ class Layout(NamedTuple):
 
 
 def placed(data: int, command: int, status: int, reset: int | None = None, base: int = 0x340, **more: int) -> Layout:
-    """Return a layout, from the offsets of its registers; `more` are registers that take a byte and have no effect."""
+    """Return a layout from the offsets of its registers; `more` are registers without an effect."""
     writes = {data: DATA, command: COMMAND} | ({} if reset is None else {reset: RESET})
     writes |= {offset: name for name, offset in more.items()}
     return Layout(base, MappingProxyType({data: DATA, status: STATUS}), MappingProxyType(writes))
@@ -55,10 +55,10 @@ ALLOWED = f"{', '.join(CARDS)}, or offsets such as {EXAMPLE}"
 
 
 def layout_of(card: str) -> Layout:
-    """Return the layout of a card: its row, or what a text says.
+    """Return the layout of a card: its row, or the layout in a text.
 
     Raises:
-        UsageError: no card of this name, or a text that is no layout.
+        UsageError: no card has this name, or the text is not a layout.
     """
     if card in CARDS:
         return CARDS[card]
@@ -84,14 +84,14 @@ def layout_of(card: str) -> Layout:
     written = [found[key] for key in (DATA, COMMAND, RESET) if key in found]
     if len({*written}) < len(written) or found[STATUS] == found[DATA]:
         raise UsageError(
-            f"card {card!r}: two registers have one address; allowed command and status at one, because the one is "
-            "written and the other one read"
+            f"card {card!r}: two registers have the same address; only command and status may share one, since one "
+            "is written and the other read"
         )
     return placed(**found)
 
 
 def wrong(card: str) -> str:
-    """Return what is wrong with the text of an option `card`; "": nothing is."""
+    """Return the error in the text of an option `card`; "": none."""
     try:
         layout_of(card)
     except UsageError as error:

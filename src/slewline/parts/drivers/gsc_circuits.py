@@ -23,7 +23,7 @@ TWO_CLOCKS = MappingProxyType({"cw": (1, 1, 0, 1), "ccw": (0, 1, 1, 1)})  # by D
 
 
 class TwoClocks(Part):
-    """A clock line for each direction, for drivers that want it so (figure 10)."""
+    """A clock line for each direction, for drivers that need two (figure 10)."""
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction"})
     options = (AXIS,)
@@ -47,14 +47,14 @@ class TwoClocks(Part):
 
 
 class StepCheck(Part):
-    """Closes the loop: ENABLE is low from a CLOCK pulse until the motor has made the step (figure 19).
+    """A closed loop: ENABLE is low from a CLOCK pulse until the motor has completed the step (figure 19).
 
     The detector signals x and y show each step of the motor and its direction (figure 18):
 
         x   0 1 1 0        clockwise to the right
         y   0 0 1 1
 
-    A step that is never made holds the module for good, and one that the load turns back must be made again.
+    A step that is never made stops the module forever, and a step that the load turns back must be made again.
     """
 
     _for_users = ("behind",)
@@ -71,13 +71,13 @@ class StepCheck(Part):
         self._lets = 1  # the level of ENABLE that lets the next step be made
 
     def attached(self, own: str, row: Pin) -> None:
-        """Hold the chip as it wants to be held: STEP INHIBIT of a CY525 is high then."""
+        """Use the active level of the chip's input: STEP INHIBIT of a CY525 inhibits when high."""
         if own == "enable" and row.active is not None:
             self._lets = row.active
             self._put(0)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.quarter = self._quarter()
         self.pin("clock").net.watch(self._clocked)
         for pin in "xy":
@@ -100,23 +100,23 @@ class StepCheck(Part):
 
 
 class Damping(Part):
-    """Brakes the last step of a move: a step back and a step forth after it (figures 22 and 23).
+    """Damping of the last step of a move, by a step back and a step forward after it (figures 22 and 23).
 
         a          ‾‾‾‾‾‾‾‾|______________________     high while MOV or RAMP is; it falls with the last step
-        b          __________|‾‾‾‾‾‾‾‾‾‾|_________     a low and b high turn DIR round
+        b          __________|‾‾‾‾‾‾‾‾‾‾|_________     a low and b high invert DIR
         c          ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|_|‾‾‾‾‾|_|‾‾‾     two more clocks
                            |<- t1 -->|       |
                            |<----- t2 ------>|
         phase       n-1  n |           n-1     n
 
-    The times follow from motor and load: the rotor is braked at t1, and at t2, before it turns back, held again.
+    The times follow from motor and load: the rotor is braked at t1; at t2, before it turns back, it is held again.
     """
 
     wiring = MappingProxyType({"clock": "step", "dir": "direction", "mov": "moving", "ramp": "ramping"})
 
     options = (
         Option("t1", "time", "2 ms", "from the last step to the first pulse"),
-        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor stays a step behind"),
+        Option("t2", "time", "3 ms", "from the last step to the second pulse; 0: none, the motor ends one step short"),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, t1: Time, t2: Time) -> None:
@@ -130,13 +130,13 @@ class Damping(Part):
         for pin in ("mov", "ramp"):
             self.add_pin(pin, "in", f"{pin.upper()} of the module", pull=0, active=1)
         self.add_pin("a", "out", "high: in motion", initial=0)
-        self.add_pin("b", "out", "high after a motion: turns the direction round", initial=0)
+        self.add_pin("b", "out", "high after a motion: inverts the direction", initial=0)
         self.add_pin("c", "out", "two pulses after a motion", initial=1)
         self.add_pin("clock_out", "out", "CLOCK of the driver", initial=1, role="step")
         self.add_pin("dir_out", "out", "direction of the driver", initial=1, role="direction")
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for pin in ("mov", "ramp"):
             self.pin(pin).net.watch(lambda _: self._detect())
         self.pin("a").net.watch(self._ended)
@@ -145,11 +145,11 @@ class Damping(Part):
         self._put()
 
     def _detect(self) -> None:
-        """G1: the last pulse is over when both are low."""
+        """Set the output of G1: the last pulse is over when both inputs are low."""
         self.drivers["a"].drive(int(self.net("mov").is_active or self.net("ramp").is_active))
 
     def _ended(self, net: Net) -> None:
-        """The fall of a starts the timing generator."""
+        """Start the timing generator at the falling edge of a."""
         now, c = self.kernel.now, self.drivers["c"]
         if net.level == 1:
             if now < self._braked_ps:
@@ -170,7 +170,7 @@ class Damping(Part):
             self.kernel.call_at(ps, lambda driver=driver, level=level: driver.drive(level))  # type: ignore[misc]
 
     def _put(self) -> None:
-        """G2 turns the direction, and c joins the clock."""
+        """Drive direction and clock: G2 inverts the direction, and c joins the clock."""
         turned = self.high("b") and not self.high("a")
         self.drivers["dir_out"].drive(int(self.high("dir") ^ turned))
         self.drivers["clock_out"].drive(int(self.high("clock") and self.high("c")))

@@ -1,4 +1,4 @@
-"""GS-D200 and GS-D200S, the driver modules beside a GS-C: translator (figure 7) and phase current (figures 6 and 11).
+"""GS-D200 and GS-D200S, the driver modules next to a GS-C: translator (figure 7) and phase current (figures 6 and 11).
 
     state   1  2  3  4  5  6  7  8        a 3-bit counter; a clockwise half step goes to the right
     a       0  0  1  1  1  0  0  0        a, b: the ends of one winding; c, d: those of the other
@@ -64,10 +64,10 @@ class GsD200(Part):
     def __init__(self, kernel: Kernel, name: str, *, axis: int = 1) -> None:
         super().__init__(kernel, name)
         self.axis = axis
-        self._state = 0  # 0 to 7, and what the clock makes of it
+        self._state = 0  # 0 to 7, and its future by the clock
         self._by = 0
         self._counted: Events = NoEvents()
-        self.add_pin("clock", "in", "step at each rise", pull=1)
+        self.add_pin("clock", "in", "step at each rising edge", pull=1)
         self.add_pin("direction", "in", "high: clockwise", pull=1, active=1)
         self.add_pin("reset", "in", "low: state 1", pull=1, active=0)
         self.add_pin("enable", "in", "low: no current in any phase", pull=1)
@@ -83,7 +83,7 @@ class GsD200(Part):
 
     @property
     def state(self) -> int:
-        """The state of the translator, 1 to 8."""
+        """State of the translator, 1 to 8."""
         if self.net("reset").is_active:
             return 1
         by = self._by * self._counted.count(self.kernel.seen) + self._step * self.rule.due
@@ -91,22 +91,22 @@ class GsD200(Part):
 
     @property
     def decay(self) -> str:
-        """How the current decays in the pauses of the chopper: "slow" or "fast"."""
+        """Decay of the current in the pauses of the chopper: "slow" or "fast"."""
         return "slow" if self.high("control") else "fast"
 
     @property
     def _step(self) -> int:
-        """By how many states a clock advances."""
+        """Number of states that a clock advances."""
         return (1 if self.high("direction") else -1) * (1 if self.high("half_full") else 2)
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _advance(self, ps: int) -> None:
-        """Take the steps up to an instant (ps)."""
+        """Process the steps up to an instant (ps)."""
         self._state = (self._state + self._by * self._counted.count(ps)) % len(STATES)
         self._counted = NoEvents()
 
     def _make_step(self) -> None:
-        """Take the step whose edge comes at this instant."""
+        """Process the step whose edge comes at this instant."""
         self._state = (self._state + self._step) % len(STATES)
 
     def _follow(self, clock: Events) -> None:
@@ -126,13 +126,13 @@ class GsD200(Part):
 
 
 class Network(NamedTuple):
-    """What a driver module has inside: its resistor to ground, ohms, and the greatest phase current, amperes."""
+    """Data of a driver module: its internal resistor to ground, ohms, and the greatest phase current, amperes."""
 
     ground: float
     most: float
 
 
-# The sheet gives 1200 ohm to the GS-D200 and 750 to the GS-D200S; the numbers of its example follow from 1200.
+# The sheet has 1200 ohm for the GS-D200 and 750 for the GS-D200S; the numbers of its example follow from 1200.
 NETWORKS = MappingProxyType(
     {"gs-d200": Network(1200.0, DRIVERS["GS-D200"].most), "gs-d200s": Network(750.0, DRIVERS["GS-D200S"].most)}
 )
@@ -140,7 +140,7 @@ GROUND_OHM = NETWORKS["gs-d200"].ground
 
 
 def parallel(*resistors: float) -> float:
-    """Return the resistance of resistors side by side, ohms."""
+    """Return the resistance of resistors in parallel, ohms."""
     return 1 / sum(1 / r for r in resistors)
 
 
@@ -158,7 +158,7 @@ def set_point(*to_ground: float, to_supply: float | None = None, ground: float =
 
 
 def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to ground, in ohms, that makes a current below that of the open input.
+    """Return the resistor to ground, in ohms, that sets a current below that of the open input.
 
     I / (1 - 0.933 I) kohm for 1200 ohm.
     """
@@ -167,20 +167,22 @@ def to_ground(amperes: float, ground: float = GROUND_OHM) -> float:
 
 
 def to_supply(amperes: float, *others: float, ground: float = GROUND_OHM) -> float:
-    """Return the resistor to 5 V, in ohms, that makes a current, with other resistors to ground."""
+    """Return the resistor to 5 V, in ohms, that sets a current, with other resistors to ground."""
     volts = amperes / AMPERES_PER_VOLT
     upper = (SUPPLY_V - volts) * parallel(ground, *others) / volts
     return _rest(upper, PULL_UP_OHM, f"{amperes} A by a resistor to 5 V")
 
 
 def beside(total: float, present: float) -> float:
-    """Return the resistor, in ohms, that makes `total` ohms with one that is present."""
-    return _rest(total, present, f"{total:g} ohm beside {present:g}")
+    """Return the resistor, in ohms, that makes `total` ohms in parallel with the present one."""
+    return _rest(total, present, f"{total:g} ohm with {present:g} ohm in parallel")
 
 
 def _rest(total: float, present: float, what: str) -> float:
     if not 0 < total < present:
-        raise UsageError(f"{what}: no resistor gives that; allowed are currents on the same side of the open input's")
+        raise UsageError(
+            f"{what}: not possible; a resistor to ground only lowers the current, one to 5 V only raises it"
+        )
     return 1 / (1 / total - 1 / present)
 
 
@@ -189,9 +191,9 @@ def _resists(ohms: float) -> str:
 
 
 class PhaseCurrent(Part):
-    """The phase current that MOV and RAMP choose through Tr1 and Tr2 (figure 11).
+    """The phase current that MOV and RAMP select through Tr1 and Tr2 (figure 11).
 
-    The resistors are by default those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
+    The default resistors are those of the example: 1.5 A on ramps, 0.25 A at rest, 0.5 A at speed.
     """
 
     _for_users = ("amperes", "past", "current_at", "currents_at", "transistors")
@@ -200,7 +202,7 @@ class PhaseCurrent(Part):
     options = (
         Option("r1", "float", 4245, "resistor at Tr1, to the supply", unit="ohm", check=_resists),
         Option("r2", "float", 500, "resistor at Tr2", unit="ohm", check=_resists),
-        Option("r3", "float", 937, "resistor that is always there", unit="ohm", check=_resists),
+        Option("r3", "float", 937, "permanent resistor", unit="ohm", check=_resists),
         Option("driver", "choice", "gs-d200", "the driver module", choices=tuple(NETWORKS)),
     )
 
@@ -221,19 +223,19 @@ class PhaseCurrent(Part):
         self._history: History | None = None  # from the instant on at which the part is wired
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for pin in ("mov", "ramp"):
             self.pin(pin).net.watch(lambda _: self._note())
         self._note()
 
     @property
     def transistors(self) -> tuple[bool, bool]:
-        """Are Tr1 and Tr2 on?"""
+        """Whether Tr1 and Tr2 are on."""
         return self.net("ramp").is_active, not self.net("mov").is_active
 
     @property
     def amperes(self) -> float:
-        """The current now."""
+        """Present current, amperes."""
         return self._currents[self.transistors]
 
     def _note(self) -> None:
@@ -246,16 +248,16 @@ class PhaseCurrent(Part):
         return self._history
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return what the part has over time, to be drawn, written and asked."""
+        """Return the quantities of the part over time, for pictures, files and queries."""
         return (self._known.quantity(self.kernel, "current", "A"),)
 
     def forget(self, before: int) -> None:
-        """Drop what the part keeps of the time before an instant (ps) for its quantities."""
+        """Drop the past currents before an instant (ps)."""
         self._known.forget(before)
 
     @property
     def past(self) -> list[tuple[int, float]]:
-        """From when on (ps) which current has flowed, amperes."""
+        """Past currents: the instants of their changes (ps), and the currents from there on, amperes."""
         return [*self._known]
 
     def current_at(self, time: Time) -> float:

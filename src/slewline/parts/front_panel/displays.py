@@ -1,14 +1,14 @@
 """Displays that a controller writes to: eight LED characters on its bus, and an LCD on its serial output.
 
-The LED display is of the HDSP-211x kind.  Six address lines reach it:
+The LED display is of the HDSP-211x kind.  It has six address lines:
 
     38 ... 3F   the characters, left to right            30   control word: brightness, flash, blink, clear
-    28 ... 2F   rows of the character that is designed   20   which one that is
+    28 ... 2F   rows of the user-defined character       20   number of that character
     00 ... 07   flash: bit 0, a character each           the others repeat one of these
 
-The LCD shows texts on its right, and on its left the parameters that were asked for, each on a line of its own.  How a
-CY325 gets the place to write is in no readable page; this one decides by the text itself: `X=00123` CR is a parameter,
-and anything else is text.
+The LCD shows texts on its right, and on its left the parameters queried, each on a line of its own.  No readable page
+documents how a CY325 selects the position; here the text itself decides: `X=00123` CR is a parameter, and anything
+else is text.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CHARACTERS, FIRST, CONTROL = 8, 0x38, 0x30
 LINES = 0x3F  # six address lines
 BRIGHTNESS = (100, 80, 53, 40, 27, 20, 13, 0)  # percent, by the low three bits of the control word
 FLASHES, BLINKS, CLEAR = 0x08, 0x10, 0x80  # further bits of it
-OF_OWN = "\u25a1"  # stands for a character that the user has designed
+OF_OWN = "\u25a1"  # replaces a user-defined character
 PARAMETER = re.compile(rb"([A-Z])=([0-9]{5}|[0-9]{8})\r")
 CR, LF, BLANK = 0x0D, 0x0A, " "
 
@@ -42,32 +42,32 @@ def framed(rows: list[str]) -> str:
 
 
 class Shows:
-    """What a part with lines of text shows."""
+    """Mixin of parts that show lines of text."""
 
     name: str
 
     @property
     def rows(self) -> list[str]:
-        """Its lines."""
+        """Lines of the display."""
         raise NotImplementedError
 
     @property
     def picture(self) -> str:
-        """What it shows, with a frame, as text."""
+        """The display with a frame, as text."""
         return framed(self.rows)
 
     def shows(self) -> dict[str, Any]:
-        """Return its lines."""
+        """Return the lines of the display."""
         return {"text": self.rows}
 
     @property
     def waiting(self) -> str:
-        """What the part shows, in words."""
+        """Description of the present display."""
         return f"{self.name}: {self.said}"
 
     @property
     def said(self) -> str:
-        """What it shows, in a line."""
+        """Content of the display, in one line."""
         return "shows " + " | ".join(row.rstrip() for row in self.rows).rstrip(" |")
 
 
@@ -80,19 +80,19 @@ class HpDisplay(Shows, Part):
 
     def __init__(self, kernel: Kernel, name: str) -> None:
         super().__init__(kernel, name)
-        self.on_change: Hook[[]] = Hook()  # what it shows has changed
-        selects = "low: the display is selected; enabled while rd or wr is low, too"
+        self.on_change: Hook[[]] = Hook()  # called when the display has changed
+        selects = "low: the display is selected, and enabled while rd or wr is low"
         self._bus = BusInterface(self, selects, self._shown, self._take)
         self._cells = bytearray(LINES + 1)
         self._clear()
 
     def _clear(self) -> None:
-        """Blank all characters, and let none flash."""
+        """Blank all characters, and stop all flashing."""
         self._cells[FIRST:] = BLANK.encode() * CHARACTERS
         self._cells[:CHARACTERS] = bytes(CHARACTERS)
 
     def _place(self) -> int:
-        """The cell at the address in the latch."""
+        """Return the cell at the address in the latch."""
         address = self._bus.low & LINES
         if address < 0x20:
             return address % CHARACTERS
@@ -103,7 +103,7 @@ class HpDisplay(Shows, Part):
         return self._cells[self._place()]
 
     def _take(self, byte: int) -> None:
-        """Take a byte: a character, a flash bit, or the control word."""
+        """Process a byte: a character, a flash bit, or the control word."""
         before, place = self.text, self._place()
         self._cells[place] = byte
         if place == CONTROL and self._cells[CONTROL] & CLEAR:
@@ -112,32 +112,32 @@ class HpDisplay(Shows, Part):
         if self.text != before:
             self.on_change()
 
-    # ----------------------------------------------------------------------------------------------------- as is seen
+    # -------------------------------------------------------------------------------------------------------- display
     @property
     def text(self) -> str:
-        """The eight characters; a designed one is a small box."""
+        """The eight characters; a user-defined one is a small box."""
         if not self.brightness:
             return BLANK * CHARACTERS
         return "".join(_glyph(byte) for byte in self._cells[FIRST:])
 
     def shows(self) -> dict[str, Any]:
-        """Return its line, how bright it is, in percent, and which places flash."""
+        """Return the line, its brightness in percent, and the positions that flash."""
         return {"text": self.rows, "brightness": self.brightness, "flashing": list(self.flashing)}
 
     @property
     def brightness(self) -> int:
-        """How bright it is, in percent."""
+        """Brightness, in percent."""
         return BRIGHTNESS[self._cells[CONTROL] & 0x07]
 
     @property
     def flashing(self) -> tuple[int, ...]:
-        """The places, 0 to 7, of the characters that flash or blink."""
+        """Positions, 0 to 7, of the characters that flash or blink."""
         control = self._cells[CONTROL]
         return tuple(n for n in range(CHARACTERS) if control & BLINKS or (control & FLASHES and self._cells[n] & 1))
 
     @property
     def rows(self) -> list[str]:
-        """Its only line."""
+        """The only line."""
         return [self.text]
 
 
@@ -148,13 +148,13 @@ def _glyph(byte: int) -> str:
 
 
 class Text:
-    """Lines of text that is written on and on: CR begins the next line, from the last one on the first."""
+    """Lines of continuous text: CR begins the next line, after the last one the first."""
 
     def __init__(self, rows: int, width: int) -> None:
         self.lines, self.width, self.row = [""] * rows, width, 0
 
     def write(self, byte: int) -> None:
-        """Put a character where the last one ended."""
+        """Add a character after the last one."""
         if byte == CR or len(self.lines[self.row]) == self.width:
             self.row = (self.row + 1) % len(self.lines)
             self.lines[self.row] = ""
@@ -165,7 +165,7 @@ class Text:
 class Lcd(Shows, Part):
     """A serial LCD of several lines: parameters on the left, text on the right.
 
-    A text goes on where the last one ended; CR begins the next line, from the last one on the first.
+    A text continues after the last one; CR begins the next line, after the last one the first.
 
     Args:
         baud: rate of the line.
@@ -184,15 +184,15 @@ class Lcd(Shows, Part):
 
     def __init__(self, kernel: Kernel, name: str, *, baud: int | str = 9600, rows: int = 4, columns: int = 40) -> None:
         super().__init__(kernel, name)
-        self.on_change: Hook[[]] = Hook()  # what it shows has changed
+        self.on_change: Hook[[]] = Hook()  # called when the display has changed
         self._clock = bit_clock(baud, name)
         self.add_pin("rxd", "in", "characters, TTL level", pull=1, active=0)
-        self.parameters: dict[str, str] = {}  # by letter, in the order in which they came first
+        self.parameters: dict[str, str] = {}  # by letter, in the order of their first arrival
         self.text = Text(rows, columns - self._LEFT)  # on the right
-        self._pending = bytearray()  # what may become a parameter
+        self._pending = bytearray()  # text that may become a parameter
 
     def rewired(self) -> None:
-        """Start to listen: the part is wired, and time is about to pass."""
+        """Start to receive, now that the part is wired."""
         self.kernel.spawn(self._listen, name=self.name)
 
     async def _listen(self) -> None:
@@ -206,7 +206,7 @@ class Lcd(Shows, Part):
             self.finding("display-garbled", f"{character.byte:#04x} has no stop bit; check that the rates agree")
 
     def _take(self, byte: int) -> None:
-        """Show what a character makes; what may still become a parameter counts as text as long as it is none."""
+        """Process a character; text that may still become a parameter is shown as text until it does."""
         self._pending.append(byte)
         if match := PARAMETER.fullmatch(self._pending):
             self.parameters[match[1].decode()] = match[2].decode()
@@ -215,10 +215,10 @@ class Lcd(Shows, Part):
             self.text.write(self._pending.pop(0))
         self.on_change()
 
-    # ----------------------------------------------------------------------------------------------------- as is seen
+    # -------------------------------------------------------------------------------------------------------- display
     @property
     def left(self) -> list[str]:
-        """The lines on the left; more parameters than lines share them, the latest ones on top of the others."""
+        """Lines on the left; if there are more parameters than lines, the latest overwrite the others."""
         lines = [""] * len(self.text.lines)
         for n, (letter, digits) in enumerate(self.parameters.items()):
             lines[n % len(lines)] = f"{letter}={digits}"
@@ -226,7 +226,7 @@ class Lcd(Shows, Part):
 
     @property
     def right(self) -> list[str]:
-        """The lines on the right."""
+        """Lines on the right."""
         text = deepcopy(self.text)
         for byte in self._pending:
             text.write(byte)
@@ -234,11 +234,11 @@ class Lcd(Shows, Part):
 
     @property
     def rows(self) -> list[str]:
-        """Its lines, left and right."""
+        """Complete lines, left and right."""
         halves = zip(self.left, self.right, strict=True)
         return [f"{left:<{self._LEFT}}{right:<{self.text.width}}" for left, right in halves]
 
 
 def _begins_parameter(text: bytes) -> bool:
-    """Return whether a text may become a parameter with what comes next."""
+    """Return whether a text may become a parameter with the next characters."""
     return re.fullmatch(rb"[A-Z](=[0-9]{0,8})?", text) is not None and len(text) <= 10

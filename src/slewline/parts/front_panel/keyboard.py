@@ -28,7 +28,7 @@ class Keyboard(Part):
     wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready"})
 
     options = (
-        Option("down", "time", "80 ms", "how long a key is held"),
+        Option("down", "time", "80 ms", "duration of a key press"),
         Option("apart", "time", "120 ms", "from the release of one key to the next"),
     )
 

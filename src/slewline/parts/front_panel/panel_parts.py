@@ -1,6 +1,6 @@
-"""The parts on the front of a machine: thumbwheel switches, and a switch for jogging.
+"""Parts on the front of a machine: thumbwheel switches, and a switch for jogging.
 
-Thumbwheels are read a digit at a time, at an address of eight bits that no readable page gives.  Here it is
+Thumbwheels are read a digit at a time, at an address of eight bits that no readable page documents.  The model uses
 
     bits 7 to 3     the low five bits of the letter of the command that they set, R = 52H: 10010
     bits 2 to 0     the digit, 0 is the most significant one
@@ -19,8 +19,8 @@ from ..base.part import Part
 from ..memories.external import BUS_WIRING, BusInterface, start_bus
 
 DIGITS = "0123456789ABCDEF"
-MOST = 8  # digits that a bank may have: what three address bits distinguish
-UPPER_NIBBLE = 0xF0  # of the bus, which nothing drives: it reads high
+MOST = 8  # greatest number of digits of a bank: three address bits
+UPPER_NIBBLE = 0xF0  # of the bus, undriven, which reads high
 
 
 def switch_address(letter: str, digit: int) -> int:
@@ -28,7 +28,7 @@ def switch_address(letter: str, digit: int) -> int:
 
     Args:
         letter: of the command, A to Z.
-        digit: 0 is the most significant one, up to 7.
+        digit: 0 to 7; 0 is the most significant one.
     """
     return (ord(letter) & 0x1F) << 3 | digit
 
@@ -46,8 +46,8 @@ class Thumbwheels(Part):
     """A bank of thumbwheel switches that sets the number of one command.
 
     Args:
-        letter: of the command that is given with # instead of a number.
-        value: what is set, all digits of the bank: three for a number of 8 bits, five for 16, eight for 24.
+        letter: of the command that is sent with # instead of a number.
+        value: the setting, all digits of the bank: three for a number of 8 bits, five for 16, eight for 24.
     """
 
     _for_users = ("turn", "letter", "value", "picture")
@@ -55,7 +55,7 @@ class Thumbwheels(Part):
     verbs = ("turn",)
     options = (
         Option("letter", "text", "R", "of the command whose number they set", check=_one_letter),
-        Option("value", "text", "000", "what is set: all digits of the bank", check=_digits, like="'100'"),
+        Option("value", "text", "000", "setting: all digits of the bank", check=_digits, like="'100'"),
     )
     rewired = start_bus
 
@@ -65,7 +65,7 @@ class Thumbwheels(Part):
             self, "low: the switches are selected", self._shown, on_latch=self._latched, on_select=self._selected
         )
         self.letter, self.value = letter, value
-        self._read = 0  # digits that the chip has asked for since it selected the switches
+        self._read = 0  # digits that the chip has read since it selected the switches
         self._told = False
 
     def _latched(self) -> None:
@@ -79,7 +79,7 @@ class Thumbwheels(Part):
         if read and read != there and not self._told:
             self._told = True
             became = "it reads 15 for a missing switch" if read > there else "the others have no effect"
-            what = f"the chip reads {read} digits for {self.letter}, and the bank has {there}: {became}"
+            what = f"the chip reads {read} digits for {self.letter}, but the bank has {there}: {became}"
             self.finding("digit-count", f"{what}; give it a value of {read} digits")
 
     @from_outside
@@ -98,62 +98,62 @@ class Thumbwheels(Part):
         self._bus.show()
 
     def _shown(self) -> int | None:
-        """Return the digit at the address in the low four bits; None: it is none of ours."""
+        """Return the digit at the address in the low four bits; None: no digit of this bank has the address."""
         digit = self._bus.low & MOST - 1
         if self._bus.low != switch_address(self.letter, digit) or digit >= len(self.value):
             return None
         return UPPER_NIBBLE | DIGITS.index(self.value[digit])
 
     def shows(self) -> dict[str, Any]:
-        """Return the command that the bank is for, and what is set."""
+        """Return the command of the bank, and its setting."""
         return {"letter": self.letter, "value": self.value}
 
     @property
     def picture(self) -> str:
-        """The bank as text: its letter, and a window a digit."""
+        """The bank as text: its letter, and one window per digit."""
         return f"{self.letter} " + "".join(f"[{digit}]" for digit in self.value)
 
 
 class JogSwitch(Part):
-    """A three-position switch for jogging: open in the middle, to ground for clockwise, to +5 V the other way.
+    """A three-position switch for jogging: open in the middle, to ground for clockwise, to +5 V for counterclockwise.
 
     Args:
-        position: where it is at the start.
+        position: at the start.
     """
 
     _for_users = ("cw", "ccw", "off", "position")
     wiring = MappingProxyType({"out": "jog"})
     verbs = ("cw", "ccw", "off")
-    options = (Option("position", "choice", "off", "where it is at the start", choices=("off", "cw", "ccw")),)
+    options = (Option("position", "choice", "off", "position at the start", choices=("off", "cw", "ccw")),)
     _LEVELS = MappingProxyType({"off": None, "cw": 0, "ccw": 1})
 
     def __init__(self, kernel: Kernel, name: str, *, position: str = "off") -> None:
         super().__init__(kernel, name)
         self.position = position
         self.add_pin(
-            "out", "out", "open, low for clockwise, or high for counter-clockwise", initial=self._LEVELS[position]
+            "out", "out", "open, low for clockwise, or high for counterclockwise", initial=self._LEVELS[position]
         )
 
     @from_outside
     def cw(self) -> None:
-        """Push it to the side that jogs clockwise."""
+        """Push the switch to the side that jogs clockwise."""
         self.input("cw")
         self._push("cw")
 
     @from_outside
     def ccw(self) -> None:
-        """Push it to the side that jogs counter-clockwise."""
+        """Push the switch to the side that jogs counterclockwise."""
         self.input("ccw")
         self._push("ccw")
 
     @from_outside
     def off(self) -> None:
-        """Let it go back to the middle."""
+        """Return the switch to the middle."""
         self.input("off")
         self._push("off")
 
     def shows(self) -> dict[str, Any]:
-        """Return where the switch is: off, cw or ccw."""
+        """Return the position of the switch: off, cw or ccw."""
         return {"position": self.position}
 
     def _push(self, position: str) -> None:

@@ -1,5 +1,5 @@
-"""Host computers, one for each way to reach a chip.
+"""Host computers, one for each kind of connection to a chip.
 
-`flow_host.py` is the model for a host of one chip, `bus_host.py` for one of several chips on a bus.  The end that a
-host has on a channel is in `ends`.
+`flow_host.py` is the example of a host for one chip, `bus_host.py` for several chips on a bus.  The end of a host on a
+channel is in `ends`.
 """

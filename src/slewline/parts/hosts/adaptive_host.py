@@ -1,4 +1,4 @@
-"""A host computer on a serial line that finds its rate."""
+"""A host computer on a serial line whose chip detects the rate."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class AdaptiveHost(UartHost, Host):
     """A host computer on the serial line of one chip that detects the baud rate.
 
-    `send` and `ask` send two carriage returns first while the chip does not know the rate; `write` sends only the
-    characters given.
+    `send` and `ask` send two carriage returns first while the chip does not know the rate; `write` sends only its
+    characters.
 
     Args:
         baud: the rate of the host.
@@ -63,7 +63,7 @@ class AdaptiveHost(UartHost, Host):
         """Queue characters, after two carriage returns if the chip does not know the rate.
 
         Raises:
-            UsageError: text that is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or neither text nor bytes.
         """
         self.uart.send(data)
 
@@ -72,7 +72,7 @@ class AdaptiveHost(UartHost, Host):
         """Send a query such as "? P", and return the answer of the chip on the line: text, or bytes in binary mode.
 
         Raises:
-            UsageError: a command without an answer.
+            UsageError: the command has no answer.
             Timeout: no answer in time; the mode register may direct answers to the bus.
         """
         uart = self.uart

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .connection import Connection
 
 T = TypeVar("T")
-NO_READ_OUT = "the part cannot be read, only sent to"
+NO_READ_OUT = "the part accepts commands but cannot be read"
 
 
 class BusHost(Host):
@@ -40,13 +40,13 @@ class BusHost(Host):
 
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection], delay_ps: int = 0) -> None:
         super().__init__(kernel, name, chips)
-        self.received: bytearray = bytearray()  # what read-outs brought
+        self.received: bytearray = bytearray()  # bytes of read-outs
         self.keep_recent(self.received)
         self.ports = {chip.name: CommandPort(chip, self.queue, self.received, delay_ps) for chip in chips}
 
     @property
     def port(self) -> CommandPort:
-        """What it has on the chip that it speaks to."""
+        """Command port of the selected chip."""
         return self.ports[self.chip.name]
 
     @property
@@ -69,10 +69,10 @@ class BusHost(Host):
     def do(self, action: Callable[[CommandPort], Awaitable[object]]) -> None:
         """Queue an action other than sending a byte: a coroutine function that is called with the command port."""
         port = self.port
-        self.queue.post(f"something of its own with {port.chip}", lambda: action(port))
+        self.queue.post(f"custom action with {port.chip}", lambda: action(port))
 
     def _rest(self) -> None:
-        """Put the lines of every chip to rest."""
+        """Release the lines of every chip."""
         for port in self.ports.values():
             port.rest()
 
@@ -111,7 +111,7 @@ class BusHost(Host):
 
     @from_outside
     def request_rate(self, chip: str, rate: int) -> Request[None]:
-        """Queue the request of a chip for another rate."""
+        """Queue the request for another rate of a chip."""
         port = served(self.name, self.ports, chip)
         self.input("request_rate", chip, rate)
         return self.queue.submit(f"requests rate {rate} of {chip}", lambda: port.change_rate(rate))
@@ -129,13 +129,13 @@ class BusHost(Host):
         """Send a verify command, such as "V 2", and return the bytes of the group, as `verify` does.
 
         Raises:
-            UsageError: another command, which has no answer; or a program is running.
+            UsageError: the command is another one, without an answer; or a program is running.
             Timeout: the chip does not answer in time.
         """
         group = self.port.group_of(command) if isinstance(command, str) else None
         if group is None:
             groups = ", ".join(repr(self.port.pointing_at(number)) for number in self.port.verify_bytes)
-            answered = f"ask() takes {groups}, and send() the rest" if groups else NO_READ_OUT
+            answered = f"use ask() for {groups}, send() for other commands" if groups else NO_READ_OUT
             raise UsageError(f"{self.name}: {command!r} has no answer; {answered}")
         return self.verify(group, timeout=timeout)
 
@@ -152,12 +152,13 @@ class BusHost(Host):
         """Send commands to a chip whose program is running, through PROG/LIVE (manual, s.7).
 
         Returns:
-            The bytes of the groups that V commands among them read, one after the other.
+            The bytes of the groups read by V commands, one after the other.
 
         Raises:
-            UsageError: no command, one that is not ASCII text, no program is running, or the part takes no commands
-                while its program runs.
-            Timeout: the chip does not take them in time.
+            UsageError: the list of commands is empty, a command is not ASCII text, no program is running, or the part
+                accepts
+                no commands while its program runs.
+            Timeout: the chip does not accept them in time.
         """
         for command in commands or ("",):
             if not isinstance(command, str) or not command or not command.isascii():
@@ -166,7 +167,7 @@ class BusHost(Host):
             raise UsageError(f"{self._part} takes no commands while its program runs; wait for its end")
         if self.idle and self.port.running.level != 0 and self.port.ready.level == 1:
             raise UsageError(
-                f"{self.name}: live commands go to a running program, and none of {self.port.chip} runs; send() sends "
+                f"{self.name}: live commands need a running program, and {self.port.chip} runs none; send() sends "
                 "a command, run_program() starts the program"
             )
         found = self.queue.result(self.interject(self.chip.name, commands), timeout)
@@ -179,12 +180,12 @@ class BusHost(Host):
         Args:
             group: 0 position, 1 program, 2 status, 3 parameters (manual, Table VI).  Group 1 has 48 bytes, as in that
                 table, though a program has up to 60; `x.program` has all of them.
-            number: how many bytes to read; by default all of the group.
+            number: of bytes to read; by default the whole group.
             live: True: read between two instructions of a running program, through PROG/LIVE (manual, s.3 V); None: do
                 so if a program is running.
 
         Raises:
-            UsageError: no such group, a negative number, or a program is running and `live` is False.
+            UsageError: the group does not exist, the number is negative, or a program is running and `live` is False.
             Timeout: the chip does not answer in time.
         """
         count = None if number is None else whole(number)
@@ -203,16 +204,16 @@ class BusHost(Host):
         """Request a new rate on the fly (manual, s.7), while the motor slews.
 
         Args:
-            rate: the rate parameter, a byte that is sent as it is; 0 to 127 are rates of the part.
+            rate: the rate parameter, a byte that is sent unchanged; 0 to 127 are rates of the part.
 
         Raises:
-            UsageError: `rate` is not 0 to 255, or the part takes no rate on the fly.
-            Timeout: the chip does not take it in time.
+            UsageError: `rate` is not 0 to 255, or the part does not accept a rate on the fly.
+            Timeout: the chip does not accept it in time.
         """
         value = whole(rate)
         if value is None or not 0 <= value <= 255:
             raise UsageError(
-                f"{self.name}: rate {rate!r}; allowed a byte: 0 to 127, and up to 255 to see what the part makes of it"
+                f"{self.name}: rate {rate!r}; allowed a byte: 0 to 127, or up to 255 to test the part's reaction"
             )
         self._needs("slewing", "takes no rate on the fly")
         taken = "a rate is taken while the motor slews, in a motion after H and G"
@@ -225,12 +226,12 @@ class BusHost(Host):
             UsageError: the part does not output its position on the fly.
             Timeout: the motor does not step.
         """
-        self._needs("out_strobe", "gives no position on the fly")
+        self._needs("out_strobe", "outputs no position on the fly")
         taken = "it is available while the motor steps; at rest verify(0) reads it"
         return self._on_the_fly(self.request_position(self.chip.name), timeout, taken)
 
     def _on_the_fly(self, request: Request[T], timeout: Time, taken: str) -> T:
-        """Wait for what goes on while the motor moves."""
+        """Wait for a request to a moving motor, and return its result."""
         try:
             return self.queue.result(request, timeout)
         except Timeout as error:
@@ -238,10 +239,10 @@ class BusHost(Host):
 
     @property
     def _part(self) -> str:
-        """The chip and its part number, as a message begins."""
+        """The chip and its part number, at the beginning of a message."""
         return f"{self.name}: {self.chip.name} ({self.chip.sheet.part})"
 
     def _needs(self, role: str, otherwise: str) -> None:
-        """Refuse a call for which the part lacks a pin."""
+        """Refuse a call if the part lacks a pin for it."""
         if self.chip.sheet.role(role) is None:
             raise UsageError(f"{self._part} {otherwise}: it has no pin for it")

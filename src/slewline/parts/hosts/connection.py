@@ -1,4 +1,4 @@
-"""What a host is handed of a chip: its sheet, the wires of its board, and what the straps on it say; never the chip."""
+"""A host's view of a chip: its sheet, the wires of its board, and the settings of its straps; never the chip."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Connection:
     Attributes:
         name: the name of the chip.
         sheet: its data sheet.
-        channel: the channel over which it is reached.
+        channel: the channel between host and chip.
         pins: its pins, by name.
         crystal_hz: the frequency of its crystal, Hz.
         bus: its data bus.

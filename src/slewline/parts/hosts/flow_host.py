@@ -1,4 +1,4 @@
-"""A host on a bus that works both ways."""
+"""A host on a bidirectional bus."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class FlowHost(Host):
         self.received: bytearray = self.port.received
 
     def rewired(self) -> None:
-        """Begin to listen: the host is wired, and time is about to pass."""
+        """Start to receive, now that the host is wired."""
         self.port.listen()
 
     @property
@@ -76,7 +76,7 @@ class FlowHost(Host):
 
     @from_outside
     def query(self, chip: str, command: str) -> Request[str | bytes]:
-        """Queue a query, in the form of the mode at its turn."""
+        """Queue a query, whose form follows the mode when it is sent."""
         served(self.name, self.chips, chip)
         self.port.shadow.query(self.name, command)
         self.input("query", chip, command)
@@ -113,12 +113,12 @@ class FlowHost(Host):
         """Queue bytes, which are sent as fast as the handshake allows; no time passes in the call.
 
         Raises:
-            UsageError: text that is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or neither text nor bytes.
         """
         self.write(self.chip.name, as_bytes(self.name, data))
 
     def got(self, data: Data) -> Condition:
-        """Return a condition for `bench.run_until`: messages have brought these bytes, with nothing in between."""
+        """Return a condition for `bench.run_until`: these bytes have come in messages, with nothing in between."""
         return GotCondition(self.name, self.received, as_bytes(self.name, data))
 
     @answering("host.ask()", TO_ONE)
@@ -126,7 +126,7 @@ class FlowHost(Host):
         """Send a query such as "? P", and return the answer of the chip on the bus: text, or bytes in binary mode.
 
         Raises:
-            UsageError: a command without an answer.
+            UsageError: the command has no answer.
             Timeout: no answer in time; the mode register may direct answers to the serial line.
         """
         try:

@@ -1,15 +1,15 @@
-"""A host computer: what every host can do, whatever it speaks over.
+"""A host computer: the calls of every host, over any channel.
 
-    send(data)       queue what goes out as it stands; it goes out as fast as the chip takes it
-    ask(command)     send a command, let time pass until it is answered, return the answer
-    received         what has come in: bytes or characters, of a chipset words
-    got(data)        condition for `run_until`: this is in it
-    drop()           forget what is queued; what has begun to go out is not cut in two
-    clear()          forget all of it, and let go of the lines
-    idle, waiting    nothing is queued; what it does
+    send(data)       queue data unchanged; they are sent as fast as the chip accepts them
+    ask(command)     send a command, let time pass until the answer, and return it
+    received         the data received: bytes or characters, of a chipset words
+    got(data)        condition for `run_until`: these data have been received
+    drop()           drop the queue; a request that is being sent is completed
+    clear()          drop all of it, and release the lines
+    idle, waiting    whether nothing is queued; the present activity
 
-A host sees the wires and the sheet of a chip (`connection.py`), and never the chip.  It has an end on the channel, the
-queue of what it was asked, and shadow registers where its part cannot be read:
+A host sees the wires and the sheet of a chip (`connection.py`), and never the chip.  It has an end on the channel, a
+queue of requests, and shadow registers if its part cannot be read:
 
     BusHost         a CommandPort for each chip (ends/)                verify, live, change_rate ...
     PacketHost      a PacketPort for each chipset                 command, query, axis, wait ...
@@ -49,10 +49,10 @@ class Host(Part):
     Attributes:
         name: its name on the bench.
         chips: its connections, by the names of the chips.
-        received: what it has received: bytes of read-outs, characters, or the words of a chipset.
+        received: the data received: bytes of read-outs, characters, or the words of a chipset.
         pins: its own pins, by their names.
         on_finding: hook, called with each `Finding` about it.
-        on_event: hook, called with each thing that it does, in words: a line of a script, an answer.
+        on_event: hook, called with each activity in words: a line of a script, an answer.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -63,7 +63,7 @@ class Host(Part):
     def __init__(self, kernel: Kernel, name: str, chips: Sequence[Connection]) -> None:
         super().__init__(kernel, name)
         self.queue: RequestQueue = RequestQueue(kernel, name, give_up=self.give_up, rest=self._rest)
-        self.on_event: Hook[[str]] = Hook()  # what it does, in words: a line of a script, an answer
+        self.on_event: Hook[[str]] = Hook()  # its activities, in words: a line of a script, an answer
         self.chips = {chip.name: chip for chip in chips}
         self._to = chips[0].name
 
@@ -72,19 +72,19 @@ class Host(Part):
 
     @property
     def chip(self) -> Connection:
-        """The chip that is selected with `to`; at first the first one."""
+        """The chip selected with `to`; initially the first one."""
         return self.chips[self._to]
 
     @property
     def channel(self) -> Channel:
-        """The channel over which the selected chip is reached."""
+        """Channel between host and selected chip."""
         return self.chip.channel
 
     def to(self, chip: str | Chip | Connection) -> Self:
-        """Select the chip to which later calls send; return the host.
+        """Select the chip for later calls; return the host.
 
         Raises:
-            UnknownName: the host is not connected to such a chip.
+            UnknownName: the host is not connected to this chip.
         """
         self._to = served(self.name, self.chips, chip).name
         return self
@@ -94,13 +94,13 @@ class Host(Part):
 
         @property
         def received(self) -> Sequence[int]:
-            """What the host has received: bytes of read-outs, characters, or the words of a chipset."""
+            """Data received: bytes of read-outs, characters, or the words of a chipset."""
 
     def send(self, data: str | bytes) -> None:
         """Queue data to be sent unchanged; no time passes.
 
         Raises:
-            UsageError: text that is not ASCII, or something that cannot be sent.
+            UsageError: the text is not ASCII, or the data cannot be sent.
         """
         raise NotImplementedError
 
@@ -108,9 +108,9 @@ class Host(Part):
         """Send a command, let time pass until it is answered, and return the answer.
 
         Raises:
-            UsageError: not a command, or one without an answer.
-            ChecksumError: the checksum is wrong, or a character came with a parity or framing error.
-            Timeout: no answer within `timeout`, in virtual time; the message says what was waited for.
+            UsageError: the text is not a command, or the command has no answer.
+            ChecksumError: the checksum is wrong, or a character has a parity or framing error.
+            Timeout: no answer within `timeout`, in virtual time; the message names the missing event.
         """
         raise NotImplementedError
 
@@ -121,7 +121,7 @@ class Host(Part):
     # ---------------------------------------------------------------------------------------------------------- queue
     @from_outside
     def drop(self) -> None:
-        """Drop what is queued; a request that is being sent already is completed."""
+        """Drop the queue; a request that is being sent already is completed."""
         if not self._begun:
             self.clear()
             return
@@ -130,53 +130,53 @@ class Host(Part):
 
     @property
     def _begun(self) -> bool:
-        """Has the first request begun to show?"""
+        """Whether the first request has had an effect on the lines."""
         return self.queue.begun
 
     @from_outside
     def clear(self) -> None:
-        """Drop what is queued or being sent, and release the lines, as when the program of a host is restarted."""
+        """Drop all requests, including one being sent, and release the lines, like a restart of the host's program."""
         self.input("clear")
         self.queue.cancel_after(0, "clear()")
         self.queue.halt()
 
     @from_outside
     def give_up(self) -> None:
-        """Cancel the last request, which took too long; what comes after it can go on."""
+        """Cancel the last request, which took too long; later requests can continue."""
         self.input("give_up")
         self.queue.cancel_last()
 
     def _rest(self) -> None:
-        """Put the lines to rest: what was under way was cut short."""
+        """Release the lines: a request under way is cut short."""
         raise NotImplementedError
 
     @property
     def waiting(self) -> str:
-        """What the host waits for, in words."""
+        """Event or condition that the host waits for."""
         return f"{self.name}: nothing to send" if self.idle else self.queue.waiting
 
 
 missing(
     Host,
-    command="{it}.send(...) queues what goes out, {it}.ask(...) waits for the answer",
+    command="{it}.send(...) queues data to send, {it}.ask(...) waits for the answer",
     query="{it}.ask(...)",
     **dict.fromkeys(("write_line", "sendline", "send_line", "put", "execute", "transmit"), "{it}.send(...)"),
     **dict.fromkeys(
         ("read", "read_until", "readline", "readlines", "read_all", "receive", "recv", "answer_to"),
-        "{it}.received has what came in, {it}.ask(...) waits",
+        "{it}.received has the received data, {it}.ask(...) waits",
     ),
     in_waiting="len({it}.received)",
     **dict.fromkeys(
         ("open", "close", "reset_input_buffer"),
-        "there is nothing to open or close; {it}.clear() forgets what is queued",
+        "there is nothing to open or close; {it}.clear() drops the queue",
     ),
-    position="the position is the chip's: x.position, of x = bench.add(...)",
-    **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "time is the bench's: bench.run_until_idle()"),
+    position="the chip has the position: x.position, with x = bench.add(...)",
+    **dict.fromkeys(("run", "sleep", "wait", "flush", "run_until_idle"), "the bench runs time: bench.run_until_idle()"),
 )
 missing(
     Host,
     "",
-    baudrate="bench.host(x, baud=9600) gives it, {it}.change_line(...) changes it on a serial line",
+    baudrate="bench.host(x, baud=9600) sets it, {it}.change_line(...) changes it on a serial line",
     **dict.fromkeys(("bytesize", "parity", "stopbits"), "{it}.change_line(...) changes the format of a serial line"),
     **dict.fromkeys(("timeout", "read_timeout"), '{it}.ask(..., timeout="5 s") takes one'),
 )

@@ -1,12 +1,12 @@
-"""The host computer of a chipset that takes packets: a command byte, words to it or from it, a checksum.
+"""The host computer of a chipset with packets: a command byte, words in either direction, a checksum.
 
     host.command("SET_POS", 12345)          10  0000 3039  -> checksum 3049, which is compared
     host.query("GET_STATUS")                31             -> 0300, checksum 0331
     host.ask("GET_STATUS")                  the same, from the text of a command
 
-A packet is over when HostRdy is high again after its last word.  The host remembers the current axis, so that axis(2)
-sends SET_2 only if the current one is another.  A checksum that does not fit is raised where a call waits for the
-packet, and is a finding of the host in any case.
+A packet ends when HostRdy is high again after its last word.  The host remembers the current axis, so that axis(2)
+sends SET_2 only if another axis is current.  A wrong checksum is raised where a call waits for the packet, and is a
+finding of the host in any case.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from ..base.request_queue import Request
     from .connection import Connection
 
-POLL = "1 ms"  # a host that waits for a status bit asks so often
+POLL = "1 ms"  # polling interval of a host that waits for a status bit
 LONGEST_READ = 1 << 10  # bytes of one operation; a packet has less than ten
 
 
 class Result(NamedTuple):
-    """What a command of a script returned."""
+    """Result of a command of a script."""
 
     axis: int
     command: str
@@ -54,7 +54,7 @@ class PacketHost(Host):
 
     Attributes:
         received: all words read, a list of ints, 0 to 65535.
-        results: what the commands of a script have returned: axis, command, value.
+        results: the results of the commands of a script: axis, command, value.
     """
 
     _for_users: ClassVar[tuple[str, ...]] = (
@@ -83,7 +83,7 @@ class PacketHost(Host):
 
     @property
     def port(self) -> PacketPort:
-        """What it has on the chipset that it speaks to."""
+        """Host port of the selected chipset."""
         return self.ports[self.chip.name]
 
     def got(self, data: Data) -> Condition:
@@ -93,7 +93,7 @@ class PacketHost(Host):
             data: the words as numbers, 0 to 65535, or as bytes, two for each word, high byte first.
 
         Raises:
-            UsageError: not words, or an odd number of bytes.
+            UsageError: the data are not words, or an odd number of bytes.
         """
         words = list(data) if not isinstance(data, (str, bytes, bytearray, int)) else None
         if isinstance(data, (bytes, bytearray)) and len(data) % 2 == 0:
@@ -103,12 +103,12 @@ class PacketHost(Host):
         return GotCondition(self.name, self.received, words)
 
     def axis(self, number: int) -> AxisView:
-        """Return a view of this host for one axis, to which all its commands go.
+        """Return a view of this host for one axis, to which all its commands are sent.
 
         The axis is made the current one before a command, unless it is already.
 
         Raises:
-            UsageError: the chipset has no such axis.
+            UsageError: the chipset does not have this axis.
         """
         self._check_axis(number)
         return AxisView(self, number)
@@ -119,7 +119,7 @@ class PacketHost(Host):
             raise UsageError(f"{self.name}: axis {number!r}; {self.port.chip} ({self.port.sheet.part}) has 1..{axes}")
 
     def _rest(self) -> None:
-        """Put the lines of every chip to rest."""
+        """Release the lines of every chip."""
         for port in self.ports.values():
             port.rest()
 
@@ -134,12 +134,13 @@ class PacketHost(Host):
             timeout: the longest wait, in virtual time.
 
         Raises:
-            UsageError: no such command or axis, or arguments that do not fit the command.
+            UsageError: the command or axis does not exist, or the arguments do not match the command.
             ChecksumError: the checksum is wrong, or the chipset does not know the command.
             Timeout: HostRdy stays low.
         """
-        row = packets.row(self.port.sheet, name)
-        numbers = packets.numbers(self.port.sheet, row, values, self.port.crystal_hz)
+        port = self.port
+        row = packets.row(port.sheet, name)
+        numbers = packets.numbers(port.sheet, row, values, port.crystal_hz)
         found = self.queue.result(self._queue(packet_of(row, numbers), axis), timeout)
         return packets.values(row.reads, found)[0] if row.reads and found is not None else None
 
@@ -147,20 +148,22 @@ class PacketHost(Host):
         """Send a command and return the value that it returns, in the units of the command.
 
         Raises:
-            UsageError: no such command, or one that returns nothing.
-            ChecksumError, Timeout: as `command`.
+            UsageError: the command does not exist, or returns nothing.
+            ChecksumError, Timeout: as for `command`.
         """
-        if not packets.row(self.port.sheet, name).reads:
-            raise UsageError(f"{self.name}: {name} returns nothing, so there is no query; send it with command()")
-        return self.command(name, axis=axis, timeout=timeout)  # type: ignore[return-value]
+        row = packets.row(self.port.sheet, name)
+        if not row.reads:
+            raise UsageError(f"{self.name}: {name} returns nothing, so it cannot be queried; send it with command()")
+        found = self.queue.result(self._queue(packet_of(row, ()), axis), timeout)
+        return packets.values(row.reads, found)[0] if found is not None else None
 
     @answering("host.ask()", TO_ONE)
     def ask(self, command: str, timeout: Time = "5 s", axis: int = UNKNOWN) -> int:
         """Send a command as text, as in a script, such as "GET_STATUS", and return the value that it returns.
 
         Raises:
-            UsageError: not a command, or one that returns nothing.
-            ChecksumError, Timeout: as `command`.
+            UsageError: the text is not a command, or the command returns nothing.
+            ChecksumError, Timeout: as for `command`.
         """
         line = packets.command(self.port.sheet, command, self.port.crystal_hz)
         if not line.row.reads:
@@ -176,13 +179,13 @@ class PacketHost(Host):
         Args:
             code: the command byte, 0 to 255.
             words: the words that are written, each 0 to 65535.
-            reads: how many words are read, the checksum not counted.
+            reads: the number of words to read, without the checksum.
             checksum: read a checksum at the end, and check it.
             axis, timeout: as for `command`.
 
         Raises:
-            UsageError: a number that is out of range.
-            ChecksumError, Timeout: as `command`.
+            UsageError: a number is out of range.
+            ChecksumError, Timeout: as for `command`.
         """
         return self.queue.result(self._queue(Packet(code, words, reads, checksum), axis), timeout)
 
@@ -190,7 +193,7 @@ class PacketHost(Host):
         """Queue packets: text is commands, one a line; bytes are a command byte and the bytes of its words.
 
         Raises:
-            UsageError: text that is not a command; nothing is queued then.
+            UsageError: the text is not a command; nothing is queued then.
         """
         if isinstance(data, str):
             for command in [
@@ -212,8 +215,8 @@ class PacketHost(Host):
             axis: as for `command`.
 
         Raises:
-            UsageError: the status word has no such bit.
-            ChecksumError: as `command`.
+            UsageError: the status word does not have this bit.
+            ChecksumError: as for `command`.
             Timeout: the bit does not change in time; the message names buffered commands that wait for an update.
         """
         packets.status_bit(self.port.sheet, bit.removeprefix("!"))
@@ -232,11 +235,12 @@ class PacketHost(Host):
         """Write a single command byte; the call ends with the strobe, before the busy time that follows.
 
         Args:
-            how: `low` and `gap`: how long a strobe is low, and how long the pause after it is; `ready=False`: strobe
-                without waiting for HostRdy.
+            how: `low` and `gap`: the duration of a strobe, and of the pause after it; `ready=False`: strobe without
+                waiting
+                for HostRdy.
 
         Raises:
-            UsageError: not a byte, 0 to 255, or a strobe or pause of 0.
+            UsageError: the byte is not 0 to 255, or a strobe or pause is 0.
             Timeout: HostRdy stays low.
         """
         self._write(self._bytes(byte, 1), True, timeout, how)
@@ -319,7 +323,7 @@ class PacketHost(Host):
 
     @from_outside
     def poll(self, chip: str, axis: int, bit: str, every_ps: int) -> Request[int]:
-        """Queue questions for the status word until a bit is as it should be."""
+        """Queue polls of the status word until a bit has a level."""
         port = served(self.name, self.ports, chip)
         self.input("poll", chip, axis, bit, every_ps)
         return self.queue.submit(f"{bit} of {chip}", lambda: port.until_status(bit, every_ps, axis))
@@ -327,7 +331,7 @@ class PacketHost(Host):
 
 @face
 class AxisView:
-    """A view of a `PacketHost` whose commands go to one axis.
+    """A view of a `PacketHost` whose commands are sent to one axis.
 
     Attributes:
         host: the host.
@@ -344,29 +348,29 @@ class AxisView:
         return f"<{self.name}>"
 
     def command(self, name: str, *values: int | str, timeout: Time = "5 s") -> int | None:
-        """Send a command to this axis, as `PacketHost.command`."""
+        """Send a command to this axis, like `PacketHost.command`."""
         return self.host.command(name, *values, axis=self.number, timeout=timeout)
 
     def query(self, name: str, timeout: Time = "5 s") -> int:
-        """Send a query to this axis, as `PacketHost.query`."""
+        """Send a query to this axis, like `PacketHost.query`."""
         return self.host.query(name, axis=self.number, timeout=timeout)
 
     def ask(self, command: str, timeout: Time = "5 s") -> int:
-        """Send a command as text to this axis, as `PacketHost.ask`."""
+        """Send a command as text to this axis, like `PacketHost.ask`."""
         return self.host.ask(command, timeout, axis=self.number)
 
     def packet(
         self, code: int, *words: int, reads: int = 0, checksum: bool = True, timeout: Time = "5 s"
     ) -> tuple[int, ...]:
-        """Send any packet to this axis, as `PacketHost.packet`."""
+        """Send any packet to this axis, like `PacketHost.packet`."""
         return self.host.packet(code, *words, reads=reads, checksum=checksum, axis=self.number, timeout=timeout)
 
     def send(self, data: str) -> None:
-        """Queue commands to this axis, one a line, as `PacketHost.send`."""
+        """Queue commands to this axis, one a line, like `PacketHost.send`."""
         self.host.send(data, axis=self.number)
 
     def wait(self, bit: str, timeout: Time = "60 s", every: Time = POLL) -> int:
-        """Poll the status word of this axis, as `PacketHost.wait`."""
+        """Poll the status word of this axis, like `PacketHost.wait`."""
         return self.host.wait(bit, timeout, every, axis=self.number)
 
 
@@ -374,19 +378,19 @@ missing(
     PacketHost,
     **dict.fromkeys(("verify", "read_position"), '{it}.query("GET_POS")'),
     **dict.fromkeys(("live", "change_rate", "run_program"), "a chipset takes commands at any time: {it}.command(...)"),
-    change_line="it speaks over a port, which has no rate; {it}.command(...) sends",
+    change_line="a host port has no rate; {it}.command(...) sends",
 )
 missing(
     AxisView,
-    **{name: f"it is the chip's: x.axis(1).{name}" for name in ("position", "reaches", "steps", "registers")},
-    velocity='it is the chip\'s: x.axis(1).velocity_at("3 ms")',
-    findings="what a host did wrong is in bench.findings",
+    **{name: f"the chip has it: x.axis(1).{name}" for name in ("position", "reaches", "steps", "registers")},
+    velocity='the chip has it: x.axis(1).velocity_at("3 ms")',
+    findings="errors of a host are in bench.findings",
 )
 
 
 @cache
 def _tell_missing(sheet: Sheet) -> None:
-    """Say what there is instead of methods that are called as the commands of a sheet."""
+    """Register hints for calls such as host.set_pos(): the commands of a sheet are not methods."""
     for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"
         values = "".join(f", {arg.name}" for arg in row.args)

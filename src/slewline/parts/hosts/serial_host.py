@@ -1,4 +1,4 @@
-"""A host computer that speaks in lines to the modules on a serial line, as they are strapped."""
+"""A host computer that sends lines to the modules on a serial line, by the settings of their straps."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class SerialHost(UartHost, Host):
     # --------------------------------------------------------------------------------------------------- the line
     @property
     def straps(self) -> Straps:
-        """The straps of the selected module."""
+        """Straps of the selected module."""
         return self.uart.straps
 
     # -------------------------------------------------------------------------------------------------- out and back
@@ -56,7 +56,7 @@ class SerialHost(UartHost, Host):
         """Queue characters to be sent unchanged: no address or checksum is added.
 
         Raises:
-            UsageError: text that is not ASCII, or neither text nor bytes.
+            UsageError: the text is not ASCII, or neither text nor bytes.
         """
         self.write(data)
 
@@ -69,7 +69,7 @@ class SerialHost(UartHost, Host):
 
         Raises:
             ChecksumError: the answer has a wrong checksum, or a character of it a parity or framing error.
-            Timeout: no answer in time; the message says what was waited for.
+            Timeout: no answer in time; the message names the missing answer.
         """
         uart = self.uart
         uart.begin()
@@ -82,5 +82,5 @@ class SerialHost(UartHost, Host):
                 raise
             raise Timeout(f"{error}\n  {why}") from None
         if uart.faulty != before:
-            raise ChecksumError(f"{self.name}: parity or framing fault in the answer to {command!r}: {self.answers!r}")
+            raise ChecksumError(f"{self.name}: parity or framing error in the answer to {command!r}: {self.answers!r}")
         return "\r".join(uart.stripped(line) for line in self.answers)

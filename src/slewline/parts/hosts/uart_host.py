@@ -1,4 +1,4 @@
-"""What hosts on a serial line have in common: they forget, rest and wait as their UART does."""
+"""Common part of hosts on a serial line: dropping, releasing and waiting by their UART."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from ..lines.host_uart import HostUart, OverUart
 
 
 class UartHost(OverUart):
-    """The side of a host that is its UART's; it stands before `Host` among the bases."""
+    """Mixin of hosts with a UART; list it before `Host` among the bases."""
 
     queue: RequestQueue
     uart: HostUart
 
     def drop(self) -> None:
-        """Forget what is queued; characters that are on the line already, and the command asked last, go on."""
+        """Drop the queue; characters already on the line and the last command sent are completed."""
         self.uart.drop("drop")
         self.queue.cancel_after(1, "drop()")
 
     def give_up(self) -> None:
-        """Take back the last command, which was not answered in time."""
+        """Cancel the last command, which was not answered in time."""
         self.uart.drop("give_up")
 
     def _rest(self) -> None:
@@ -26,11 +26,11 @@ class UartHost(OverUart):
 
     @property
     def idle(self) -> bool:
-        """Is nothing queued, and nothing to be sent?"""
+        """Whether nothing is queued and nothing is to be sent."""
         return self.uart.idle and self.queue.idle
 
     @property
     def waiting(self) -> str:
-        """What the host waits for, in words."""
+        """Event or condition that the host waits for."""
         busy = self.queue.idle and not self.uart.idle
         return self.uart.waiting if busy else super().waiting  # type: ignore[misc]

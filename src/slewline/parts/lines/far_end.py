@@ -1,7 +1,7 @@
-"""The far end of a serial line, as its board shows it: rate, format, addresses; does it understand this end?
+"""The far end of a serial line: its board's rate, format and addresses, and whether it understands this end.
 
-A connector asks once for each pair of settings, before characters go out at them, so that a line on which both ends
-agree costs nothing.  What does not fit is a finding of the connector, whatever is between the two.
+A connector checks each pair of settings once, before characters go out with them, so a line on which both ends agree
+costs nothing.  A mismatch is a finding of the connector, whatever is between the two ends.
 """
 
 from __future__ import annotations
@@ -14,31 +14,31 @@ from ...core.wires.serial import LineSetting, ReceivingEnd, Straps, disagreement
 RETURN, LF = 0x0D, 0x0A
 TELNET = re.compile(rb"(?:\xff[\xfb-\xfe].)+", re.DOTALL)  # offers and demands of options
 NO_LINE = (
-    "this port passes characters at any rate, a cable does not; whether the program's data bits, parity and stop bits "
-    "would fit a cable, this port does not show"
+    "this port passes characters at any rate, unlike a cable; it does not check whether the program's data bits, "
+    "parity and stop bits would work on a cable"
 )
 CERTAIN = 6  # bytes of them, where a byte may be 0xff
-RAW = "the host negotiates options (bytes ff fb to fe), which a module takes for commands"
-RAW_REMEDY = "this looks like telnet: use a raw connection, or --rfc2217 with a client for that"
+RAW = "the host negotiates options (bytes ff fb to fe), which a module mistakes for commands"
+RAW_REMEDY = "this looks like Telnet: use a raw connection, or --rfc2217 with an RFC 2217 client"
 
 
 class NearEnd(Protocol):
-    """The end of a line from which the other one is looked at."""
+    """The end of a line from which the other end is checked."""
 
     name: str
 
     @property
     def setting(self) -> LineSetting:
-        """Its rate and format."""
+        """Rate and format."""
 
     def finding(self, code: str, text: str) -> None:
         """Report a finding."""
 
 
 class FarEnd:
-    """What listens at the far end of a line.
+    """The receivers at the far end of a line.
 
-    `ears` are those of which it is known how they are set, by name.
+    `ears` are the receivers with known settings, by name.
     """
 
     def __init__(self, near: NearEnd) -> None:
@@ -51,12 +51,12 @@ class FarEnd:
 
     @property
     def disagreement(self) -> str:
-        """In which way the two ends are set differently, and what to do; empty: they agree."""
+        """Difference between the settings of the two ends, and the remedy; empty: they agree."""
         differing = (disagreement(self.near.name, self.near.setting, name, ear) for name, ear in self.ears.items())
         return "; ".join(filter(None, differing))
 
     def compare(self) -> None:
-        """Report a disagreement of the settings, each one once; note which module has which address."""
+        """Report a disagreement of the settings, each one once; record the address of each module."""
         self.compared = True
         if self._is_new(text := self.disagreement):
             self.near.finding("format", text)
@@ -64,19 +64,19 @@ class FarEnd:
         self.addressed = {} if "0" in found else found
 
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
+        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
         differing = (rate_disagreement("the program", baud, name, ear) for name, ear in self.ears.items())
         if self._is_new(text := "; ".join(filter(None, differing))):
             self.near.finding("format", f"{text}; {NO_LINE}")
 
     def look_for_telnet(self, data: bytes) -> None:
-        """Report a host that negotiates options instead of sending characters, once."""
+        """Report, once, a host that negotiates Telnet options instead of sending characters."""
         found = TELNET.match(data)
         if found and (self.near.setting.word.bits < 8 or len(found[0]) >= CERTAIN) and self._is_new(RAW):
             self.near.finding("telnet", f"{RAW}; {RAW_REMEDY}")
 
     def look_at_addresses(self, data: bytes) -> None:
-        """Report lines that are for none of the modules, once for each way in which they begin."""
+        """Report lines that address none of the modules, once for each way a line begins."""
         for byte in data:
             if self.begins and byte not in (RETURN, LF) and chr(byte) not in self.addressed:
                 here = ", ".join(f"{address} ({name})" for address, name in sorted(self.addressed.items()))
@@ -86,7 +86,7 @@ class FarEnd:
             self.begins = byte == RETURN
 
     def _is_new(self, text: str) -> bool:
-        """Return whether something is to be reported, and has not been; it counts as reported from now on."""
+        """Return whether a text has not been reported yet; it counts as reported from now on."""
         new = bool(text) and text not in self.told
         self.told.add(text)
         return new

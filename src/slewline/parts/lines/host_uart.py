@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from ..base.recent import Recent
 
 FAULTS = ("parity", "framing", "late")
-LATE_PS = 10**11  # how much later than it could a late character begins
+LATE_PS = 10**11  # delay of a late character
 BURST = 16  # characters whose edges are promised together
-SILENCE_PS = 5 * 10**12  # no answer takes longer
-POWER_UP_PS = 10**9  # a host gives a module a millisecond after power-up, whose RESET pulse it would not hear through
+SILENCE_PS = 5 * 10**12  # longest time for a reply
+POWER_UP_PS = 10**9  # pause after power-up: during its RESET pulse a module would not receive
 
 
 class HostUart:
-    """A UART on the pins txd and rxd of a part, which it makes.  What a user asks of it is an input of the part.
+    """A UART on the pins txd and rxd of a part, which it adds.  Calls by a user are inputs of the part.
 
     Args:
-        mark: the level of a line at rest.
+        mark: the level of an idle line.
     """
 
     burst = BURST
@@ -51,7 +51,7 @@ class HostUart:
         self._received = bytearray()
         self._recent = part.keep_recent(self._received)
         self.faulty = 0  # characters with a parity or framing fault
-        self.on_character = CharacterHook()  # one has come in
+        self.on_character = CharacterHook()  # a character has arrived
 
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
@@ -60,7 +60,7 @@ class HostUart:
         return LineSetting(self.baud, self.word)
 
     def set_line(self, baud: int | str, word: CharacterFormat) -> None:
-        """Take another rate or format, from the next character on."""
+        """Use another rate or format, from the next character on."""
         self.clock, self.word, self.baud = bit_clock(baud, self.name), word.checked(self.name), baud
         self.frames = frames_of(self.clock.hz, word, self.mark)
         self.far.compared = False
@@ -68,26 +68,26 @@ class HostUart:
             self.receiver.set_line(self.clock, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Take another rate or format, as an input."""
+        """Use another rate or format, as an input."""
         self.set_line(baud, CharacterFormat(bits, parity, stop))
         self.part.input("change_line", baud, bits, parity, stop)
 
     def lent(self) -> Callable[[], object]:
-        """Return what restores rate and format, when another program has used this line."""
+        """Return a function that restores rate and format after another program has used this line."""
         baud, word = self.baud, self.word
         return lambda: self.set_line(baud, word)
 
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
+        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
         self.part.input("opened_at", baud)
         self.far.opened_at(baud)
 
     # ------------------------------------------------------------------------------------------------------- sending
     def write(self, data: str | bytes, fault: str = "") -> None:
-        """Queue characters, as an input; they go out one after the other.
+        """Queue characters, as an input; they are sent one after the other.
 
         Raises:
-            UsageError: text that is not ASCII, or neither text nor bytes; or no fault that there is.
+            UsageError: the text is not ASCII, or neither text nor bytes; or the fault is unknown.
         """
         data = as_bytes(self.name, data)
         if fault and fault not in FAULTS:
@@ -101,32 +101,32 @@ class HostUart:
             self.sender = self.kernel.spawn(self._send, name=f"{self.name} sends")
 
     def drop(self, verb: str) -> None:
-        """Forget what is to be sent after what is on the line already, as this input."""
+        """Drop the queued characters, except the burst that is on the line, as this input."""
         self.part.input(verb)
         while len(self.outgoing) > 1:
             self.outgoing.pop()
 
     def space(self, on: bool) -> None:
-        """Begin or end a break, as an input: space on the line; nothing is to be sent meanwhile."""
+        """Begin or end a break, as an input: the line is at space, and nothing must be sent meanwhile."""
         self.part.input("space", on)
         self.driver.drive(1 - self.mark if on else self.mark)
         self.kernel.settle()
 
     def rest(self) -> None:
-        """Forget what is to be sent, and put the line to mark."""
+        """Drop the queued characters, and set the line to mark."""
         if self.sender is not None:
             self.sender.kill()
         self.outgoing.clear()
         self.driver.drive(self.mark)
 
     async def before_sending(self) -> None:
-        """Wait for what a computer waits for before it begins to send."""
+        """Wait until the host may begin to send."""
 
     async def before_burst(self) -> None:
-        """Wait for what a computer waits for before each burst of characters."""
+        """Wait until the host may send the next burst of characters."""
 
     def after_burst(self, data: bytes) -> None:
-        """Note that characters have gone out."""
+        """Record that characters have been sent."""
 
     async def _send(self) -> None:
         await self.before_sending()
@@ -145,22 +145,22 @@ class HostUart:
 
     @property
     def backlog(self) -> int:
-        """Characters that are still to be sent."""
+        """Number of characters still to be sent."""
         return sum(len(data) for data, _ in self.outgoing)
 
     @property
     def idle(self) -> bool:
-        """Is nothing to be sent?"""
+        """Whether nothing is to be sent."""
         return not self.outgoing
 
     @property
     def waiting(self) -> str:
-        """What is to be sent, in words."""
+        """Description of the characters to be sent."""
         return f"{self.name}: {self.backlog} characters to send"
 
     # ----------------------------------------------------------------------------------------------------- receiving
     def listen(self) -> None:
-        """Start to listen."""
+        """Start to receive."""
         self.kernel.spawn(self._receive, name=f"{self.name} receives")
 
     async def _receive(self) -> None:
@@ -169,53 +169,53 @@ class HostUart:
         await receiver.receive(self.take, self.passed, self._acts)
 
     def catch_up(self) -> None:
-        """Receive what has come, if it has not been received yet: part of a line that is taken as a whole."""
+        """Receive the characters that have arrived, on a line whose characters are received together."""
         if self.receiver is not None:
             self.receiver.catch_up()
 
     @property
     def received(self) -> bytearray:
-        """The data bits of every character, good or not."""
+        """Data bits of every character, with or without a fault."""
         self.catch_up()
         return self._received
 
     @property
     def recent(self) -> Recent:
-        """How much has been received, and which of it is still there."""
+        """Number of characters received, and the latest of them."""
         self.catch_up()
         return self._recent
 
     def _acts(self, data: bytes, at: int) -> int:
-        """Return the number of the next character of a line that must be taken at its instant."""
+        """Return the number of the next character on a line that must be received at its instant."""
         return at if self.on_character.listeners else self.acts(data, at)
 
     def acts(self, data: bytes, at: int) -> int:
-        """Return the number of the next character, of those from `at` on, at which this end acts; -1: of none."""
+        """Return the number of the next character, from `at` on, at which this end acts; -1: none."""
         return -1
 
     def passed(self, data: bytes) -> None:
-        """Receive good characters, at which this end does not act."""
+        """Receive characters without a fault, at which this end does not act."""
         self._received += data
 
     def take(self, character: Character) -> None:
-        """Receive a character."""
+        """Receive one character."""
         self._received.append(character.byte)
         self.faulty += not character.good
         self.on_character(character)
 
     def got(self, data: Data) -> Condition:
-        """Return a condition: these bytes have been received, one after the other."""
-        mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: what is connected there only receives)"
+        """Return a condition: these bytes have been received, with nothing in between."""
+        mute = "" if self.rxd.net.drivers else " (nothing drives its rxd: the other end only receives)"
         return GotCondition(f"{self.name}{mute}", self.received, as_bytes(self.name, data), (self.rxd.net,))
 
 
 class OverUart:
-    """The calls of a part that has a UART."""
+    """Mixin of parts with a UART: their calls."""
 
     uart: HostUart
 
     def rewired(self) -> None:
-        """Start to listen."""
+        """Start to receive."""
         self.uart.listen()
 
     @property
@@ -244,7 +244,7 @@ class OverUart:
 
     @from_outside
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Change rate and format, whatever those of the other end are.
+        """Change rate and format, without regard to the other end.
 
         Args:
             baud: the rate, such as 9600 or "37.5"; sixteen times the rate must be whole hertz.
@@ -253,13 +253,13 @@ class OverUart:
             stop: the number of stop bits: 1, "1.5" or 2.
 
         Raises:
-            UsageError: another rate or format.
+            UsageError: the rate or format is not allowed.
         """
         self.uart.change_line(baud, bits, parity, stop)
 
     @from_outside
     def opened_at(self, baud: int) -> None:
-        """Report a rate that a program has set on a port where it changes nothing, if on a cable it would."""
+        """Report a rate that a program has set on a port where it has no effect, if it would matter on a cable."""
         self.uart.opened_at(baud)
 
     @from_outside
@@ -271,7 +271,7 @@ class OverUart:
             fault: "parity", "framing" or "late": send every one of them with this fault.
 
         Raises:
-            UsageError: text that is not ASCII, neither text nor bytes, or another fault.
+            UsageError: the text is not ASCII, or neither text nor bytes; or the fault is unknown.
         """
         self.uart.write(data, fault)
 

@@ -1,7 +1,7 @@
-"""Noise on a serial line: characters that are lost, garbled, late, or come with a wrong parity or without stop bit.
+"""Noise on a serial line: characters that are lost, garbled, late, or have a wrong parity or no stop bit.
 
-A plan says what happens to the characters to come: to each of the next `count` ones, or, with a `chance` below 1, to
-each character with this chance until so many were hit.  Chance is seeded, so a plan is repeatable.
+A plan affects the characters to come: each of the next `count`, or, with a `chance` below 1, each character with this
+probability until `count` were hit.  The random numbers are seeded, so a plan is repeatable.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 
 from ...errors import UsageError
 
-KINDS = ("lost", "garbled", "parity", "framing")  # what noise on a wire can do
-LINKED = (*KINDS, "late")  # and what a link can
+KINDS = ("lost", "garbled", "parity", "framing")  # possible faults on a wire
+LINKED = (*KINDS, "late")  # and on a link
 WORD = (1 << 64) - 1
 
 
 class RandomSequence:
-    """A seeded sequence of chance (splitmix64)."""
+    """A seeded sequence of random numbers (splitmix64)."""
 
     def __init__(self, seed: int) -> None:
         self.state = seed & WORD
@@ -31,7 +31,7 @@ class RandomSequence:
 
 @dataclass
 class NoisePlan:
-    """What is to happen to characters: to so many of them, after some that pass, each with this chance."""
+    """A planned fault: characters to hit, characters that pass before, and the probability for each."""
 
     kind: str
     count: int
@@ -43,12 +43,12 @@ class NoisePlan:
         for name, least in (("count", 1), ("after", 0)):
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:
-                raise UsageError(f"{name} {value!r}; allowed {least} and more characters")
+                raise UsageError(f"{name} {value!r}; allowed {least} or more characters")
         if not isinstance(self.chance, (int, float)) or not 0 < self.chance <= 1:
             raise UsageError(f"chance {self.chance!r}; allowed above 0, up to 1")
 
     def strikes(self) -> bool:
-        """Return whether it hits the character that begins now."""
+        """Return whether the plan hits the character that begins now."""
         if self.after:
             self.after -= 1
             return False
@@ -59,20 +59,20 @@ class NoisePlan:
 
 
 class Noise:
-    """The noise in one direction of a line of so many data bits.
+    """The noise in one direction of a line with a given number of data bits.
 
     Args:
-        kinds: what it can do to a character.
-        spared: the number of a data bit that is never garbled, for example one to which a checksum is blind.
+        kinds: possible faults of a character.
+        spared: the number of a data bit that is never garbled, for example one that a checksum does not cover.
     """
 
     def __init__(self, bits: int, kinds: tuple[str, ...] = KINDS, spared: int | None = None) -> None:
         self.bits, self.spared = bits, bits if spared is None else spared
         self.plans: list[NoisePlan] = []
-        self.done = dict.fromkeys(kinds, 0)  # how many characters were hit
+        self.done = dict.fromkeys(kinds, 0)  # number of characters hit
 
     def plan(self, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
-        """Plan what is to happen to the next characters; plans queue up."""
+        """Plan faults of the next characters; plans queue up."""
         if kind not in self.done:
             raise UsageError(f"fault {kind!r}; allowed {', '.join(self.done)}")
         if not isinstance(seed, int):
@@ -84,7 +84,7 @@ class Noise:
         self.plans.clear()
 
     def strike(self) -> tuple[str, int]:
-        """Return what happens to the character that begins now ("": nothing), and to which of its data bits."""
+        """Return the fault of the character that begins now ("": none), and which of its data bits it affects."""
         if not self.plans:
             return "", 0
         plan = self.plans[0]
@@ -97,7 +97,7 @@ class Noise:
         return plan.kind, bit + (bit >= self.spared)
 
     def hit(self, byte: int) -> tuple[int | None, str]:
-        """Return what comes out of a character (None: nothing), and the fault of its frame, if any."""
+        """Return the received byte for a sent one (None: none), and the fault of its frame, if any."""
         kind, bit = self.strike()
         if kind == "lost":
             return None, ""

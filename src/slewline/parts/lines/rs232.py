@@ -25,7 +25,7 @@ class SerialPort(OverUart, Part):
     options = (
         BAUD,
         *word_options(7, "odd", 2),
-        Option("ttl", "bool", False, "TTL levels (mark is 1) instead of RS-232 ones"),
+        Option("ttl", "bool", False, "TTL levels (mark is 1) instead of RS-232 levels"),
     )
 
     def __init__(
@@ -37,15 +37,15 @@ class SerialPort(OverUart, Part):
 
     @property
     def idle(self) -> bool:
-        """Is nothing to be sent?"""
+        """Whether nothing is to be sent."""
         return self.uart.idle
 
     @property
     def waiting(self) -> str:
-        """What the port waits for, in words."""
+        """Event or condition that the port waits for."""
         return super().waiting if self.idle else self.uart.waiting
 
     @from_outside
     def drop(self) -> None:
-        """Forget what is to be sent, except what is on the line already."""
+        """Drop the queued characters, except those already on the line."""
         self.uart.drop("drop")

@@ -1,10 +1,10 @@
-r"""An RS-232 line with faults, between the connector of a host and that of a module, or of several.
+r"""An RS-232 line with faults, between the connector of a host and one or more modules.
 
 host   txd --> host_txd | line | txd --> rxd   module
        rxd <-- host_rxd |      | rxd <-- txd
 
-Edges pass without delay.  The line counts characters, so it must know their rate and format; a fault bends the level of
-some bits of one character:
+Edges pass without delay.  The line counts characters, so it must have their rate and format; a fault changes the level
+of some bits of one character:
 
     mark   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop | stop ‾‾‾‾‾
                |<------------------- lost: mark -------------------->|
@@ -27,22 +27,22 @@ from ..base.part import Part
 from .noise import Noise
 
 MARK, SPACE = RS232, 1 - RS232
-INVERTED = 2  # what a window does to the level; MARK and SPACE hold it
+INVERTED = 2  # effects of a window on the level; MARK and SPACE fix it
 WAYS = ("to_module", "to_host")
 
 
 class LineDirection:
-    """One direction of a line.  A window (from, to, what it does) bends what passes."""
+    """One direction of a line.  A window (from, to, effect) changes the levels in it."""
 
     def __init__(self, source: Terminal, driver: Driver, clock: Clock, word: CharacterFormat) -> None:
         self.source, self.driver, self.kernel = source, driver, driver.kernel
         self.clock, self.word, self.noise = clock, word, Noise(word.bits)
         self.windows: list[tuple[int, int, int]] = []
-        self.free_ps = 0  # from here on a space is the start bit of another character
+        self.free_ps = 0  # from here on a space is the start bit of the next character
         self.characters = 0
 
     def changed(self, net: Net) -> None:
-        """Pass an edge on; a character may begin with it."""
+        """Pass on an edge; a character may begin with it."""
         now = self.kernel.now
         if net.level == SPACE and now >= self.free_ps:
             self.characters += 1
@@ -64,17 +64,17 @@ class LineDirection:
         self.bend(start, end, does)
 
     def bend(self, start: int, stop: int, does: int) -> None:
-        """Bend what passes at start <= t < stop."""
+        """Change the levels at start <= t < stop."""
         self.windows.append((start, stop, does))
         for ps in (start, stop):
             self.kernel.call_at(ps, self._after_edges)
 
     def _after_edges(self) -> None:
-        """The edges of this instant are seen in the next round: put it all together then, or a spike would pass."""
+        """Pass on the level in the next round, after all edges of this instant; earlier, a spike could pass."""
         self.kernel.call_at(self.kernel.now, self.put)
 
     def put(self) -> None:
-        """Pass the level on."""
+        """Pass on the level."""
         now = self.kernel.now
         self.windows = [window for window in self.windows if now < window[1]]
         level = int(self.source.level == SPACE)
@@ -108,27 +108,27 @@ class Rs232Line(Part):
         }
 
     def rewired(self) -> None:
-        """Start to watch both sides."""
+        """Start to follow both sides."""
         for way in self._ways.values():
             way.source.net.watch(way.changed)
             way.changed(way.source.net)
 
     def way(self, name: str) -> LineDirection:
-        """One direction: "to_module" or "to_host"."""
+        """Return one direction: "to_module" or "to_host"."""
         if name not in self._ways:
             raise UsageError(f"{self.name}: way {name!r}; allowed {', '.join(WAYS)}")
         return self._ways[name]
 
     @from_outside
     def plan(self, way: str, kind: str, count: int = 1, chance: float = 1, seed: int = 0, after: int = 0) -> None:
-        """Plan what is to happen to characters that are still to begin; plans queue up.
+        """Plan faults of future characters; plans queue up.
 
         Args:
             way: "to_module" or "to_host".
             kind: "lost", "garbled" (a data bit inverted), "parity" or "framing".
-            count: how many characters it hits.
-            chance: of each character to be hit, until so many were; drawn from `seed`.
-            after: how many characters pass before.
+            count: number of characters with the fault.
+            chance: probability of each character to be hit, until `count` were; drawn from `seed`.
+            after: number of characters that pass before.
         """
         if kind == "parity" and self._word.parity == "none":
             raise UsageError(f"{self.name}: fault 'parity'; {self._word} has no parity bit")
@@ -137,14 +137,14 @@ class Rs232Line(Part):
 
     @from_outside
     def send_break(self, way: str, duration: Time) -> None:
-        """Hold a direction at space from now on, for a time."""
+        """Hold one direction at space from now on, for a duration."""
         now, ps = self.kernel.now, picoseconds(duration)
         self.input("send_break", way, f"{ps} ps")
         self.way(way).bend(now, now + ps, SPACE)
 
     @from_outside
     def clear(self) -> None:
-        """Plan no more faults; characters that have begun keep theirs."""
+        """Cancel all planned faults; characters that have begun keep theirs."""
         self.input("clear")
         for way in self._ways.values():
             way.noise.clear()

@@ -2,12 +2,12 @@ r"""A serial line into the parallel port (s.10, fig. 10.16): the sender of a hos
 
     line   ‾‾‾‾\_____/  d0 |  d1 | ... |  dn | parity | stop ‾‾‾‾‾       TTL levels, idle high, lowest bit first
                start  ^     ^           ^      ^         ^
-                      the UART looks in the middle of each bit, on a clock of sixteen times the baud rate
+                      the UART samples in the middle of each bit, on a clock of sixteen times the baud rate
 
     DAV, inverted -> I/O REQUEST     INSTROBE -> RDE: low puts the byte on the bus     READY -> RDAV: low clears DAV
 
-RDAV is a level: while READY is low, DAV cannot be set, and a character that is complete by then is lost.  The link has
-no way to stop the host; it must pause by itself around motions, delays and waits.
+RDAV is a level: while READY is low, DAV cannot be set, and a character that is complete by then is lost.  The link
+cannot stop the host, which must pause by itself around motions, delays and waits.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ GENERATOR = MappingProxyType(
 
 
 class SerialSender(Part):
-    """The serial output of a host: it sends without any handshake."""
+    """The serial output of a host, without any handshake."""
 
     _for_users = ("send", "pause")
     wiring = MappingProxyType({"txd": "serial_in"})
     options = (
         BAUD,
         *word_options(8, "none", 1),
-        Option("gap", "time", 0, "what the host pauses after each character"),
+        Option("gap", "time", 0, "pause of the host after each character"),
     )
 
     def __init__(
@@ -64,7 +64,7 @@ class SerialSender(Part):
 
     @from_outside
     def send(self, data: Data) -> None:
-        """Queue characters; they go out one after the other."""
+        """Queue characters; they are sent one after the other."""
         data = as_bytes(self.name, data)
         self.input("send", data)
         for byte in data:
@@ -72,7 +72,7 @@ class SerialSender(Part):
 
     @from_outside
     def pause(self, time: Time) -> None:
-        """Queue a pause: the host gives the chip time."""
+        """Queue a pause, to leave the chip time."""
         ps = picoseconds(time)
         self.input("pause", f"{ps} ps")
 
@@ -116,23 +116,23 @@ class Uart(Part):
         self._receiver: Receiver | None = None
 
     def rewired(self) -> None:
-        """Start to listen, and to watch the pins of the parallel side."""
+        """Start to receive, and to follow the pins of the parallel side."""
         self.pin("rdav").net.watch(lambda net: self._set(False) if net.level == 0 else None)
         self.pin("rde").net.watch(lambda _: self._put())
         self.kernel.spawn(self._receive, name=self.name)
 
     @property
     def set_by(self) -> str:
-        """What has set rate and format, in words."""
+        """Description of the setting of rate and format, such as its straps."""
         return "its options baud, bits, parity, stop"
 
     def instead(self, baud: int | str) -> str:
-        """Return what would let it listen at another rate; empty: nothing."""
+        """Return the setting for another rate, in words; empty: there is none."""
         return f"the option baud={baud!r}" if baud in GENERATOR else ""
 
     @property
     def idle(self) -> bool:
-        """No character is coming in."""
+        """Whether no character is being received."""
         return self._receiver is None or not self._receiver.receiving
 
     @property
@@ -173,7 +173,7 @@ class Uart(Part):
                 "oe",
                 self._available,
                 "uart-overrun",
-                f"{byte:#04x} came before {self.held:#04x} was taken: {self.held:#04x} is lost",
+                f"{byte:#04x} came before {self.held:#04x} was read: {self.held:#04x} is lost",
             ),
         ):
             self.drivers[flag].drive(int(wrong))

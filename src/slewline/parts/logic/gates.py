@@ -1,6 +1,6 @@
-"""Gates, delay lines and latches of the 74 series.  Gates are without delay; an open input reads high, as in TTL.
+"""Gates, delay lines and latches of the 74 series.  Gates have no delay; an open input reads high, as in TTL.
 
-What a gate shows follows from what its inputs promise (core/wires/views.py), so it makes no events of its own.
+The output of a gate follows from the promises of its inputs (core/wires/views.py), so it makes no events of its own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ...core.wires.wave import Level, Promise, alike, promised
 from ..base.follower import Follower, Stateless, start_rule
 from ..base.part import Part
 
-HIGH = (0, 1)  # what an input reads
+HIGH = (0, 1)  # level that an input reads
 FUNCTIONS: Mapping[str, Callable[[Iterable[bool]], bool]] = MappingProxyType({  # the output by the inputs, True: high
     "and": all,
     "or": any,
@@ -34,13 +34,13 @@ class Gate(Part):
     """A gate with inputs in1, in2 ... and the output out.
 
     Args:
-        function: what the output follows from: "and", "or", "nand" or "nor".
-        inputs: how many, 1 to 8 (a 7430 has eight).
+        function: "and", "or", "nand" or "nor".
+        inputs: their number, 1 to 8 (a 7430 has eight).
     """
 
     options = (
-        Option("function", "choice", ..., "what the output follows from", choices=tuple(FUNCTIONS)),
-        Option("inputs", "int", 2, "how many inputs: in1, in2 ...", low=1, high=8),
+        Option("function", "choice", ..., "logic function of the output", choices=tuple(FUNCTIONS)),
+        Option("inputs", "int", 2, "number of inputs: in1, in2 ...", low=1, high=8),
     )
     rewired = start_rule
 
@@ -56,20 +56,20 @@ class Gate(Part):
 
 
 class WireInverter(Part):
-    """The inverter of `bench.wire(a, b, invert=True)`: one net drives another; what floats is passed on."""
+    """The inverter of `bench.wire(a, b, invert=True)`: one net drives another; a floating net floats on both sides."""
 
     rewired = start_rule
 
     def __init__(self, kernel: Kernel, name: str, source: Net, driven: Net) -> None:
         super().__init__(kernel, name)
         self.pins["in"] = Terminal(name, Pin(1, "in", "in", "input"), source)
-        self.pins["out"] = Terminal(name, Pin(2, "out", "out", "the other level"), driven)
+        self.pins["out"] = Terminal(name, Pin(2, "out", "out", "the inverted level"), driven)
         self.drivers["out"] = Driver(driven, name)
         self.rule = Stateless(self, ("in",), {"out": lambda shown: inverted(shown[0])})
 
 
 class Delay(Part):
-    """A delay line: the output does what the input did, later; nothing is swallowed, however short it is.
+    """A delay line: the output repeats the input later, including the shortest pulses.
 
     Args:
         delay: 1 ps and more.
@@ -81,19 +81,19 @@ class Delay(Part):
         super().__init__(kernel, name)
         self._delay_ps = picoseconds(delay)
         self.add_pin("in", "in", "input")
-        self.add_pin("out", "out", "the input, later")
+        self.add_pin("out", "out", "the input, delayed")
         self._shown: Promise | Level = None
-        self._pieces: list[tuple[int, Promise | Level]] = []  # what the input has shown, as far back as it matters
+        self._pieces: list[tuple[int, Promise | Level]] = []  # past of the input, as far back as needed
         self._wired_ps = 0  # when the part was wired
         self.rule = Follower(self, ("in",), schedule=self._promise, react=self._drive, delay_ps=self._delay_ps)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self._wired_ps = self.kernel.now
         self.rule.start()
 
     def _promise(self) -> None:
-        """Promise what the output shows from now on."""
+        """Promise the output from now on."""
         driver, shown = self.drivers["out"], self.rule.shown("in")
         if self._pieces and not self.rule.withdrawn and alike(shown, self._shown):
             if driver.promise is not None:
@@ -107,7 +107,7 @@ class Delay(Part):
         self._follow(int(self.high("in")))
 
     def _follow(self, shown: Promise | Level) -> None:
-        """The input shows something else from now on."""
+        """Follow a new promise or level of the input from now on."""
         now = self.kernel.now
         if not self._pieces or (now == self._wired_ps and not self.rule.edge_driven):  # the circuit is coming to rest
             self._pieces = [(now - self._delay_ps, shown.level(now) if promised(shown) else shown)]
@@ -132,7 +132,7 @@ class Latch8(Part):
         self._held = 0xFF
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for name in ("d", "enable", "output_enable"):
             self.pin(name).net.watch(self._react)
         self._react()

@@ -18,13 +18,13 @@ OR = (0, 1, 1, 1)
 
 
 class PositionLatch(Part):
-    """Two 74LS373 that catch the position which a chip puts out while stepping (s.6).
+    """Two 74LS373 that latch the position that a chip outputs while stepping (s.6).
 
         enable of the high byte = OUTSTROBE low and pin 37 high        (NOR gates)
         enable of the low byte  = OUTSTROBE low and pin 37 low
 
-    A latch is transparent while enabled and keeps what is on the bus when OUTSTROBE rises.  Later the host pulls
-    `read_high` or `read_low` low and finds the byte on the same bus; the chip is in high impedance then.  The strobes
+    A latch is transparent while enabled and keeps the byte on the bus when OUTSTROBE rises.  Later the host pulls
+    `read_high` or `read_low` low and reads the byte from the same bus; the chip is in high impedance then.  The strobes
     of a verify read-out pass through the same gates.
     """
 
@@ -41,7 +41,7 @@ class PositionLatch(Part):
         self.high_byte = self.low_byte = 0xFF
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for name in ("db", "outstrobe", "motion_complete"):
             self.pin(name).net.watch(self._latch)
         for name in ("read_high", "read_low"):
@@ -64,15 +64,15 @@ class PositionLatch(Part):
 
     @property
     def position(self) -> int:
-        """What the two latches hold."""
+        """Position in the two latches."""
         return self.high_byte << 8 | self.low_byte
 
 
 class PhaseLatch(Part):
-    """A latch between phase pins and motor, clocked by the rise of PULSE (s.4).
+    """A latch between phase pins and motor, clocked by the rising edge of PULSE (s.4).
 
     It keeps the coils energised when I or RESET switches the phase pins off without a PULSE.  `off` high switches all
-    coils off, whatever the latch holds.  Low energises, as on the chip.
+    coils off, without regard to the latch.  Low energises, as on the chip.
     """
 
     _for_users = ("held",)
@@ -86,7 +86,7 @@ class PhaseLatch(Part):
         for n in (1, 2, 3, 4):
             self.add_pin(f"phase{n}", "in", f"phase {n} from the chip", pull=1, active=0)
             self.add_pin(f"coil{n}", "out", f"phase {n} to the motor", initial=1, role=f"phase{n}", active=0)
-        self._coils = [Sampled(NoEvents(), 1, 1) for _ in range(4)]  # what the latch holds, and will
+        self._coils = [Sampled(NoEvents(), 1, 1) for _ in range(4)]  # present and future content of the latch
         inputs = ("pulse", "off", *(f"phase{n}" for n in (1, 2, 3, 4)))
         self.rule = Clocked(
             self, inputs, clock="pulse", edge=1, advance=self._advance, step=self._step, follow=self._follow
@@ -94,7 +94,7 @@ class PhaseLatch(Part):
 
     @property
     def held(self) -> tuple[int, ...]:
-        """What the latch holds, phases 1 to 4."""
+        """Content of the latch, phases 1 to 4."""
         if self.rule.due:
             return self._read()
         return tuple(int(coil.level(self.kernel.seen)) for coil in self._coils)
@@ -104,11 +104,11 @@ class PhaseLatch(Part):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _advance(self, ps: int) -> None:
-        """Take the steps up to an instant (ps)."""
+        """Process the steps up to an instant (ps)."""
         self._hold(int(coil.level(ps)) for coil in self._coils)
 
     def _step(self) -> None:
-        """Take the step whose edge comes at this instant."""
+        """Process the step whose edge comes at this instant."""
         self._hold(self._read())
 
     def _hold(self, levels: Iterable[int]) -> None:

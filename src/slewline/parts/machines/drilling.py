@@ -3,7 +3,7 @@
     bar unit     UO2 -> UI2 of the drill unit   drill now        UO1 -> blade
     drill unit   UO1 -> UI2 of the bar unit     hole is done     UO2 -> motor of the drill
 
-Bar and drill meet in one net, `bit`, which is high while the drill is in the bar.
+The net `bit` joins bar and drill; it is high while the drill is in the bar.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SHOWN = 200  # holes
 
 @dataclass(frozen=True, slots=True)
 class CutPiece:
-    """What was cut off a bar: where its holes are, and how long it is, steps from its end."""
+    """A piece cut off a bar: the positions of its holes, and its length, in steps from its end."""
 
     holes: tuple[int, ...]
     length: int
@@ -36,7 +36,7 @@ class CutPiece:
 
 
 class Bar(Part):
-    """A bar that CLOCK and DIR feed under drill and blade; each rise of `bit` makes a hole, of `blade` a cut."""
+    """A bar that CLOCK and DIR feed under drill and blade; a rising edge of `bit` makes a hole, of `blade` a cut."""
 
     _for_users = ("position", "holes", "pieces")
     wiring = MappingProxyType({**STEP_WIRING, "blade": "output1"})
@@ -60,11 +60,11 @@ class Bar(Part):
         return self.drive.position - self._cut_at
 
     def shows(self) -> dict[str, Any]:
-        """Return how far the bar is, in steps, where its last holes are, and how many pieces were cut off."""
+        """Return the position of the bar and of its last holes, in steps, and the number of pieces cut off."""
         return {"position": self.position, "spots": self.holes[-SHOWN:], "pieces": len(self.pieces)}
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.drive.rule.start()
         self.pin("bit").net.watch(self._drilled)
         self.pin("blade").net.watch(self._cut)
@@ -82,9 +82,9 @@ class Bar(Part):
             self._cut_at += self.position
 
     def catch_up(self) -> None:
-        """Work off what has happened up to the last committed instant."""
+        """Process the motion up to the last committed instant."""
         for ps, place, _ in self._held.steps():
-            self.finding("bit-broken", f"the bar leaves {place - self._cut_at} with the drill in it", ps)
+            self.finding("bit-broken", f"the bar moves from {place - self._cut_at} with the drill in it", ps)
 
 
 class Drill(Part):
@@ -108,15 +108,15 @@ class Drill(Part):
 
     @property
     def position(self) -> int:
-        """Steps clockwise since the beginning."""
+        """Steps clockwise since the start."""
         return self.drive.position
 
     def shows(self) -> dict[str, Any]:
-        """Return where the drill is, in steps."""
+        """Return the position of the drill, in steps."""
         return {"position": self.position}
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.drive.rule.start()
         self._bit.rewired()
         motor = self.pin("motor").net
@@ -124,7 +124,7 @@ class Drill(Part):
         self._held.hold(motor.level == 0)
 
     def catch_up(self) -> None:
-        """Work off what has happened up to the last committed instant."""
+        """Process the motion up to the last committed instant."""
         for ps, _, place in self._held.steps():
             if place > self.gap:
-                self.finding("drill-stands", f"the drill is {place - self.gap} steps in the bar and does not turn", ps)
+                self.finding("drill-stands", f"the drill is {place - self.gap} steps in the bar but does not turn", ps)

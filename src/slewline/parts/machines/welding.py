@@ -1,4 +1,4 @@
-"""The welding machine of section 4: workpieces that come and go, and a carriage with a torch."""
+"""The welding machine of section 4: workpieces, and a carriage with a torch."""
 
 from __future__ import annotations
 
@@ -19,31 +19,31 @@ SHOWN = 200  # spots
 
 
 class Workpieces(Part):
-    """Workpieces come to the machine one by one and leave after their last weld.
+    """Workpieces that come to the machine one by one and leave after their last weld.
 
-    `in_place` is high while one lies ready; `last` is low as long as another one is to come.
+    `in_place` is high while one is ready; `last` is low as long as another one is to come.
     """
 
     _for_users = ("pieces", "welds", "left", "finished")
     wiring = MappingProxyType({"in_place": "input1", "last": "input2", "torch": "output1"})
 
     options = (
-        Option("pieces", "int", 3, "how many workpieces there are", low=0),
-        Option("welds", "int", 6, "falls of `torch` that a workpiece needs", low=1),
-        Option("change", "time", "1 s", "from the beginning, or the leaving of one workpiece, to the next one"),
+        Option("pieces", "int", 3, "number of workpieces", low=0),
+        Option("welds", "int", 6, "welds (falling edges of `torch`) per workpiece", low=1),
+        Option("change", "time", "1 s", "from the start, or the departure of a workpiece, to the next one"),
     )
 
     def __init__(self, kernel: Kernel, name: str, *, pieces: int, welds: int, change: Time) -> None:
         super().__init__(kernel, name)
         self.pieces, self.welds, self._change_ps = pieces, welds, picoseconds(change)
-        self.add_pin("in_place", "out", "high: a workpiece lies ready", initial=0)
+        self.add_pin("in_place", "out", "high: a workpiece is ready", initial=0)
         self.add_pin("last", "out", "low: another one is to come", initial=int(pieces == 0))
         self.add_pin("torch", "in", "a weld is done when it falls", pull=1)
         self.finished = 0
         self.left = 0  # welds that the workpiece in place still needs
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.pin("torch").net.watch(self._welded)
         self._next()
 
@@ -65,18 +65,18 @@ class Workpieces(Part):
                 self._next()
 
     def shows(self) -> dict[str, Any]:
-        """Return how many workpieces there are, how many are finished, and what the one in place still needs."""
+        """Return the number of workpieces, the number finished, and the welds that the one in place still needs."""
         return {"pieces": self.pieces, "finished": self.finished, "left": self.left}
 
     @property
     def waiting(self) -> str:
-        """What the part waits for."""
+        """Event or condition that the part waits for."""
         return f"{self.name}: {self.finished} of {self.pieces} finished"
 
 
 @dataclass(frozen=True, slots=True)
 class Weld:
-    """A weld: where, from when, for how long."""
+    """A weld: position, start and duration."""
 
     position: int
     start_ps: int
@@ -104,18 +104,18 @@ class Welder(Part):
         self._held = InterlockMonitor(self, self.shaft)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         self.drive.rule.start()
         self.pin("torch").net.watch(self._torch)
         self._torch(self.pin("torch").net)
 
     @property
     def position(self) -> int:
-        """Steps clockwise since the beginning."""
+        """Steps clockwise since the start."""
         return self.drive.position
 
     def shows(self) -> dict[str, Any]:
-        """Return where the torch is, in steps, where its last spots are, and whether it burns."""
+        """Return the position of the torch and of its last spots, in steps, and whether the torch burns."""
         spots = [spot.position for spot in self.spots[-SHOWN:]]
         return {"position": self.position, "spots": spots, "lit": self.lit is not None}
 
@@ -130,6 +130,6 @@ class Welder(Part):
             self.lit = None
 
     def catch_up(self) -> None:
-        """Work off what has happened up to the last committed instant."""
+        """Process the motion up to the last committed instant."""
         for ps, place, _ in self._held.steps():
-            self.finding("smeared", f"the carriage leaves {place} with the torch on", ps)
+            self.finding("smeared", f"the carriage moves from {place} with the torch on", ps)

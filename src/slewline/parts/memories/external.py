@@ -1,12 +1,12 @@
-r"""What a chip reads and writes on a bus of its own: an address latch, and an output that a strobe enables.
+r"""The local bus of a chip: an address latch, and an output that a strobe enables.
 
-select  ----\____________________________/----    its fall latches the byte on the bus as a high address
-ale     _________/--\_______________________      its fall latches the byte on the bus as a low address
-wr      -----------------\____/-------------      its rise: the byte on the bus is taken, by parts that can be written
-rd      -----------------\________/---------      low: what the address selects is on the bus
+select  ----\____________________________/----    falling: latches the byte on the bus as a high address
+ale     _________/--\_______________________      falling: latches the byte on the bus as a low address
+wr      -----------------\____/-------------      rising: the byte on the bus is written, to writable parts
+rd      -----------------\________/---------      low: the addressed byte is on the bus
 db      ==========|= low =|== data ==|
 
-The latch (a 74LS373) follows whichever part is selected: one may serve memory, display and switches.
+The latch (a 74LS373) follows whichever part is selected: one latch may serve memory, display and switches.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ class HasBus(Protocol):
 
 
 def start_bus(self: HasBus) -> None:
-    """Watch the pins from now on: the part is wired."""
+    """Start to follow the pins, now that the part is wired."""
     self._bus.start()
 
 
 class BusInterface:
-    """The pins of a part on the local bus, its address latches, and what it drives.
+    """The pins of a part on the local bus, its address latches, and its bus driver.
 
     Args:
         part: gets the pins.
-        selects: what a low `select` means.
-        read: returns the byte at the address, 0 to 255; None: nothing is at this address, and the bus floats.
-        write: takes a byte at the address; None: the part cannot be written.
-        on_latch: called when `ale` has changed, its fall having latched the low byte of an address.
-        on_select: called when `select` has changed, before the part drives the bus, or lets go of it.
+        selects: the meaning of a low `select`.
+        read: returns the byte at the address, 0 to 255; None: no byte at this address, and the bus floats.
+        write: receives a byte for the address; None: the part cannot be written.
+        on_latch: called when `ale` has changed; its falling edge has latched the low byte of an address.
+        on_select: called when `select` has changed, before the part drives or releases the bus.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class BusInterface:
         self.high = self.low = ERASED  # in the address latches
         part.add_bus("db", "address, then data")
         part.add_pin("select", "in", selects, pull=1, active=0)
-        part.add_pin("ale", "in", "its fall latches the low byte of the address", pull=0, active=1)
+        part.add_pin("ale", "in", "falling: latches the low byte of the address", pull=0, active=1)
         part.add_pin("rd", "in", "low, while selected: the part drives the bus", pull=1, active=0)
         self.watches: list[tuple[Net, Callable[[Net], object]]] = [
             (part.net("select"), self._select),
@@ -70,39 +70,39 @@ class BusInterface:
             (part.net("rd"), self.show),
         ]
         if write is not None:
-            part.add_pin("wr", "in", "its rise, while selected: the byte on the bus is taken", pull=1, active=0)
+            part.add_pin("wr", "in", "rising, while selected: the byte on the bus is written", pull=1, active=0)
             self.watches.append((part.net("wr"), self._take))
         self.driver = part.drivers["db"]
 
     def start(self) -> None:
-        """Watch the pins from now on: the part is wired."""
+        """Start to follow the pins, now that the part is wired."""
         for net, observer in self.watches:
             net.watch(observer)
         self.part.net("ale").ends = (self,)
 
     def changes(self) -> None:
-        """Take notice that what the part holds is about to change: an exchange in progress has what it held so far."""
+        """Prepare for a change of the content: an exchange in progress uses the content before it."""
         if (exchange := self.part.net("db").exchange) is not None:
             exchange.withdraw()
 
     @property
     def by_address(self) -> bool:
-        """Does all that the part does follow from the address in its latches?"""
+        """Whether the part's behaviour follows from the latched address alone."""
         return self._on_latch is None and self._on_select is None
 
     @property
     def select(self) -> Net:
-        """The net that selects the part."""
+        """Net that selects the part."""
         return self.part.net("select")
 
     @property
     def address(self) -> int:
-        """What is in the two address latches, 0 to 65535."""
+        """Address in the two latches, 0 to 65535."""
         return self.high << 8 | self.low
 
     @property
     def selected(self) -> bool:
-        """Is the part selected?"""
+        """Whether the part is selected."""
         return self.select.is_active
 
     def _latch(self, net: Net) -> None:
@@ -120,7 +120,7 @@ class BusInterface:
         self.show()
 
     def show(self, _net: Net | None = None) -> None:
-        """Drive the bus, or let go of it."""
+        """Drive the bus, or release it."""
         byte = self.read() if self.selected and self.part.net("rd").is_active else None
         self.part.drivers["db"].drive(None if byte is None else (0xFF, byte))
 

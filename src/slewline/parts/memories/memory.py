@@ -1,12 +1,12 @@
 r"""External memory with its two address latches: RAM, EEPROM or EPROM of up to 64K bytes.
 
-select  ----\____________________________/----    its fall latches the high byte of the address, and it enables
-ale     _________/--\_______________________      its fall latches the low byte
-wr      -----------------\____/-------------      its rise: the byte on the bus is taken
-rd      -----------------\________/---------      low: the byte at the address stands on the bus
+select  ----\____________________________/----    falling: latches the high byte of the address; low: enables
+ale     _________/--\_______________________      falling: latches the low byte
+wr      -----------------\____/-------------      rising: the byte on the bus is written
+rd      -----------------\________/---------      low: the byte at the address is on the bus
 db      == high ==|= low =|== data ==|
 
-A part of less than 64K has fewer address lines: what lies above is a mirror of it.
+A part of less than 64K has fewer address lines: higher addresses mirror its contents.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from ..base.part import Part
 from ..base.written_data import Data, as_bytes
 from .external import WRITE_WIRING, BusInterface, start_bus
 
-POLLED = 0x80  # what a read shows inverted while a byte is being written
+POLLED = 0x80  # bit that reads inverted while a byte is being written
 MEMORY_WIRING = MappingProxyType({**WRITE_WIRING, "select": "memory_select"})
 OF_ALL = (
     Option("size", "choice", None, "bytes; None: as long as the image, else 65536", choices=SIZES, none=True),
-    Option("image", "bytes", b"", "what it holds from address 0 on; the rest is FF"),
+    Option("image", "bytes", b"", "content from address 0 on; the rest is FF"),
 )
 
 
 class MemoryCore:
-    """The bytes of a memory, and its side of the bus.
+    """The bytes of a memory, and its bus interface.
 
     Args:
         part: gets the pins.
-        size: bytes; None: that of the image if there is such a part, else 65536.
-        image: what it holds from address 0 on; the rest is FF.
+        size: bytes; None: that of the image if such a part exists, else 65536.
+        image: initial content from address 0 on; the rest is FF.
         read: returns the byte at the address.
-        write: takes a byte at the address.
+        write: receives a byte for the address.
 
     Raises:
         UsageError: the image does not fit.
@@ -50,7 +50,7 @@ class MemoryCore:
     def __init__(
         self, part: Part, size: int | None, image: Data, read: Callable[[], int], write: Callable[[int], None]
     ) -> None:
-        self.bus = BusInterface(part, "low: selected; its fall latches the high byte of the address", read, write)
+        self.bus = BusInterface(part, "low: selected; falling: latches the high byte of the address", read, write)
         data = as_bytes(part.name, image)
         self.name, self.size = part.name, size or size_of(data)
         self._check(0, data)
@@ -61,7 +61,7 @@ class MemoryCore:
             raise UsageError(f"{self.name}: {len(data)} bytes from address {at} on; the part has {self.size}")
 
     def checked(self, image: Data, at: int) -> bytes:
-        """Return the bytes of an image that is to be put at an address.
+        """Return the bytes of an image that is to be stored at an address.
 
         Raises:
             UsageError: it does not fit.
@@ -73,12 +73,12 @@ class MemoryCore:
 
     @property
     def address(self) -> int:
-        """What is addressed, of a small part without the lines that it does not have."""
+        """Present address; a small part ignores the lines that it does not have."""
         return self.bus.address % self.size
 
     @property
     def byte(self) -> int:
-        """The byte at the address."""
+        """Byte at the address."""
         return self.bytes[self.address]
 
 
@@ -87,8 +87,8 @@ class Ram(Part):
 
     Args:
         writable: the chip can write it.
-        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
-        image: what it holds from address 0 on; the rest is FF, where a real RAM would hold anything.
+        size: bytes, a power of two from 2048 to 65536; None: that of the image if such a part exists, else 65536.
+        image: initial content from address 0 on; the rest is FF, where a real RAM has random bytes.
     """
 
     _for_users = ("content", "load", "size")
@@ -107,16 +107,16 @@ class Ram(Part):
 
     @property
     def content(self) -> bytes:
-        """What the memory holds, from address 0 on."""
+        """Bytes of the memory, from address 0 on."""
         return bytes(self._core.bytes)
 
     @content.setter
     def content(self, image: object) -> None:
-        raise NoSuchAttribute(f"{self.name}: content cannot be set; write {self.name}.load(image)")
+        raise NoSuchAttribute(f"{self.name}: content cannot be set; use {self.name}.load(image)")
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
-        """Put an image into the memory, as a programmer does with a part that is out of its socket.
+        """Write an image into the memory, as a programmer does with a part out of its socket.
 
         Args:
             image: bytes, or text.
@@ -134,7 +134,7 @@ class Ram(Part):
         self._core.bytes[self._core.address] = byte
 
     def _refuse(self, byte: int) -> None:
-        """Take nothing, and report that the first time."""
+        """Ignore the byte, and report the first attempt to write."""
         if not self._told:
             self._told = True
             text = (
@@ -146,16 +146,16 @@ class Ram(Part):
 class Eeprom(Part):
     """An EEPROM of up to 64K bytes on the bus of a chip.
 
-    It takes `write_time` for a byte, and meanwhile any read shows that byte with bit 7 inverted (data polling).  What
-    has been written is flushed to the store `flush` after the first byte that has not been: a flush waits for the disk,
-    some milliseconds, about as long as the part takes for a single byte.
+    Writing a byte takes `write_time`; meanwhile a read returns that byte with bit 7 inverted (data polling).  Written
+    bytes are flushed to the store `flush` after the first unsaved one: a flush waits for the disk, for some
+    milliseconds, about as long as the part takes for a single byte.
 
     Args:
-        size: bytes, a power of two from 2048 to 65536; None: that of the image if there is such a part, else 65536.
-        image: what it holds from address 0 on, if the store holds nothing; the rest is FF.
+        size: bytes, a power of two from 2048 to 65536; None: that of the image if such a part exists, else 65536.
+        image: initial content from address 0 on, if the store is empty; the rest is FF.
         write_time: for a byte.
-        flush: how long a byte that has been written may wait for the store.
-        store: what keeps it without power.
+        flush: longest time from writing a byte to the store.
+        store: keeps the content without power.
     """
 
     _for_users = ("content", "load", "size", "store", "flush", "unsaved", "writing")
@@ -163,8 +163,8 @@ class Eeprom(Part):
     keeps = True
     options = (
         *OF_ALL,
-        Option("write_time", "time", "5 ms", "for a byte", low=1),
-        Option("flush", "time", "200 ms", "how long a byte that has been written may wait for the store", low=1),
+        Option("write_time", "time", "5 ms", "to write a byte", low=1),
+        Option("flush", "time", "200 ms", "longest wait of a written byte for the store", low=1),
         STORE,
     )
     rewired = start_bus
@@ -186,23 +186,23 @@ class Eeprom(Part):
         self._core = MemoryCore(self, size, image, self._shown, self._write)
         self._bus, self.size = self._core.bus, self._core.size
         if held and len(held) != self.size:
-            raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; give another store")
+            raise UsageError(f"{name}: the store holds {len(held)} bytes, the part has {self.size}; use another store")
         self._write_ps, self._flush_ps = picoseconds(write_time), picoseconds(flush)
         self.store = Memory() if store is None else store
         self._kept = BufferedStore(self.store, self.content)
         self._core.bytes = self._kept.content
-        self.writing: tuple[int, int] | None = None  # address and byte that it is at work on
-        self._writes = 0  # how many have begun, or have been given up
+        self.writing: tuple[int, int] | None = None  # address and byte being written
+        self._writes = 0  # number of writes begun or abandoned
         self._flushing = False
 
     @property
     def content(self) -> bytes:
-        """What the memory holds, from address 0 on."""
+        """Bytes of the memory, from address 0 on."""
         return bytes(self._core.bytes)
 
     @from_outside
     def load(self, image: Data, at: int = 0) -> None:
-        """Put an image into the memory from an address on, as `Ram.load`; it is kept at once."""
+        """Write an image into the memory from an address on, like `Ram.load`; it is stored immediately."""
         data = self._core.checked(image, at)
         self.input("load", data, at)
         self._bus.changes()
@@ -213,11 +213,11 @@ class Eeprom(Part):
         self.flush()
 
     def _shown(self) -> int:
-        """The byte at the address; while one is being written that one, with bit 7 inverted."""
+        """Return the byte at the address; while a byte is being written that byte, with bit 7 inverted."""
         return self._core.byte if self.writing is None else self.writing[1] ^ POLLED
 
     def _write(self, byte: int) -> None:
-        """Begin to write a byte, unless one is being written."""
+        """Begin to write a byte, unless another write is in progress."""
         address = self._core.address
         if self.writing is not None:
             busy = f"address {self.writing[0]:04X} is being written"
@@ -228,9 +228,9 @@ class Eeprom(Part):
         self.kernel.call_at(self.kernel.now + self._write_ps, lambda: self._written(number))
 
     def _written(self, number: int) -> None:
-        """A byte has been written."""
+        """Complete the write of a byte."""
         if self.writing is None or number != self._writes:
-            return  # a programmer has had the part meanwhile
+            return  # the part has been loaded by `load` meanwhile
         self._bus.changes()
         self._kept.put(*self.writing)
         self.writing = None
@@ -242,11 +242,11 @@ class Eeprom(Part):
     # ---------------------------------------------------------------------------------------------------------- store
     @property
     def unsaved(self) -> int:
-        """How many bytes have been written, and have not been flushed to the store."""
+        """Number of bytes written but not yet flushed to the store."""
         return len(self._kept.unsaved)
 
     def flush(self) -> None:
-        """Bring to the store what has been written; one that refuses is a finding, and gets it with the next flush."""
+        """Save the written bytes to the store; a failure is a finding, and the next flush tries again."""
         self._flushing = False
         try:
             if not self._kept.flush() and not self._flushing:
@@ -256,20 +256,20 @@ class Eeprom(Part):
             self.finding("not-kept", f"{self.unsaved} bytes of the memory are not saved: {error}")
 
     def leave(self) -> None:
-        """Flush: the bench is being closed."""
-        for _ in range(2):  # what the first one finds refused is tried once more
+        """Flush, because the bench is being closed."""
+        for _ in range(2):  # bytes that the first flush cannot save are tried once more
             self._kept.wait()
             if self.unsaved:
                 self.flush()
 
     @property
     def idle(self) -> bool:
-        """No byte is being written."""
+        """Whether no byte is being written."""
         return self.writing is None
 
     @property
     def waiting(self) -> str:
-        """What the part waits for."""
+        """Event or condition that the part waits for."""
         if self.writing is None:
             return super().waiting
         return f"{self.name}: writes address {self.writing[0]:04X}, which takes {readable(self._write_ps)}"

@@ -1,11 +1,11 @@
 """Commands from a PROM, without any host (s.10, fig. 10.18).
 
-    I/O REQUEST = NAND(READY, not at the end)        READY high asks for the byte, READY low takes the request back
+    I/O REQUEST = NAND(READY, not at the end)        READY high requests the byte, READY low ends the request
     address     = 74193 counters, clocked by the rise of I/O REQUEST, preset while `load` is low
     the end     = the byte FF on the bus (7430), or with `stop="address"` the address FF
 
-The counter listens to I/O REQUEST and not to READY: READY also falls in every motion of a stored program, and would
-carry the address past the end.
+The counter is clocked by I/O REQUEST and not by READY, because READY also falls in every motion of a stored program and
+would advance the address past the end.
 """
 
 from __future__ import annotations
@@ -36,12 +36,10 @@ class Prom(Part):
     wiring = MappingProxyType({"db": "data", "request": "request", "ready": "ready", "load": "reset"})
 
     options = (
-        Option(
-            "image", "bytes", ..., "what it holds from address 0 on; the rest is FF, as in an erased PROM", check=_fits
-        ),
+        Option("image", "bytes", ..., "content from address 0 on; the rest is FF, as in an erased PROM", check=_fits),
         Option("start", "int", 0, "preset of the address inputs; switches on p0 to p7 override it", low=0, high=255),
         Option(
-            "stop", "choice", "data", "what ends a program: the byte FF, or (binary programs) address FF", choices=STOPS
+            "stop", "choice", "data", "end of a program: the byte FF, or (binary programs) address FF", choices=STOPS
         ),
     )
 
@@ -60,7 +58,7 @@ class Prom(Part):
         self._requesting = False
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, now that the part is wired."""
         for name in ("ready", "load", *(f"p{bit}" for bit in range(8))):
             self.pin(name).net.watch(self._react)
         self.address = self.preset
@@ -68,12 +66,12 @@ class Prom(Part):
 
     @property
     def preset(self) -> int:
-        """The address on p0 to p7."""
+        """Address on p0 to p7."""
         return sum(self.high(f"p{bit}") << bit for bit in range(8))
 
     @property
     def ended(self) -> bool:
-        """The counter is at the end of a program."""
+        """Whether the counter is at the end of a program."""
         return (self.address if self._by_address else self.image[self.address]) == STOPPER
 
     def _react(self, _net: Net | None = None) -> None:
@@ -82,7 +80,7 @@ class Prom(Part):
             self._requesting = False
             if loading:
                 self.finding(
-                    "load-held", f"load was still low as byte {self.address:#04x} was taken: the byte is sent again"
+                    "load-held", f"load was still low when byte {self.address:#04x} was read: the byte is sent again"
                 )
             else:
                 self.address = (self.address + 1) % ADDRESSES
@@ -94,10 +92,10 @@ class Prom(Part):
 
     @property
     def idle(self) -> bool:
-        """Nothing left to do by itself."""
+        """Whether the part will change nothing without an input."""
         return self.ended
 
     @property
     def waiting(self) -> str:
-        """What the part waits for."""
+        """Event or condition that the part waits for."""
         return f"{self.name}: at address {self.address:#04x}, " + ("the end" if self.ended else "waits for READY")

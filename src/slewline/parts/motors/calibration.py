@@ -1,11 +1,11 @@
 """Two constants that are on no data sheet, from measurements: the friction of a machine, and the iron loss of a motor.
 
-    start-stop rate     the greatest rate at which the motor starts at once            -> friction
-    pull-out rate       where it stalls when it is sped up slowly, with some torque    -> iron loss
+    start-stop rate     the greatest rate at which the motor starts without a ramp     -> friction
+    pull-out rate       at which it stalls under some torque, when accelerated slowly  -> iron loss
 
-The more friction, or iron loss, the lower the rate.  So each constant is the greatest with which the motor, as it is
-simulated, still does what was measured: the range is halved until it is known.  Where both are measured they are found
-in turn, until they agree, since each counts in the other's measurement.
+The more friction, or iron loss, the lower the rate.  So each constant is the greatest with which the simulated motor
+still reaches the measured rate, found by bisection.  If both rates are measured, the constants are found in turn until
+they agree, since each affects the other's measurement.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ SLOWEST = 0.6  # of the pull-out rate, where a sweep begins
 SWEEP_S = 1.0  # how long a sweep takes
 SETTLES_S = 0.1  # before it
 COARSE, TRIES = 0.8, 24  # of the greatest constant down to 1/200 of it, by 0.8
-EXACT = 1e-3  # of a constant, to which it is found
+EXACT = 1e-3  # relative tolerance of a constant
 TURNS = 12  # of the two searches at most
-SAME = 0.01  # of the friction, by which it may differ between turns
+SAME = 0.01  # of the friction, allowed difference between turns
 
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """A motor and a load whose measurements come out as they were.
+    """A motor and a load that reproduce the measurements.
 
     Attributes:
-        motor, load: with the constants that were found in them.
-        friction, iron: what was found, N m and N m s; None: it was not measured.
-        before: friction and iron loss that were taken so far.
+        motor, load: with the calibrated constants.
+        friction, iron: the constants found, N m and N m s; None: not measured.
+        before: friction and iron loss before the calibration.
     """
 
     motor: MotorData
@@ -59,29 +59,29 @@ def calibrate(
     torque: float = 0.0,
     steps: str = "full",
 ) -> Calibration:
-    """Return friction and iron loss with which a motor does what was measured.
+    """Return the friction and iron loss with which a motor reproduces the measurements.
 
     Args:
-        load: as it was at the measurements; its friction is what is assumed where no start-stop rate is given.
-        start_stop: the greatest rate at which it starts at once, full steps/s.
-        pull_out: the rate at which it stalls when it is sped up slowly, full steps/s.
-        torque: on the shaft at that stall, beside the load, N m.
-        steps: how it was stepped, such as "half".
+        load: as in the measurements; its friction is used if no start-stop rate is passed.
+        start_stop: the greatest rate at which the motor starts without a ramp, full steps/s.
+        pull_out: the rate at which it stalls when accelerated slowly, full steps/s.
+        torque: on the shaft at that stall, in addition to the load, N m.
+        steps: step mode of the measurements, such as "half".
 
     Raises:
-        UsageError: nothing was measured, or no constant gives what was measured.
+        UsageError: nothing was measured, or no constant reproduces the measurements.
     """
     if start_stop is None and pull_out is None:
-        raise UsageError("nothing to calibrate with; give a start-stop rate, a pull-out rate, or both")
+        raise UsageError("nothing to calibrate with; set a start-stop rate, a pull-out rate, or both")
     for name, rate in (("start-stop", start_stop), ("pull-out", pull_out)):
         if rate is not None and not 20 <= rate <= 1e5:
             raise UsageError(f"{name} rate {rate:g} steps/s; allowed 20 to 100000 full steps/s")
     if torque and pull_out is None:
-        raise UsageError(f"torque {torque:g} N m: belongs to the pull-out rate; give that as well, or leave it out")
+        raise UsageError(f"torque {torque:g} N m: it needs a pull-out rate; add that, or leave the torque out")
     if start_stop is not None and pull_out is not None and pull_out <= start_stop:
         raise UsageError(
-            f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that is sped up slowly comes "
-            "further than one that starts at its rate; are the two exchanged?"
+            f"start-stop rate {start_stop:g}, pull-out rate {pull_out:g} steps/s: a motor that accelerates slowly "
+            "gets further than one that starts without a ramp; check whether the two rates are exchanged"
         )
     before = load.friction, motor.drag - motor.viscous
     if start_stop is not None and pull_out is not None:
@@ -102,7 +102,7 @@ def calibrate(
 def _both(
     motor: MotorData, driver: DriverData, load: LoadData, start_stop: float, pull_out: float, torque: float, steps: str
 ) -> tuple[MotorData, LoadData]:
-    """Both constants: where the friction that follows from the iron loss is the one from which that follows.
+    """Return both constants such that each follows from the other.
 
     Raises:
         UsageError: there are no such constants.
@@ -116,8 +116,8 @@ def _both(
         slope = (lacks - tried[1]) / (friction - tried[0]) if turn else -1.0
         tried, friction = (friction, lacks), max(friction - lacks / slope if slope else 0.0, 0.0)
     raise UsageError(
-        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no friction and iron loss give both; "
-        "check motor, driver and load, or give one of the two"
+        f"start-stop rate {start_stop:g} and pull-out rate {pull_out:g} steps/s: no friction and iron loss reproduce "
+        "both; check motor, driver and load, or use one of the two"
     )
 
 
@@ -126,7 +126,7 @@ def _rubbing(load: LoadData, friction: float) -> LoadData:
 
 
 def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float, steps: str) -> float:
-    """The friction with which it just starts at a rate."""
+    """Return the friction with which the motor just starts at a rate."""
 
     def starts(friction: float) -> bool:
         return _starts(MotorLaw(motor, driver, _rubbing(load, friction), steps), rate)
@@ -138,7 +138,7 @@ def _friction(motor: MotorData, driver: DriverData, load: LoadData, rate: float,
 
 
 def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, torque: float, steps: str) -> float:
-    """The iron loss with which it just comes to a rate."""
+    """Return the iron loss with which the motor just reaches a rate."""
     loaded = replace(load, torque=load.torque + torque)
 
     def comes(iron: float) -> bool:
@@ -151,13 +151,13 @@ def _iron(motor: MotorData, driver: DriverData, load: LoadData, rate: float, tor
 
 
 def _greatest(does: Callable[[float], bool], most: float, measured: str, what: str, bound: str) -> float:
-    """The greatest constant with which a motor does what was measured.
+    """Return the greatest constant with which a motor reproduces a measurement.
 
-    It is looked for from above: with too little drag a motor may swing itself out of step at medium rates.
+    The search starts from above: with too little drag a motor may swing itself out of step at medium rates.
     """
     if does(most):
         raise UsageError(
-            f"{measured}: this motor does more even with a {what} of {bound}; check motor, driver and load"
+            f"{measured}: this motor is faster even with a {what} of {bound}; check motor, driver and load"
         )
     high = most
     for low in (*(most * COARSE**n for n in range(1, TRIES)), 0.0):
@@ -166,7 +166,7 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
         high = low
     else:
         raise UsageError(
-            f"{measured}: this motor does not come to it even without {what}; check motor, driver, supply and load, "
+            f"{measured}: this motor does not reach it even without {what}; check motor, driver, supply and load, "
             "and that the rate is in full steps/s"
         )
     while high - low > EXACT * high and high > most * COARSE**TRIES:
@@ -175,9 +175,9 @@ def _greatest(does: Callable[[float], bool], most: float, measured: str, what: s
     return (low + high) / 2
 
 
-# ------------------------------------------------------------------------------------------------- what is simulated
+# -------------------------------------------------------------------------------------------------------- simulation
 def _starts(law: MotorLaw, rate: float) -> bool:
-    """Does it start at a rate, from rest, and stop again?"""
+    """Return whether the motor starts at a rate, from rest, and stops again."""
     import numpy as np
 
     count = START_STEPS * law.micro
@@ -187,9 +187,9 @@ def _starts(law: MotorLaw, rate: float) -> bool:
 
 
 def _comes_to(law: MotorLaw, rate: float) -> bool:
-    """Does it come to a rate if it is sped up slowly?
+    """Return whether the motor reaches a rate when accelerated slowly.
 
-    It begins in step at a lower rate, with the lag that most motors have there: how it came there is not in question.
+    It begins in step at a lower rate, with the lag that most motors have there; how it got there does not matter.
     """
     import numpy as np
 
@@ -202,7 +202,7 @@ def _comes_to(law: MotorLaw, rate: float) -> bool:
 
 
 def _sweep(first: float, last: float) -> NDArray[np.int64]:
-    """The instants (ps) of steps at a rate, and from there slowly up to another one (steps/s)."""
+    """Return the instants (ps) of steps at one rate, and from there slowly up to another (steps/s)."""
     import numpy as np
 
     even = np.arange(1, int(first * SETTLES_S) + 1) / first

@@ -1,4 +1,4 @@
-"""What a chopper does to the current of a motor: its ripple, what its blanking drives, and what to say of both."""
+"""Effects of a chopper on the current of a motor: ripple, current from blanking, and notes on both."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from .drivers import has_own_clock
 from .motor_data import DriverData, MotorData
 
 _AMPERES = re.compile(r"\d\s*m?A\b")
-UNDER = 0.2  # times the rated current: less is hardly meant, and a fifth of the torque
-OVER = 1.1  # times the rated current: what a supply or a resistor may be off
+UNDER = 0.2  # times the rated current: less is hardly intended, and has a fifth of the torque
+OVER = 1.1  # times the rated current: tolerance of a supply or a resistor
 MUCH = 0.1  # of the current: a ripple that takes a twentieth of the torque
 
 
 def ripple(motor: MotorData, driver: DriverData) -> float:
-    """Return the greatest ripple of the current in slow decay, peak to peak, A: at half of the supply.
+    """Return the greatest ripple of the current in slow decay, peak to peak, A, which occurs at half of the supply.
 
-    The EMF of a motor that turns takes as much.  An averaged driver is the mean of a chopper with the same clock.
+    The EMF of a turning motor reduces it.  An averaged driver is the mean of a chopper with the same clock.
     """
     share = 2 if driver.off_time else 4  # the pause is the fixed time, or half of a period
     return driver.supply * driver.period / (share * motor.inductance)
@@ -33,15 +33,15 @@ def least_current(motor: MotorData, driver: DriverData) -> float:
 
 
 def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) -> str:
-    """Return that a motor at rest gets more, or much less, than its rated current; empty: it does not.
+    """Return a note that a motor at rest gets more, or much less, than its rated current; empty if it does not.
 
     Args:
-        little: only that it gets much less, so that it holds next to no load.
+        little: report only much less current, with which the motor holds almost no load.
     """
     current = driver.current
     if driver.kind in ("voltage", "bilevel"):
         current = driver.supply / (motor.resistance + driver.series)
-    says = f"{current:.3g} A a phase, and {motor.name} is rated {motor.current:.3g} A"
+    says = f"{current:.3g} A per phase, but {motor.name} is rated {motor.current:.3g} A"
     if current > OVER * motor.current and not little:
         return f"{says}: it gets hot, and its iron may saturate, so that the torque is less than calculated"
     if current < UNDER * motor.current:
@@ -50,26 +50,26 @@ def current_note(motor: MotorData, driver: DriverData, *, little: bool = False) 
 
 
 def chopper_notes(motor: MotorData, driver: DriverData, given: Any) -> tuple[str, ...]:
-    """Return what to say of a driver's current, and of its chopper, whether it switches or is averaged.
+    """Return notes on a driver's current and on its chopper, whether it switches or is averaged.
 
-    Empty if all is well.
+    Empty if there are none.
 
     Args:
-        given: the driver as a user gave it; where it has neither a clock nor a name, 20 kHz are assumed.
+        given: the driver as set by the user; without a clock and a name, 20 kHz are assumed.
     """
     notes = [note for note in (current_note(motor, driver),) if note]
     if driver.kind not in ("chopper", "averaged"):
         return tuple(notes)
     if driver.current == motor.current and isinstance(given, str) and not _AMPERES.search(given):
-        notes.append(f"{given!r} says no current: {motor.current:g} A are taken, the rated current of {motor.name}")
+        notes.append(f"{given!r} has no current: {motor.current:g} A is assumed, the rated current of {motor.name}")
     swing = ripple(motor, driver)
     if swing > MUCH * driver.current:
         at = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
         lost = f"{min(swing / driver.current / 2, 1):.0%}"
         says = f"chopper at {at}: the current ripples by up to {swing:.2g} A of {driver.current:.3g} A at high rates, "
-        says += f"which takes up to {lost} of the torque"
+        says += f"which costs up to {lost} of the torque"
         if not has_own_clock(given, motor):
-            says += "; the frequency is assumed: name the driver, such as DRV8825, or give its frequency, "
+            says += "; the frequency is assumed: name the driver, such as DRV8825, or set its frequency, "
             says += "such as 36 kHz"
         notes.append(says)
     least = least_current(motor, replace(driver, kind="chopper"))

@@ -1,6 +1,6 @@
-"""Drivers, and what users give as a driver: text as on a circuit diagram, or a table of figures.
+"""Drivers, and the text or table with which users describe one, as on a circuit diagram.
 
-driver = "24 V, 1 A"                                        a current source that the supply limits
+driver = "24 V, 1 A"                                        a current source limited by the supply
 driver = "24 V, 1.4 A chopper, 20 kHz, slow decay"
 driver = "GS-D200, 24 V, 1 A, rest 0.25 A, ramp 1.5 A"
 driver = "L/4R 20 V"                                        with three times the winding's resistance in series
@@ -28,7 +28,7 @@ from .motors import MOTORS
 
 
 class DriverRow(NamedTuple):
-    """A driver that can be bought: how it switches, the supply that it takes, V, and its greatest phase current, A."""
+    """A driver on the market: its kind of switching, supply range, V, and greatest phase current, A."""
 
     data: DriverData
     supply: tuple[float, float]
@@ -66,37 +66,37 @@ DRIVERS: Mapping[str, DriverRow] = MappingProxyType(
 )
 
 FIGURES = (  # of a table, in the order of DriverData
-    Option("name", "text", "own", "what it is called", like="'my driver'"),
+    Option("name", "text", "own", "its name", like="'my driver'"),
     Option("kind", "choice", ..., "circuit", choices=("current", "averaged", "chopper", "voltage", "bilevel")),
     positive("supply", "V", "supply", None),
     positive("current", "A", "of a phase with two phases on; by default the rated current of the motor", None),
     figure("series", "ohm", "in series with each winding"),
     figure("lag", "s", "time constant of an ideal current source"),
     positive("high", "V", "of a bilevel driver, after each change of a phase", None),
-    positive("high_time", "s", "how long", None),
+    positive("high_time", "s", "duration of the high supply", None),
     positive("frequency", "Hz", "of the clock of a chopper", 20e3),
     figure("off_time", "s", "pause of a chopper without a clock, instead of a frequency; 0: it has a clock"),
     Option(
         "decay",
         "choice",
         "slow",
-        "how the current decays in the pause of a chopper",
+        "decay of the current in the pause of a chopper",
         choices=("slow", "fast", "mixed", "auto"),
     ),
     Option("fast_part", "float", 0.3, "of the period or the pause, in mixed and auto decay", check=share),
-    figure("least_on", "s", "blanking: a phase is on so long at least"),
+    figure("least_on", "s", "blanking: minimum on-time of a phase"),
     figure("diode", "V", "dropped in the pause of a chopper"),
-    figure("clamp", "V", "into which a half winding that is switched off drives its current", 0.7),
+    figure("clamp", "V", "into which a switched-off half winding drives its current", 0.7),
     Option("boost", "bool", False, "a phase that is on alone has sqrt(2) times the current"),
     Option("rest", "float", 1.0, "at rest, as a factor of the current; or text such as '0.5 A'", low=0),
     Option("slew", "float", 1.0, "at constant speed, likewise", low=0),
     Option("ramp", "float", 1.0, "on ramps, likewise", low=0),
-    Option("source", "text", "", "where the figures are from", like="'data sheet, 2012'"),
+    Option("source", "text", "", "source of the figures", like="'data sheet, 2012'"),
 )
 LEVELS = ("rest", "slew", "ramp")
 ALWAYS = ("name", "kind", "clamp", "source")
 REGULATED = ("current", "boost", *LEVELS)
-TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # by its kind, what a driver has beside ALWAYS
+TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # figures of a driver in addition to ALWAYS, by kind
     {
         "current": ("lag", *REGULATED),
         "averaged": ("supply", *REGULATED),
@@ -107,7 +107,7 @@ TAKES: Mapping[str, tuple[str, ...]] = MappingProxyType(  # by its kind, what a 
 )
 NEEDED = ("supply", "high", "high_time")
 
-SAYINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(  # what a part of a text may be, and what it sets beside
+SAYINGS: Mapping[str, Mapping[str, Any]] = MappingProxyType(  # parts of a text, and other figures they set
     {
         "{supply:V}": {},
         "{current:A}": {},
@@ -159,7 +159,7 @@ def _pattern(form: str) -> re.Pattern[str]:
 
 
 def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, Any]]:
-    """Yield what the parts of a text set: the part, a figure and its value."""
+    """Yield the figures in a text: the part of the text, a figure and its value."""
     for part in re.sub(r"(?<=[^\s,])\s+(averaged|chopper)\b", r", \1", text, flags=re.IGNORECASE).split(","):
         part = part.strip()
         if part in DRIVERS:
@@ -180,7 +180,7 @@ def _said(text: str, name: str, motor: MotorData) -> Iterator[tuple[str, str, An
                 same_part(part, DRIVERS) or hint(part, forms) or (hint(last, forms) if len(last) > len("mA") else "")
             )
             if not meant and PART_NUMBER.fullmatch(part):
-                meant = f"; drivers with a name: {', '.join(DRIVERS)}; of another one give its frequency and decay"
+                meant = f"; drivers with a name: {', '.join(DRIVERS)}; for another one set its frequency and decay"
             examples = ", ".join(map(repr, EXAMPLES))
             raise UsageError(f"{name} {text!r}: {part!r} is not understood; examples: {examples}{meant}")
 
@@ -193,7 +193,7 @@ def _in_series(times: float, part: str, name: str, motor: MotorData) -> float:
 
 
 def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
-    """Return the table that a text stands for."""
+    """Return the table that a text is equivalent to."""
     given: dict[str, Any] = {}
     by: dict[str, str] = {}
     for part, each, value in _said(text, name, motor):
@@ -206,21 +206,21 @@ def _of_text(text: str, name: str, motor: MotorData) -> dict[str, Any]:
 
 
 def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
-    """Return a driver that is given as text, or as a table of figures, which may be `like` one that can be bought.
+    """Return a driver described by text or by a table of figures; both may be `like` a driver on the market.
 
     Args:
-        name: what the driver is called in messages.
-        motor: what it drives; its rated current holds where none is given, its resistance makes L/nR.
+        name: the driver's name in messages.
+        motor: the driven motor; its rated current is the default, its resistance determines L/nR.
 
     Raises:
-        UnknownName: `like` a driver that is not known.
+        UnknownName: `like` names an unknown driver.
         UsageError: a part of the text is not understood, or a figure does not exist, is missing, or is out of range.
     """
     if isinstance(value, DriverData):
         return value
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
-        raise UsageError(f"{name} {value!r}; allowed text such as {EXAMPLES[0]!r}, or a table of like, {table}")
+        raise UsageError(f"{name} {value!r}; allowed text such as {EXAMPLES[0]!r}, or a table with like, {table}")
     given = _of_text(value, name, motor) if isinstance(value, str) else dict(value)
     given = {each: of for each, of in given.items() if of is not None}
     rows: Sequence[Option] = FIGURES
@@ -246,7 +246,7 @@ def read_driver(value: Any, name: str, motor: MotorData) -> DriverData:
 
 
 def has_own_clock(value: Any, motor: MotorData) -> bool:
-    """Return whether a driver, as a user gave it, says how often it switches; of other ones 20 kHz are assumed."""
+    """Return whether a driver, as set by the user, has a chopper frequency; for others 20 kHz are assumed."""
     if isinstance(value, DriverData):
         return True
     given = _of_text(value, "driver", motor) if isinstance(value, str) else value or {}
@@ -260,10 +260,10 @@ def _driver_named(like: object, name: str) -> DriverRow:
 
 
 def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> None:
-    """Refuse what a driver of this kind does not have, and ask for what it needs."""
+    """Refuse figures that this kind of driver does not have, and a missing figure that it needs."""
     kind = given.get("kind", rows[1].default)
     if not isinstance(kind, str) or kind not in TAKES:
-        return  # `checked` says so
+        return  # `checked` reports it
     for each in given:
         if each not in (*ALWAYS, *TAKES[kind]) and any(each == row.name for row in rows):
             of = ", ".join(other for other, takes in TAKES.items() if each in takes)
@@ -275,7 +275,7 @@ def _fitting(given: Mapping[str, Any], rows: Sequence[Option], name: str) -> Non
 
 
 def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
-    """Return the current that is given, or that of the motor."""
+    """Return the current set, or that of the motor."""
     if "current" not in given:
         return motor.current
     row = next(row for row in FIGURES if row.name == "current")
@@ -283,7 +283,7 @@ def _regulated(given: Mapping[str, Any], name: str, motor: MotorData) -> float:
 
 
 def _factor(value: Any, level: str, current: float, name: str) -> Any:
-    """Return a level as a factor of the current; text has it in amperes."""
+    """Return a level as a factor of the current; in text it is in amperes."""
     value = float(value) if isinstance(value, str) and re.fullmatch(NUMBER, value) else value
     if not isinstance(value, str):
         return value
@@ -295,7 +295,7 @@ def _factor(value: Any, level: str, current: float, name: str) -> Any:
 
 
 def _within(driver: DriverData, row: DriverRow, name: str) -> DriverData:
-    """Return a driver that gets the supply, and is asked for a current, which its data sheet allows."""
+    """Return a driver after checking that its data sheet allows the supply and the current."""
     low, high = row.supply
     if not low <= driver.supply <= high:
         raise UsageError(f"{name}: supply {driver.supply:g} V; the {row.data.name} takes {low:g}..{high:g} V")

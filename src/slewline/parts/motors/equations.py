@@ -1,22 +1,22 @@
-"""The equations of motors, drivers and loads, as text: what is different between them, and nothing else.
+"""The equations of motors, drivers and loads, as text: only the differences between them.
 
-One set of equations has to run in plain Python and compiled by Numba, and give the same bits in both.  So they are
-written once, in assignments of numbers; `integrator.py` makes a function of them.  Names in capitals are parameters,
-constant during a run; the others are:
+The same equations run in plain Python and compiled by Numba, with the same bits in both.  So they are written once, as
+assignments of numbers; `integrator.py` makes a function of them.  Names in capitals are parameters, constant during a
+run; the others are:
 
-    theta omega         place and speed of the rotor, rad and rad/s; theta is 0 where command 0 holds it
+    theta omega         position and speed of the rotor, rad and rad/s; theta is 0 at rest at command 0
     s c                 sine and cosine of the electrical angle
     i1 i2 (i3 i4)       currents of the windings, A
-    r1 r2 (r3 r4)       what the driver is asked for: amperes, or volts, or 1 for a winding that is on
-    v1 v2 (v3 v4)       volts, as the driver decides them at a grid point, for the whole step from there on
-    d_...               rates of change, of each state one
+    r1 r2 (r3 r4)       set points of the driver: amperes, or volts, or 1 for a winding that is on
+    v1 v2 (v3 v4)       volts, as the driver sets them at a grid point, for the whole step from there on
+    d_...               rates of change, one per state
 
-The motor (two phases): torque and EMF have the same constant K, so that no energy comes from nowhere.
+The motor (two phases): torque and EMF have the same constant K, so that energy is conserved.
 
     L di1/dt = v1 - R i1 + K omega s            torque = K (i2 c - i1 s) - D sin(4 x)       x: electrical angle
     L di2/dt = v2 - R i2 - K omega c            J domega/dt = torque - DRAG omega - pull
 
-The detent torque is stable where one phase alone holds the rotor, so it softens the places of full steps.
+The detent torque is stable where one phase alone holds the rotor, so it softens the full-step positions.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ class Equations:
     """A piece of a model.
 
     Attributes:
-        states: names of what is integrated.
-        kept: names of what is decided at a grid point and kept until the next one: latches and timers.
-        begin: what holds from a grid point on, before anything else is asked.
-        torque: the torque that follows from place and currents.
-        decide: what is decided at a grid point; s, c and torque are those of the grid point.
-        fixed: what follows from the decisions, and holds for the whole step.
+        states: names of the integrated states.
+        kept: names of values set at a grid point and kept until the next one: latches and timers.
+        begin: assignments from a grid point on, before all others.
+        torque: the torque, by position and currents.
+        decide: decisions at a grid point; s, c and torque are those of the grid point.
+        fixed: values that follow from the decisions, constant for the whole step.
         rates: the rates of change.
-        settle: what holds after each step; the state before it bears a 0: `omega0`.
-        edge: what an edge of the inputs does; r1 is what is asked for from here on, o1 what was until here.
+        settle: assignments after each step; the state before it has a 0: `omega0`.
+        edge: the effect of an edge of the inputs; r1 is the set point from here on, o1 the one before.
         rest: conditions under which nothing changes any more, joined by `and`.
     """
 
@@ -54,7 +54,7 @@ class Equations:
 
 
 def each(text: str, *numbers: int) -> str:
-    """Return lines for windings 1, 2 ..., # standing for the number."""
+    """Return lines for windings 1, 2 ...; # is replaced by the number."""
     return "\n".join(text.replace("#", str(n)) for n in numbers)
 
 
@@ -72,7 +72,7 @@ TWO_PHASES = Equations(
     torque="torque = K * (i2 * c - i1 * s)",
     rest=still("i1", "i2"),
 )
-HALF_WINDINGS = Equations(  # of each winding two halves, 1 and 2, 3 and 4, the second of which works the other way
+HALF_WINDINGS = Equations(  # two halves per winding, 1 and 2, 3 and 4; the second acts in the opposite direction
     states=("i1", "i2", "i3", "i4"),
     decide="e1 = -K * omega * s\ne2 = -e1\ne3 = K * omega * c\ne4 = -e3",
     fixed=each("push# = v# * INV_L", 1, 2, 3, 4),
@@ -85,7 +85,7 @@ HALF_WINDINGS = Equations(  # of each winding two halves, 1 and 2, 3 and 4, the 
     torque="torque = K * ((i3 - i4) * c - (i1 - i2) * s)",
     rest=still("i1", "i2", "i3", "i4"),
 )
-# A current that is given: it needs no volts, and no state of a winding.
+# An imposed current needs no volts, and no state of a winding.
 GIVEN = Equations(
     kept=("i1", "i2"),
     begin="i1 = r1\ni2 = r2",
@@ -100,9 +100,9 @@ LAGGING = Equations(
 
 
 def reluctance(phases: int) -> Equations:
-    """Return the equations of a variable reluctance motor: L + SWING cos(x - place of the phase), no magnet.
+    """Return the equations of a variable reluctance motor: L + SWING cos(x - position of the phase), no magnet.
 
-    Its torque goes with the square of the current, and without current there is neither torque nor EMF.
+    Its torque is proportional to the square of the current; without current there is neither torque nor EMF.
     """
     if phases == 4:
         turned = [("c", "s"), ("s", "-c"), ("-c", "-s"), ("-s", "c")]
@@ -132,7 +132,7 @@ def reluctance(phases: int) -> Equations:
 DETENT = Equations(torque="torque = torque - DETENT8 * s * c * (0.5 - s * s)")
 
 # ----------------------------------------------------------------------------------------------------------- drivers
-# A winding that is let go drives its current into the supply, and has none from then on.
+# A winding that is switched off drives its current into the supply until it is zero, and stays at zero.
 _OPEN = "v# = where(r# == 0.0, where(i# == 0.0, R * i# + e#, -VS * sign(i#)), {on})"
 _ENDS = "i# = where((r# == 0.0) and (i# * i#0 <= 0.0), 0.0 * i#, i#)"
 
@@ -140,7 +140,7 @@ VOLTAGE = Equations(
     decide=each(_OPEN.format(on="r#"), 1, 2),
     settle=each(_ENDS, 1, 2),
 )
-AVERAGED = Equations(  # as many volts as take the current to what is asked for in two steps, if the supply has them
+AVERAGED = Equations(  # the volts that bring the current to its set point in two steps, if the supply has them
     decide=each("v# = clip(R * i# + e# + LH * (r# - i#), -VS, VS)", 1, 2),
 )
 BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
@@ -152,17 +152,17 @@ BILEVEL = Equations(  # until1, until2: s, the ends of the high volts
 )
 
 
-# At rest behind a chopper: since the last edge the clock has ticked, the current has come to its peak, and falls.
+# At rest with a chopper: since the last edge the clock has ticked, and the current has reached its peak and falls.
 RIPPLES = "(on# == 0.0) and (absolute(i# - 0.7 * r#) <= 0.32 * absolute(r#))"
 
 
 def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
-    """Return the equations of a chopper: a latch is set, and the current resets it when it comes to its peak.
+    """Return the equations of a chopper: a latch is set, and the current resets it at its peak.
 
     Args:
-        decay: slow; fast; mixed; or auto: slow, and mixed after an edge at which the current is to become less.
-        blanked: a phase is on for a least time.
-        timed: each phase is on again when its off-time is over; else a clock sets both latches.
+        decay: slow; fast; mixed; or auto: slow, and mixed after an edge at which the current is to decrease.
+        blanked: a phase is on for a minimum time.
+        timed: each phase is on again after its off-time; else a clock sets both latches.
     """
     if timed:
         lines, kept = ["now = t * 1e-12"], ["asked", "on1", "on2", "off1", "off2"]
@@ -206,7 +206,7 @@ def chopper(decay: str, blanked: bool, timed: bool) -> Equations:
 
 
 def switched(count: int) -> Equations:
-    """Return the equations of transistors, one to each winding or half: on, or its current dies away in the clamp."""
+    """Return the equations of transistors, one per winding or half: on, or the current decays in the clamp."""
     numbers = range(1, count + 1)
     return Equations(
         decide=each("v# = where(r# > 0.0, VS, where(i# > 0.0, -CLAMP, R * i# + e#))", *numbers),
@@ -220,8 +220,8 @@ RIGID = Equations(
     rates="d_theta = omega\nd_omega = (torque - DRAG * omega - PULL) * INV_J",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
-# Friction is decided at a grid point: a shaft that stands is held, as long as no more pulls at it than STICTION; one
-# that turns back stands only if it would be held.
+# Friction is decided at a grid point: a shaft at rest stays at rest up to a torque of STICTION; a shaft that
+# reverses comes to rest only if it would stay there.
 RUBBING = Equations(
     states=("theta", "omega"),
     decide="pulls = torque - PULL\n"
@@ -232,7 +232,7 @@ RUBBING = Equations(
     settle="omega = where((omega * omega0 < 0.0) and (absolute(torque - PULL) <= STICTION), 0.0 * omega, omega)",
     rest=("absolute(omega) < SLOW", "absolute(d_omega) < SETTLED"),
 )
-# Two masses: the rotor, and what hangs on the coupling.
+# Two masses: the rotor, and the load on the coupling.
 COUPLED = Equations(
     states=("theta", "omega", "theta2", "omega2"),
     decide="twist = STIFFNESS * (theta - theta2) + COUPLING_DRAG * (omega - omega2)\n"
@@ -253,7 +253,7 @@ COUPLED = Equations(
         "absolute(d_omega2) < SETTLED",
     ),
 )
-DAMPED = Equations(  # a ring that is dragged along (Lanchester); before the load, whose friction feels it
+DAMPED = Equations(  # a ring dragged along (Lanchester); before the load, since it affects the friction
     states=("omega3",),
     torque="drags = DAMPER_DRAG * (omega - omega3)\ntorque = torque - drags",
     rates="d_omega3 = drags * INV_J3",
@@ -278,5 +278,5 @@ def stopped(suffix: str = "") -> Equations:
 
 
 def without_rest(of: Equations) -> Equations:
-    """Return equations that do not say when they come to rest: another piece does."""
+    """Return equations without conditions for rest, which another piece has."""
     return replace(of, rest=())

@@ -1,4 +1,4 @@
-"""Integrating a law: the points of the grid, in plain Python first, and compiled once that is worth its while."""
+"""Integration of a law: the points of the grid, in plain Python first, and compiled once that saves time."""
 
 from __future__ import annotations
 
@@ -17,49 +17,49 @@ if TYPE_CHECKING:
 
     from .integrator import Model
 
-CHUNK = 1 << 12  # grid points that plain Python makes at a time
-ROOM = 1 << 17  # and Numba, if there are so many
-SOON = 20_000  # steps in plain Python that cost less than what Numba needs to compile
+CHUNK = 1 << 12  # grid points that plain Python computes per call
+ROOM = 1 << 17  # and Numba, at most
+SOON = 20_000  # steps in plain Python that take less time than compiling by Numba
 
 
 class Integrable(Protocol):
-    """What is integrated: a law (law.py)."""
+    """A system that can be integrated: a law (law.py)."""
 
     @property
     def model(self) -> Model:
-        """Its equations."""
+        """Equations."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of its state."""
+        """Names of the state variables."""
 
     @property
     def parameters(self) -> tuple[Any, ...]:
-        """The values of `model.parameters`."""
+        """Values of `model.parameters`."""
 
     @property
     def table(self) -> tuple[tuple[float, ...], ...]:
-        """What the driver is asked for, row by row."""
+        """Set points of the driver, row by row."""
 
     @property
     def rows(self) -> NDArray[np.float64]:
-        """The same: (rows, windings) float64."""
+        """Set points as an array: (rows, windings) float64."""
 
     @property
     def step_ps(self) -> int:
-        """The step of the grid, ps."""
+        """Step of the grid, ps."""
 
     @property
     def step(self) -> float:
-        """The full step, rad."""
+        """Full step, rad."""
 
     @property
     def micro(self) -> int:
-        """Commands a full step."""
+        """Commands per full step."""
 
     @property
     def period(self) -> int:
-        """Full steps an electrical turn."""
+        """Full steps per electrical turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,26 +95,26 @@ class MotorTrace:
 
     @property
     def lag(self) -> NDArray[np.float64]:
-        """The lag of the rotor behind its command, in full steps: (n,) float64."""
+        """Lag of the rotor after its command, in full steps: (n,) float64."""
         lag: NDArray[np.float64] = self.commands / self.law.micro - self["theta"] / self.law.step
         return lag
 
     @property
     def worst(self) -> float:
-        """The greatest distance of the rotor from its command, in full steps."""
+        """Greatest distance of the rotor from its command, in full steps."""
         import numpy as np
 
         return float(np.abs(self.lag).max())
 
     @property
     def lost(self) -> int:
-        """The number of full steps lost at the end; positive if the rotor is behind, negative if it is ahead."""
+        """Full steps lost at the end; positive if the rotor lags, negative if it leads."""
         return round(float(self.lag[-1]) / self.law.period) * self.law.period
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A grid point: its instant (ps), the state there, and what is in force from there on."""
+    """A grid point: its instant (ps), the state there, and command and row from there on."""
 
     t: int
     state: tuple[float, ...]
@@ -123,7 +123,7 @@ class Point:
 
 
 class Integration:
-    """Runs a law, in plain Python first, and compiled once that is worth its while: the bits are the same."""
+    """Integrator of a law, in plain Python first, and compiled once that saves time: the bits are the same."""
 
     def __init__(self, law: Integrable, engine: str | None = None) -> None:
         if engine not in (None, "python", "numba"):
@@ -133,7 +133,7 @@ class Integration:
 
     @property
     def engine(self) -> Engine:
-        """What runs now."""
+        """Present engine."""
         model = self.law.model
         if self.named is None and numba_is_there() and (model.is_compiled or self.made >= SOON):
             return model.numba
@@ -152,7 +152,7 @@ class Integration:
         point: Point,
         limit: float = float("inf"),
     ) -> MotorTrace:
-        """Return the grid points from one on to the last one up to an instant (ps), the first one included."""
+        """Return the grid points from `point`, included, to the last one up to an instant (ps)."""
         import numpy as np
 
         parts: list[tuple[Any, ...]] = []
@@ -169,9 +169,10 @@ class Integration:
     def _advance(
         self, point: Point, times: Any, commands: Any, codes: Any, stop: int, limit: float
     ) -> tuple[bool, bool, tuple[Any, ...]]:
-        """A grid point and some more: may there be others, does the motor rest, and instants, commands, codes, states.
+        """Return a grid point and some more: whether others may follow, whether the motor rests, and the columns.
 
-        Columns that have been filled are returned as they are: to copy them would take half as long as to integrate.
+        The columns are instants, commands, codes and states.  Filled columns are returned without copying, which would
+        take half as long as the integration.
         """
         import numpy as np
 

@@ -5,13 +5,12 @@
                                   ^
                                   the state here is one step of this length from the grid point before
 
-Nothing else counts: not who looks, when, how often, nor how far ahead has been integrated already.  So a state has the
-same bits whatever is asked first, and plain Python and Numba give the same, since they run the same lines: sums,
-products, square roots and comparisons, in one order.  Sine and cosine are made of these too, because
-those of a machine's library differ in the last bit.
+Queries and earlier integration have no influence.  So a state has the same bits in any order of queries, and plain
+Python and Numba agree, since they run the same lines: sums, products, square roots and comparisons, in one order.  Sine
+and cosine are made of these too, because those of a machine's library differ in the last bit.
 
-What a driver decides, and what friction does, is decided at grid points, for a step of full length, however short the
-step becomes.  Where nothing changes any more the motor is at rest until the next edge, and costs nothing.
+Drivers and friction are decided at grid points, for a step of full length, however short the step becomes.  Once
+nothing changes any more the motor is at rest until the next edge, and costs nothing.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from .equations import Equations
 from .operations import PYTHON, compiled, machine_code
 
 # sqrt(2) sin(pi f / 2) / f as a polynomial of f squared, up to a half: good to 5e-12; two doublings make it the angle.
-# They keep s s + c c = 1 whatever it is, so that no energy comes from a polynomial that is not longer.
+# They keep s s + c c = 1 for any value, so the short polynomial adds no energy.
 SINE = (2.2214414690690765, -0.9135311855141165, 0.1127023300627348, -0.00662030226852122, 0.00022372161964259173)
 ANGLE = f"""\
 turn = TURNS * theta + ZERO
@@ -43,9 +42,9 @@ PS = "1e-12"
 
 @dataclass(frozen=True)
 class Model:
-    """Equations that belong together, in the order in which they are worked through.
+    """Equations of one system, in the order of their evaluation.
 
-    `parameters` are the names in capitals, `rows` how many numbers the driver is asked for at a time.
+    `parameters` are the names in capitals; `rows` is the number of set points of the driver.
     """
 
     pieces: tuple[Equations, ...]
@@ -54,7 +53,7 @@ class Model:
 
     @cached_property
     def states(self) -> tuple[str, ...]:
-        """Names of what is integrated, place and speed of the rotor first."""
+        """Names of the integrated states, position and speed of the rotor first."""
         names = [state for piece in self.pieces for state in piece.states]
         return tuple(
             sorted(names, key=lambda name: ("theta", "omega").index(name) if name in ("theta", "omega") else 2)
@@ -62,12 +61,12 @@ class Model:
 
     @cached_property
     def kept(self) -> tuple[str, ...]:
-        """Names of what is kept from one grid point to the next."""
+        """Names of the values kept from one grid point to the next."""
         return tuple(name for piece in self.pieces for name in piece.kept)
 
     @property
     def whole(self) -> tuple[str, ...]:
-        """Names of the whole state."""
+        """Names of all state variables."""
         return self.states + self.kept
 
     # ------------------------------------------------------------------------------------------------------- the lines
@@ -79,7 +78,7 @@ class Model:
 
     @property
     def _decided(self) -> list[str]:
-        """From a grid point to the rates of change there."""
+        """Lines from a grid point to the rates of change there."""
         return [
             *self._of("begin"), *ANGLE.splitlines(), *self._of("torque"), *self._of("decide"), *self._of("fixed"),
             *self._of("rates"),
@@ -87,24 +86,24 @@ class Model:
 
     @property
     def _before(self) -> list[str]:
-        """The state before a step."""
+        """Lines that save the state before a step."""
         return [f"{name}0 = {name}" for name in self.states]
 
     @property
     def _held(self) -> tuple[str, ...]:
-        """What is kept and stays as it is while the motor rests; what `begin` assigns follows what is asked for."""
+        """Names of kept values that are constant at rest; values assigned in `begin` follow the set points."""
         given = [line.split(" = ")[0] for line in self._of("begin")]
         return tuple(name for name in self.kept if name not in given)
 
     @property
     def _rest(self) -> str:
-        """Those of the load come first: they are seldom true."""
+        """Condition for rest, with that of the load first, since it is seldom true."""
         conditions = [condition for piece in reversed(self.pieces) for condition in piece.rest]
         return " and ".join(f"({condition})" for condition in conditions) or "False"
 
     @property
     def _step(self) -> list[str]:
-        """From the rates at a grid point to the state `dt` seconds later."""
+        """Lines from the rates at a grid point to the state `dt` seconds later."""
         lines = ["half = 0.5 * dt"]
         rates = [*ANGLE.splitlines(), *self._of("torque"), *self._of("rates")]
         for number, length in ((1, "half"), (2, "half"), (3, "dt")):
@@ -119,7 +118,7 @@ class Model:
 
     @property
     def _given(self) -> list[str]:
-        """The parameters, the state and what is asked for, by their names."""
+        """Names of the parameters, the state and the set points."""
         return [
             f"({', '.join(self.parameters)},) = parameters",
             f"({', '.join(self.whole)},) = state",
@@ -128,13 +127,13 @@ class Model:
 
     @property
     def _edge(self) -> list[str]:
-        """What an edge of the inputs does."""
+        """Lines for an edge of the inputs."""
         numbers = range(1, self.rows + 1)
         old = [f"o{n} = r{n}" for n in numbers if f"o{n}" in "\n".join(self._of("edge"))]
         return [*old, "code = codes[edge]", *(f"r{n} = table[code][{n - 1}]" for n in numbers), *self._of("edge")]
 
     def advance(self, emit: Sequence[str], begin: Sequence[str], give: str) -> str:
-        """Return the function that goes from a grid point to the last one that is not after `stop`."""
+        """Return the function that goes from a grid point to the last one up to `stop`."""
         return "\n".join(
             [
                 "def advance(parameters, table, t, state, code, command, times, codes, commands, stop, most, limit,"
@@ -165,7 +164,7 @@ class Model:
 
     @property
     def after(self) -> str:
-        """The function that gives the state some time after a grid point, no later than the next one."""
+        """Function that returns the state some time after a grid point, up to the next one."""
         held = [f"{name}_ = {name}" for name in self._held]
         marks = dict.fromkeys(self.states, "0") | dict.fromkeys(self._held, "_")
         same = f"({', '.join(name + marks.get(name, '') for name in self.whole)},)"
@@ -178,17 +177,17 @@ class Model:
             ]
         )
 
-    # ------------------------------------------------------------------------------------------------- what runs them
+    # -------------------------------------------------------------------------------------------------------- engines
     @cached_property
     def python(self) -> Engine:
-        """The functions in plain Python."""
+        """Functions in plain Python."""
         row = ", ".join(["t", "command", "code", *self.whole])
         text = self.advance([f"points.append(({row}))"], ["points = []"], "return points, rests")
         return Engine(compiled("\n".join((self.after, CROSSING, text)), PYTHON))
 
     @property
     def is_compiled(self) -> bool:
-        """Have the functions that Numba compiles been asked for?"""
+        """Whether the compiled functions of Numba have been used."""
         return "numba" in vars(self)
 
     @cached_property
@@ -203,7 +202,7 @@ class Model:
         return Engine(machine_code((self.after, CROSSING, self.advance(emit, [], "return count, rests"))))
 
 
-# When a place passes a bound: the first picosecond at which it has, between two grid points.  Newton's rule from the
+# The first picosecond, between two grid points, at which a position has passed a bound.  Newton's rule from the
 # secant of both ends; where it leaves the interval, the interval is halved.
 CROSSING = """\
 def crossing(parameters, table, t, state, code, low, span, which, factor, bound, rising):
@@ -246,20 +245,20 @@ class Engine:
 
     @property
     def after(self) -> Callable[..., Any]:
-        """The state some time after a grid point."""
+        """Function for the state some time after a grid point."""
         return self.functions["after"]
 
     @property
     def crossing(self) -> Callable[..., Any]:
-        """When a state passes a bound, in ps after a grid point."""
+        """Function for the time at which a state passes a bound, in ps after a grid point."""
         return self.functions["crossing"]
 
     @property
     def advance(self) -> Callable[..., Any]:
-        """The grid points up to an instant."""
+        """Function for the grid points up to an instant."""
         return self.functions["advance"]
 
 
 def indented(depth: int, *lines: Iterable[str]) -> list[str]:
-    """Return lines, further to the right."""
+    """Return lines with `depth` more levels of indentation."""
     return ["    " * depth + line for some in lines for line in some]

@@ -1,8 +1,8 @@
-"""A motor, its driver and its load, integrated: the law by which a shaft follows, or does not follow, its commands.
+"""A motor, its driver and its load, integrated: the law by which a shaft follows its commands, or loses steps.
 
-A command is a place in which the driver holds the rotor: `micro` of them to a full step, counted up and down from 0.
-Two phases are on at command 0, except in a wave drive.  What the driver is asked for is a row of `table`: `cycle` of
-them to an electrical turn, once for each of its levels of current.
+A command is a position at which the driver holds the rotor: `micro` commands per full step, counted up and down from 0.
+Two phases are on at command 0, except in a wave drive.  The set points of the driver are a row of `table`: `cycle` rows
+per electrical turn, for each of its levels of current.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ STILL = 1e-7  # A, by which a current at rest changes in a step
 SETTLED = 1e-7  # rad/s, by which the speed of a rotor at rest changes in a step
 NEAR = 0.1  # full steps
 LAGS = 0.7  # full steps, of a rotor that turns evenly
-LEFT = 0.02  # of the torque of a phase, that pulls at a rotor at rest behind a chopper
+LEFT = 0.02  # of the torque of a phase, acting on a rotor at rest with a chopper
 _STEPS = re.compile(r"full|wave|half|micro ?([1-9]\d{0,3})")
 
 
 def check_steps(steps: str) -> str:
-    """Return what a step is, checked: "full", "wave", "half", "micro 8".
+    """Return a step mode after checking it: "full", "wave", "half", "micro 8".
 
     Raises:
-        UsageError: something else.
+        UsageError: the text is not a step mode.
     """
     if not isinstance(steps, str) or not _STEPS.fullmatch(steps):
         raise UsageError(f"steps {steps!r}; allowed full, wave, half, and micro with a number, such as micro 8")
@@ -49,7 +49,7 @@ def check_steps(steps: str) -> str:
 
 
 def usual_step(driver: DriverData) -> int:
-    """Return the step of the grid, ps, where nothing is said."""
+    """Return the default step of the grid, ps."""
     return CHOPPED_PS if driver.kind == "chopper" else STEP_PS
 
 
@@ -59,17 +59,18 @@ class MotorLaw:
 
     Args:
         motor, driver, load: their data.
-        steps: what a command is: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": so many commands
-            for a full step.
+        steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or "micro 8": 8
+            commands
+            per full step.
         step_ps: the step of the grid, which starts again at each edge, ps; 0: 20 µs, or 1 µs for a switching chopper.
-        blocked: the rotor is held.
+        blocked: the rotor is blocked.
         phased: the inputs are phases, not steps: the table has a row for each combination of phases, numbered by the
             phases that are on: 1 for the first phase, 2 for the second, then 4 ...; `steps` is "half".
         origin: the command, in half steps of `fields`, that is command 0 of a phased motor.
-        restless: it is integrated also while it is at rest, so that the ripple of its chopper is there.
+        restless: integrate also at rest, to include the ripple of the chopper.
 
     Raises:
-        UsageError: motor, driver, load and steps that do not go together.
+        UsageError: motor, driver, load and steps do not match.
     """
 
     motor: MotorData
@@ -98,36 +99,36 @@ class MotorLaw:
         if self.motor.windings == "reluctance" and self.steps not in ("full", "wave", "half"):
             raise UsageError(f"{self.motor.name}: steps {self.steps!r}; allowed full, wave and half")
 
-    # ----------------------------------------------------------------------------------------------- what it is made of
+    # ------------------------------------------------------------------------------------------------------- components
     @cached_property
     def micro(self) -> int:
-        """Commands a full step."""
+        """Commands per full step."""
         found = _STEPS.fullmatch(self.steps)
         return int(found[1]) if found and found[1] else 2 if self.steps == "half" else 1
 
     @property
     def step(self) -> float:
-        """The full step, rad."""
+        """Full step, rad."""
         return self.motor.step
 
     @property
     def period(self) -> int:
-        """Full steps an electrical turn: a rotor that is lost settles so many off, or a multiple of it."""
+        """Full steps per electrical turn: a rotor that loses steps settles this far off, or a multiple of it."""
         return self.motor.phases if self.motor.windings == "reluctance" else 4
 
     @property
     def lost_at(self) -> float:
-        """The distance from the command beyond which steps are lost: 3.9 full steps, with three phases 2.9."""
+        """Distance from the command beyond which steps are lost: 3.9 full steps, with three phases 2.9."""
         return self.period - NEAR
 
     @property
     def cycle(self) -> int:
-        """Commands an electrical turn."""
+        """Commands per electrical turn."""
         return self.period * self.micro
 
     @cached_property
     def model(self) -> Model:
-        """The equations."""
+        """Equations."""
         return model(
             self.motor.windings, self.motor.phases, self.driver.kind, self.driver.decay, self.driver.least_on > 0,
             self.driver.off_time > 0, self.driver.lag > 0, self.motor.detent > 0, self._rubs, self.load.stiffness > 0,
@@ -140,17 +141,17 @@ class MotorLaw:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the state variables."""
+        """Names of the state variables."""
         return self.model.whole
 
     @property
     def resistance(self) -> float:
-        """Of a phase with what is in series, ohms."""
+        """Resistance of a phase, including series resistors, ohms."""
         return self.motor.resistance + self.driver.series
 
     @cached_property
     def parameters(self) -> tuple[Any, ...]:
-        """The values of `model.parameters`."""
+        """Values of `model.parameters`."""
         motor, driver, load = self.motor, self.driver, self.load
         h = self.step_ps * 1e-12
         coupled = load.stiffness > 0
@@ -184,7 +185,7 @@ class MotorLaw:
 
     @property
     def _zero(self) -> float:
-        """The electrical angle at command 0, in turns."""
+        """Electrical angle at command 0, in turns."""
         return self._first + self.origin / self.cycle
 
     @property
@@ -195,7 +196,7 @@ class MotorLaw:
 
     @cached_property
     def table(self) -> tuple[tuple[float, ...], ...]:
-        """What the driver is asked for, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
+        """Set points of the driver, by command modulo `cycle`, at each of `LEVELS`: amperes, volts, or 1 for on."""
         return table(self.motor, self.driver, self.steps, self.phased, self.origin)
 
     def asked(self) -> tuple[tuple[float, ...], ...]:
@@ -208,13 +209,13 @@ class MotorLaw:
 
     @cached_property
     def rows(self) -> NDArray[np.float64]:
-        """The table as an array: (rows, windings) float64."""
+        """Table as an array: (rows, windings) float64."""
         import numpy as np
 
         return np.array(self.table, np.float64)
 
     def _row(self, angle: float, factor: float) -> tuple[float, ...]:
-        """What is asked for at an electrical angle (rad), with a factor of the current."""
+        """Return the set points at an electrical angle (rad), with a factor of the current."""
         if self.motor.windings == "reluctance":
             return tuple(float(factor > 0 and cos(angle - 2 * pi * n / self.period) > 0.1) for n in range(self.period))
         field = cos(angle), sin(angle)
@@ -227,7 +228,7 @@ class MotorLaw:
         return self.asked_for(signs, factor)
 
     def _phases(self, bits: int, factor: float) -> tuple[float, ...]:
-        """What is asked for by phases that are on, with a factor of the current."""
+        """Return the set points for phases that are on, with a factor of the current."""
         on = [float(bits >> n & 1) for n in range(self.period)]
         if self.motor.windings in ("reluctance", "unipolar"):
             return tuple(part * (factor > 0) for part in on)
@@ -236,9 +237,10 @@ class MotorLaw:
 
     @cached_property
     def fields(self) -> tuple[int | None, ...]:
-        """The commands, 0 to `cycle` - 1, of the fields of phases that are on, by their bits; None: there is no field.
+        """Commands, 0 to `cycle` - 1, of the fields of phases that are on, by their bits; None: there is no field.
 
-        Of two windings phases 1 and 2 are the ends of one, 3 and 4 those of the other; phases 1 and 3 on are command 0.
+        With two windings, phases 1 and 2 are the ends of one, 3 and 4 those of the other; phases 1 and 3 on are command
+        0.
         """
         found: list[int | None] = []
         for bits in range(1 << self.period):
@@ -270,7 +272,7 @@ class MotorLaw:
 
     # ------------------------------------------------------------------------------------------------------ to and from
     def at_rest(self, command: int = 0, level: str = "slew", code: int | None = None) -> tuple[float, ...]:
-        """Return the state of a rotor at rest in the place of a command, the currents settled as a row asks for."""
+        """Return the state of a rotor at rest at a command, with the currents settled at the set points of a row."""
         row = self.table[self.code(command, level) if code is None else code]
         place = command / self.micro * self.motor.step
         amperes = dict(zip(("i1", "i2", "i3", "i4"), self._settled(row), strict=False))
@@ -278,7 +280,7 @@ class MotorLaw:
         return tuple(given.get(name, 0.0) for name in self.names)
 
     def turning(self, rate: float) -> tuple[float, ...]:
-        """Return the state of a rotor that turns evenly at a rate, full steps/s, in step with command 0."""
+        """Return the state of a rotor that turns at a constant rate, full steps/s, in step with command 0."""
         named = dict(zip(self.names, self.at_rest(), strict=True))
         named |= {name: -LAGS * self.step for name in ("theta", "theta2") if name in named}
         named |= {name: rate * self.step for name in ("omega", "omega2", "omega3") if name in named}
@@ -292,7 +294,7 @@ class MotorLaw:
             return [self.driver.supply * part / self.resistance for part in row]
         if self.driver.kind == "current":
             return row
-        most = self.driver.supply / self.resistance  # more the supply does not give
+        most = self.driver.supply / self.resistance  # the supply limits it
         return [min(max(part, -most), most) for part in row]
 
     def code(self, command: int, level: str = "slew") -> int:
@@ -300,7 +302,7 @@ class MotorLaw:
         return command % self.cycle + self.cycle * LEVELS.index(level)
 
     def compile(self) -> None:
-        """Compile what Numba runs now, and not when it is needed.
+        """Compile the functions of Numba now, rather than on first use.
 
         Raises:
             UsageError: Numba is not installed.
@@ -311,7 +313,7 @@ class MotorLaw:
         )
 
     def after(self, t: int, state: Sequence[float], code: int, span: int) -> tuple[float, ...]:
-        """Return the state so many ps after a grid point, no later than the next one."""
+        """Return the state `span` ps after a grid point, up to the next one."""
         found: tuple[float, ...] = self.model.python.after(self.parameters, self.table, t, tuple(state), code, span)
         return found
 
@@ -341,19 +343,19 @@ class MotorLaw:
             engine: "python" or "numba"; None: Numba for long runs, if it is installed.
 
         Raises:
-            UsageError: instants that do not ascend, or not one for each command; another engine, or Numba is not
+            UsageError: the instants do not ascend or do not match the commands, or the engine is unknown or not
                 installed.
         """
         import numpy as np
 
         edges, asked = np.asarray(times, np.int64), np.asarray(commands, np.int64)
         if len(edges) != len(asked):
-            raise UsageError(f"{len(edges)} edges with {len(asked)} commands; give one command for each edge")
+            raise UsageError(f"{len(edges)} edges with {len(asked)} commands; pass one command for each edge")
         late = np.flatnonzero(np.diff(edges, prepend=start) <= 0)
         if len(late):
             n = int(late[0])
             before = f"after the one before, {edges[n - 1]} ps" if n else f"after the start, {start} ps"
-            raise UsageError(f"edge {n} at {edges[n]} ps; each comes {before}")
+            raise UsageError(f"edge {n} at {edges[n]} ps; each must be {before}")
         run = Integration(self, engine)
         return run.trace(
             edges,
@@ -368,7 +370,7 @@ class MotorLaw:
 
 @lru_cache(maxsize=64)
 def table(motor: MotorData, driver: DriverData, steps: str, phased: bool, origin: int) -> tuple[tuple[float, ...], ...]:
-    """Return the table of such motors, which does not depend on their loads."""
+    """Return the table of motors with these data, which does not depend on their loads."""
     return MotorLaw(motor, driver, steps=steps, phased=phased, origin=origin).asked()
 
 
@@ -377,7 +379,7 @@ def model(
     windings: str, phases: int, kind: str, decay: str, blanked: bool, timed: bool, lags: bool, detent: bool, rubs: bool,
     coupled: bool, damped: bool, stops: bool, blocked: bool,
 ) -> Model:  # fmt: skip
-    """Return the equations of such a motor with such a driver and load."""
+    """Return the equations of a motor of this kind with a driver and a load."""
     count = {"bipolar": 2, "unipolar": 4, "reluctance": phases}[windings]
     winding = {"bipolar": eq.TWO_PHASES, "unipolar": eq.HALF_WINDINGS}.get(windings) or eq.reluctance(phases)
     if kind == "current":

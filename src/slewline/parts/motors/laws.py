@@ -1,4 +1,4 @@
-"""A motor by itself, without chip and bench: to ask what it does when it is stepped at given times."""
+"""A motor by itself, without chip and bench, to compute its motion for steps at given times."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def read_system(motor: Any, driver: Any, load: Any, name: str = "") -> tuple[Mot
     """Return the data of a motor, its driver and its load, each by name, as text, or as a table.
 
     Args:
-        name: what stands before "motor", "driver" and "load" in messages.
+        name: prefix of "motor", "driver" and "load" in messages.
 
     Raises:
-        UnknownName, UsageError: what is not known or not allowed; a load that the motor cannot hold.
+        UnknownName, UsageError: a name is unknown or a value not allowed; or the motor cannot hold the load.
     """
     turns = read_motor(motor, f"{name}motor")
     drives = read_driver(driver, f"{name}driver", turns)
@@ -38,15 +38,15 @@ def motor_law(
     step_ps: int = 0,
     restless: bool = False,
 ) -> MotorLaw:
-    """Return the equations of motion of a motor with driver and load, given as for the part `stepper`.
+    """Return the equations of motion of a motor with driver and load, described as for the part `stepper`.
 
     Args:
         motor, driver, load: names of built-in ones, descriptions as text, or tables.
-        steps: what a command is: "full" (two phases on), "wave" (one phase on), "half", or "micro 8".
+        steps: the step mode of a command: "full" (two phases on), "wave" (one phase on), "half", or "micro 8".
         step_ps: the step of the integrator, ps; 0: 20 µs, or 1 µs for a switching chopper.
-        restless: integrate the motor also while it is at rest, which shows the ripple of a chopper.
+        restless: integrate the motor also at rest, to include the ripple of a chopper.
 
     Raises:
-        UnknownName, UsageError: as the part `stepper`.
+        UnknownName, UsageError: as for the part `stepper`.
     """
     return MotorLaw(*read_system(motor, driver, load), steps, step_ps, restless=restless)

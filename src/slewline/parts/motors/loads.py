@@ -1,4 +1,4 @@
-"""What a motor drives: text, or a table of figures; a linear axis by its mass and lead.
+"""Loads of a motor: text, or a table of figures; a linear axis by its mass and lead.
 
 load = "inertia 68 g cm2, friction 5 mNm"
 load = { inertia = "68 g cm2", friction = "5 mNm", low = -200, high = 4000 }
@@ -21,19 +21,19 @@ GRAVITY = 9.80665  # m/s2
 AXIS = ("mass", "lead", "efficiency", "force", "vertical")
 
 FIGURES = (
-    figure("inertia", "kg m2", "of all that turns with the shaft, beside the rotor"),
+    figure("inertia", "kg m2", "of all that turns with the shaft, except the rotor"),
     figure("viscous", "N m s", "drag that grows with the speed"),
     figure("friction", "N m", "Coulomb friction"),
-    figure("stiction", "N m", "what a shaft at rest resists with; None: as much as the friction", None),
-    signed("torque", "N m", "that acts backward, such as a weight that is lifted; less than 0: forward"),
-    figure("stiffness", "N m/rad", "of the coupling on which the inertia hangs; 0: rigid"),
+    figure("stiction", "N m", "torque that a shaft at rest resists; None: the friction", None),
+    signed("torque", "N m", "acting backwards, such as a lifted weight; negative: forward"),
+    figure("stiffness", "N m/rad", "of the coupling to the inertia; 0: rigid"),
     figure("coupling_drag", "N m s", "of the coupling"),
     figure("damper_inertia", "kg m2", "of a damper on the shaft"),
     figure("damper_drag", "N m s", "by which it is dragged along"),
     Option("low", "float", None, "hard stop", unit="full steps", none=True),
     Option("high", "float", None, "hard stop", unit="full steps", none=True),
     figure("mass", "kg", "of a linear axis"),
-    figure("lead", "m", "how far the axis goes in a turn"),
+    figure("lead", "m", "travel of the axis per turn"),
     Option("efficiency", "float", 1.0, "of the screw, for the force", check=share),
     figure("force", "N", "of friction on the axis"),
     Option("vertical", "bool", False, "the axis lifts its mass as it counts up"),
@@ -51,26 +51,26 @@ NEEDS = (  # a figure that has no effect without another one
 
 
 def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
-    """Return a load that is given as text, or as a table of figures.
+    """Return a load described by text or by a table of figures.
 
     Args:
-        name: what the load is called in messages.
-        motor: what drives it; its full steps are those of the hard stops.
+        name: the load's name in messages.
+        motor: the driving motor; the hard stops are in its full steps.
 
     Raises:
-        UsageError: a figure that there is not, is out of range, or has no effect without another one.
+        UsageError: a figure is unknown, out of range, or has no effect without another one.
     """
     if isinstance(value, LoadData):
         return value
     if not isinstance(value, (str, Mapping)):
         table = ", ".join(row.name for row in FIGURES)
         raise UsageError(
-            f"{name} {value!r}; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table of {table}"
+            f"{name} {value!r}; allowed text such as 'inertia 68 g cm2, friction 5 mNm', or a table with {table}"
         )
     found = checked(name, FIGURES, of_text(value, FIGURES, name, {}) if isinstance(value, str) else value)
     for each, others in NEEDS:
         if found[each] and not any(found[other] for other in others.split(" or ")):
-            raise UsageError(f"{name}: {each} has no effect without {others}; give it as well, or leave {each} out")
+            raise UsageError(f"{name}: {each} has no effect without {others}; add it, or leave {each} out")
     if None not in (found["low"], found["high"]) and not found["low"] < found["high"]:
         raise UsageError(f"{name}: low {found['low']:g}; allowed less than high, {found['high']:g} full steps")
     for stop, beyond in (("low", (found["low"] or 0) > 0), ("high", (found["high"] or 0) < 0)):
@@ -79,25 +79,25 @@ def read_load(value: Any, name: str, motor: MotorData) -> LoadData:
                 f"{name}: {stop} {found[stop]:g} full steps; the motor begins at 0: allowed low <= 0 <= high"
             )
     mass, lead, efficiency, force, vertical = (found.pop(each) for each in AXIS)
-    arm = lead / (2 * pi)  # m of the axis for each rad
+    arm = lead / (2 * pi)  # m of the axis per rad
     found["inertia"] += mass * arm**2
     found["friction"] += force * arm / efficiency
     found["torque"] += mass * GRAVITY * arm if vertical else 0.0
     if found["stiction"] is not None and found["stiction"] < found["friction"]:
         raise UsageError(
-            f"{name}: stiction {found['stiction']:g} N m; allowed the friction, {found['friction']:g} N m, and more"
+            f"{name}: stiction {found['stiction']:g} N m; allowed the friction, {found['friction']:g} N m, or more"
         )
     for stop in ("low", "high"):
         found[stop] = None if found[stop] is None else found[stop] * motor.step
     return LoadData(**found)
 
 
-FAR = 10  # times what a motor holds: the unit of a figure is more likely another one than the motor
+FAR = 10  # times the holding torque: a figure with a wrong unit is more likely than such a motor
 REMEDY = "use a greater current, a stronger motor or a smaller load"
 
 
 def check_holds(motor: MotorData, driver: DriverData, load: LoadData, name: str = "load") -> None:
-    """Refuse a load that the motor cannot hold at rest, or cannot turn however slowly.
+    """Refuse a load that the motor cannot hold at rest, or cannot turn even slowly.
 
     Raises:
         UsageError: it cannot; the message has the torques.

@@ -1,8 +1,8 @@
-"""What a motor, a driver and a load are: the figures of their data sheets, in SI units.
+"""Data of a motor, a driver and a load: the figures of their data sheets, in SI units.
 
-MotorData   windings, holding torque, inertia     a row of motors.py, or one's own
-DriverData  supply, current, how it is switched   a row of drivers.py, or one's own
-LoadData    what hangs on the shaft               loads.py
+MotorData   windings, holding torque, inertia     a row of motors.py, or user-defined
+DriverData  supply, current, kind of switching    a row of drivers.py, or user-defined
+LoadData    load on the shaft                     loads.py
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from typing import Literal
 Windings = Literal["bipolar", "unipolar", "reluctance"]
 DriverKind = Literal["current", "averaged", "chopper", "voltage", "bilevel"]
 Decay = Literal["slow", "fast", "mixed", "auto"]
-IRON_S = 2.66e-3  # drag by iron loss, N m s, of each N m of holding torque, where nothing better is known
+IRON_S = 2.66e-3  # default drag by iron loss, N m s, per N m of holding torque
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorData:
     """A stepper motor by its data sheet.
 
-    `torque` is the holding torque at `current`, with `rated` phases on.  The sheets of most makers mean two.
+    `torque` is the holding torque at `current`, with `rated` phases on: two on most makers' sheets.
     `iron` is the drag by iron loss, in N m s; None: 2.66e-3 s times the holding torque, since no sheet has it.
 
-    Hybrid and PM motors: `teeth` pairs of poles, four full steps to each; "unipolar" ones have two halves to a winding,
-    and `resistance` and `inductance` are those of a half.  "reluctance": `phases` windings, `phases` full steps to each
-    of the teeth; `inductance` is the mean, `swing` how far it goes up and down from there.
+    Hybrid and PM motors have `teeth` pairs of poles, with four full steps each; "unipolar" ones have two halves per
+    winding, and `resistance` and `inductance` are those of a half.  "reluctance": `phases` windings, and `phases` full
+    steps per tooth; `inductance` is the mean, `swing` the amplitude around it.
     """
 
     name: str
@@ -48,45 +48,45 @@ class MotorData:
 
     @property
     def constant(self) -> float:
-        """The torque constant of one phase, N m/A, which is also its EMF constant, V s/rad."""
+        """Torque constant of one phase, N m/A, which is also its EMF constant, V s/rad."""
         return self.torque / self.current / (sqrt(2) if self.rated == "two" else 1.0)
 
     @property
     def full_steps(self) -> int:
-        """Full steps a turn."""
+        """Full steps per turn."""
         return self.teeth * (self.phases if self.windings == "reluctance" else 4)
 
     @property
     def step(self) -> float:
-        """The full step, rad."""
+        """Full step, rad."""
         return 2 * pi / self.full_steps
 
     def held(self, current: float) -> float:
-        """Return the greatest torque with two phases on, N m, each with a current, A."""
+        """Return the greatest torque with two phases on, N m, at a current per phase, A."""
         if self.windings == "reluctance":
             return self.teeth * self.swing * current**2 / sqrt(2)
         return sqrt(2) * self.constant * current
 
     @property
     def drag(self) -> float:
-        """All drag that grows with the speed, N m s."""
+        """Total viscous drag, N m s."""
         return self.viscous + (IRON_S * self.torque if self.iron is None else self.iron)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriverData:
-    """A driver, and what it is set to.
+    """A driver and its settings.
 
-    "current"   the current is what is asked for, `lag` later (a first-order lag; 0: at once); no supply counts
+    "current"   the current is its set point, `lag` later (a first-order lag; 0: immediately), whatever the supply
     "averaged"  a current source that the supply limits: the mean of a chopper, without its ripple and its damping
     "chopper"   peak current, at a fixed frequency or, with `off_time`, with a fixed pause; in the pause the current
                 decays slow (shorted), fast (against the supply), mixed (fast for `fast_part` of a period or pause, then
-                slow), or auto (slow, and mixed after a step at which the current is to become less)
+                slow), or auto (slow, and mixed after a step at which the current is to decrease)
     "voltage"   the supply through `series` ohms: L/R, and L/nR
     "bilevel"   `high` volts for `high_time` after each change of a phase, then the supply
 
     `current` is the current of a phase with two phases on; with `boost`, a phase that is on alone has sqrt(2) times as
-    much (half steps with an even torque).  `rest`, `slew` and `ramp` are factors of it by MOV and RAMP.
+    much (half steps with an even torque).  `rest`, `slew` and `ramp` are factors of it, selected by MOV and RAMP.
     A half winding that is switched off drives its current into `clamp` volts (a diode 0.7, or a Zener diode).
     """
 
@@ -113,11 +113,11 @@ class DriverData:
 
     @property
     def period(self) -> float:
-        """The period of the clock of a chopper, or its pause, s; 0: it has none of them."""
+        """Period of the clock of a chopper, or its pause, s; 0: it has neither."""
         return self.off_time or (1 / self.frequency if self.frequency else 0.0)
 
     def phase_current(self, motor: MotorData) -> float:
-        """Return the current of a phase of a motor at rest with two phases on, A: what is set, or the resistors let."""
+        """Return the phase current of a motor at rest with two phases on, A: as set, or as limited by resistors."""
         if self.kind in ("voltage", "bilevel"):
             return self.supply / (motor.resistance + self.series)
         return self.current
@@ -125,11 +125,11 @@ class DriverData:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoadData:
-    """What a motor drives, beside its own rotor.
+    """The load of a motor, in addition to its own rotor.
 
-    `friction` is Coulomb friction, `stiction` the torque that a shaft at rest resists with (None: as much).  `torque`
-    acts backward, against counting up: a weight that is lifted.  With `stiffness` the inertia hangs on a coupling, and
-    friction and torque act beyond it.  A damper is `damper_inertia`, dragged along by `damper_drag`.
+    `friction` is Coulomb friction, `stiction` the torque that a shaft at rest resists (None: the same).  `torque` acts
+    backwards, against counting up: a weight that is lifted.  With `stiffness` the inertia is connected by a coupling,
+    and friction and torque act beyond it.  A damper is `damper_inertia`, dragged along by `damper_drag`.
     """
 
     inertia: float = 0.0  # kg m2

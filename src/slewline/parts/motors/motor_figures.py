@@ -1,4 +1,4 @@
-"""Rows of figures: what a table of a motor, a driver or a load may have, in which range, and the same as text."""
+"""Rows of figures: the entries of a table for a motor, a driver or a load, their ranges, and their form as text."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from ...core.datasheet.option import read as read_texts
 from ...errors import SlewlineError, UsageError
 
 IT = "it"
-REACH: Mapping[str, tuple[float, str]] = MappingProxyType(  # more is none of a stepper motor; what is usual instead
+REACH: Mapping[str, tuple[float, str]] = MappingProxyType(  # greatest value of any stepper motor; usual value
     {"kg m2": (1.0, "g cm2"), "N m": (100.0, "mN m"), "m": (1.0, "mm"), "H": (10.0, "mH"), "A": (100.0, "mA")}
 )
 
 
 def figure(name: str, unit: str, says: str, default: float | None = 0.0) -> Option:
-    """Return the row of a figure that is 0 or more; of one with the default None, None is allowed as well."""
+    """Return the row of a figure that is 0 or more; with the default None, None is allowed as well."""
     return Option(name, "quantity", default, says, low=0, unit=unit, check=in_reach(unit), none=default is None)
 
 
 def positive(name: str, unit: str, says: str, default: Any = ...) -> Option:
-    """Return the row of a figure that is more than 0, and must be given; with the default None, it need not be."""
+    """Return the row of a figure that is more than 0 and required; with the default None, it is optional."""
     return Option(name, "quantity", default, says, unit=unit, check=above_0(unit), none=default is None)
 
 
 def signed(name: str, unit: str, says: str) -> Option:
-    """Return the row of a figure that may be less than 0."""
+    """Return the row of a figure that may be negative."""
     return Option(name, "quantity", 0.0, says, unit=unit, check=in_reach(unit))
 
 
@@ -40,31 +40,31 @@ def above_0(unit: str) -> Callable[[float], str]:
 
 
 def in_reach(unit: str) -> Callable[[float], str]:
-    """Return the check of a number that no motor with its load comes near to: it is meant in another unit."""
+    """Return the check of a number against values far beyond any motor with its load, usually a wrong unit."""
     most, usual = REACH.get(unit, (inf, ""))
     says = f"allowed up to {most:g} {unit}; a number alone is in {unit}, so write the unit, such as '68 {usual}'"
     return lambda value: "" if abs(value) <= most else says
 
 
 def share(value: float) -> str:
-    """Say what is wrong with a part of a whole, more than 0 and up to 1."""
+    """Return the complaint about a fraction that is not more than 0 and up to 1, or ""."""
     return "" if 0 < value <= 1 else "allowed more than 0, up to 1"
 
 
 def of_text(
     text: str, rows: Sequence[Option], name: str, spelled: Mapping[str, str], beside: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return the table that a text such as "inertia 68 g cm2, friction 5 mNm" stands for.
+    """Return the table for a text such as "inertia 68 g cm2, friction 5 mNm".
 
     Args:
-        name: what is described, for messages.
+        name: name of the described object, for messages.
         spelled: other words for figures, such as "holding torque", in lower case; and whole parts, such as "unipolar",
             with the figure and its value, "windings unipolar".
-        beside: what may be given beside the figures.
+        beside: parts allowed in addition to the figures.
 
     Raises:
-        UsageError: a part without the name of a figure, or a figure that is given twice.  An unknown figure is in the
-            table, and `checked` refuses it.
+        UsageError: a part has no name of a figure, or a figure occurs twice.  An unknown figure is in the table, and
+            `checked` refuses it.
     """
     if ";" in text:
         raise UsageError(f"{name} {text!r}: commas separate figures, not semicolons")
@@ -96,7 +96,7 @@ def of_text(
 
 
 def complaint(read: Callable[[Any, str], object]) -> Callable[[Any], str]:
-    """Return a check for an option: what `read(value, name)` says of a value that it refuses, or ""."""
+    """Return a check for an option: the message with which `read(value, name)` refuses a value, or ""."""
 
     def says(value: Any) -> str:
         try:

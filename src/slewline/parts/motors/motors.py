@@ -1,4 +1,4 @@
-"""Motors that can be bought, by their data sheets; and what users give as a motor: a name, text, or a table of figures.
+"""Motors on the market, by their data sheets; and user-defined motors: by name, as text, or as a table of figures.
 
 motor = "QSH4218-51-10-049"
 motor = "current 2 A, resistance 1.4 ohm, inductance 3 mH, holding torque 0.44 Nm, inertia 57 g cm2"
@@ -24,12 +24,12 @@ from .motor_figures import complaint, figure, of_text, positive
 
 QSH4218 = "Trinamic, QSH4218 manual, V1.10"
 QSH5718 = "Trinamic, QSH5718 manual, V2.6"
-QSH6018 = "Trinamic, QSH6018 manual, V1.20; it has no detent torque"
+QSH6018 = "Trinamic, QSH6018 manual, V1.20; without detent torque"
 AS1000 = "Beckhoff, AS1000 documentation, 3.7; the detent torque is the middle of its range"
-SANYO = "Sanyo Denki, Sanmotion sheet of the SS242; it has no detent torque"
-COPIES = "copies of a sheet that vendors pass on; its maker is not known"
-KYSAN = "Kysan: windings and torque as StepperSim has them; the inertia is that of motors of its size"
-LISTED = "public tables of motors, not the maker's sheet; they have no detent torque"
+SANYO = "Sanyo Denki, Sanmotion sheet of the SS242; without detent torque"
+COPIES = "vendors' copies of a sheet by an unknown maker"
+KYSAN = "Kysan: windings and torque from StepperSim; inertia of motors of this size"
+LISTED = "public tables of motors, not the maker's sheet; without detent torque"
 
 
 def _motor(
@@ -79,28 +79,28 @@ _ROWS = (  # hybrid motors with 200 full steps a turn, holding torque with two p
 MOTORS: Mapping[str, MotorData] = MappingProxyType({row.name: row for row in _ROWS})
 
 FIGURES = (  # of a table; rows of their own, in the order of MotorData
-    Option("name", "text", "own", "what it is called", like="'my motor'"),
-    Option("windings", "choice", "bipolar", "how it is wound", choices=("bipolar", "unipolar", "reluctance")),
-    Option("teeth", "int", 50, "pairs of poles; 50 make 200 full steps a turn", low=1),
+    Option("name", "text", "own", "its name", like="'my motor'"),
+    Option("windings", "choice", "bipolar", "type of windings", choices=("bipolar", "unipolar", "reluctance")),
+    Option("teeth", "int", 50, "pairs of poles; 50 make 200 full steps per turn", low=1),
     Option("phases", "int", 4, "windings of a reluctance motor", low=3),
     positive("current", "A", "rated current of a phase"),
     positive("resistance", "ohm", "of a phase"),
     positive("inductance", "H", "of a phase; of a reluctance motor the mean"),
-    figure("swing", "H", "how far the inductance of a reluctance motor goes up and down from the mean"),
+    figure("swing", "H", "amplitude of the inductance of a reluctance motor around its mean"),
     figure("torque", "N m", "holding torque at the rated current"),
-    Option("rated", "choice", "two", "phases on, to which the holding torque belongs", choices=("two", "one")),
+    Option("rated", "choice", "two", "number of phases on at the holding torque", choices=("two", "one")),
     figure("detent", "N m", "detent torque, without current"),
     positive("inertia", "kg m2", "of the rotor"),
     figure("iron", "N m s", "drag by iron loss; None: 2.66e-3 s times the holding torque", None),
     figure("viscous", "N m s", "drag of the bearings"),
     figure("friction", "N m", "Coulomb friction of bearings and seals"),
-    Option("source", "text", "own figures", "where the figures are from", like="'data sheet, 2012'"),
+    Option("source", "text", "own figures", "source of the figures", like="'data sheet, 2012'"),
 )
 
 
 EXAMPLE = "current 2 A, resistance 1.4 ohm, inductance 3 mH, holding torque 0.44 Nm, inertia 57 g cm2"
-OWN = f"give the figures of its data sheet: '{EXAMPLE}'"
-SPELLED: Mapping[str, str] = MappingProxyType(  # as data sheets call the figures
+OWN = f"use the figures of its data sheet: '{EXAMPLE}'"
+SPELLED: Mapping[str, str] = MappingProxyType(  # names of the figures on data sheets
     {
         "holding torque": "torque", "detent torque": "detent", "rated current": "current", "phase current": "current",
         "phase resistance": "resistance", "phase inductance": "inductance", "rotor inertia": "inertia",
@@ -110,10 +110,10 @@ SPELLED: Mapping[str, str] = MappingProxyType(  # as data sheets call the figure
 )  # fmt: skip
 BESIDE = ("like", "step_angle")
 NEEDED = ("current", "resistance", "inductance", "torque", "inertia")
-ASSUMED: Mapping[str, str] = MappingProxyType(  # of a motor of one's own, what holds for a figure that is left out
+ASSUMED: Mapping[str, str] = MappingProxyType(  # of a user-defined motor, default of a figure that is left out
     {
         "windings": "bipolar windings",
-        "teeth": "200 full steps a turn (step angle 1.8 deg)",
+        "teeth": "200 full steps per turn (step angle 1.8 deg)",
         "rated": "holding torque with two phases on",
         "detent": "no detent torque",
         "iron": f"iron loss {IRON_S * 1e3:g} ms times the holding torque",
@@ -127,7 +127,7 @@ def motor_named(name: str, place: str = "motor") -> MotorData:
     """Return the row of a motor.
 
     Raises:
-        UnknownName: there is none of this name.
+        UnknownName: no motor has this name.
     """
     if name not in MOTORS:
         meant = same_part(name, MOTORS) or f"; for another motor {OWN}"
@@ -136,29 +136,29 @@ def motor_named(name: str, place: str = "motor") -> MotorData:
 
 
 def is_described(text: str) -> bool:
-    """Return whether a text has figures of a motor, and is no name."""
+    """Return whether a text has figures of a motor, rather than a name."""
     words = (*(row.name for row in FIGURES), *SPELLED, *BESIDE)
     return text not in MOTORS and ("," in text or any(re.match(rf"\s*{each}[ =:]", text, re.I) for each in words))
 
 
 def motor_table(value: str | Mapping[str, Any], name: str = "motor") -> dict[str, Any]:
-    """Return the table of figures that is given as text or as a table.
+    """Return the table of figures for a text or a table.
 
     Raises:
-        UsageError: a text with a part that has no name, or a figure twice; a step angle that is none.
+        UsageError: a part of the text has no name, a figure occurs twice, or a step angle is impossible.
     """
     given = of_text(value, FIGURES, name, SPELLED, BESIDE) if isinstance(value, str) else {**value}
     if given.get("step_angle") is not None and "teeth" in given:
         raise UsageError(f"{name}: step_angle and teeth both set the full steps a turn; leave one out")
     if "step_angle" in given and given.get("windings") == "reluctance":
-        raise UsageError(f"{name}: step_angle of a reluctance motor; give its teeth and phases instead")
+        raise UsageError(f"{name}: step_angle of a reluctance motor; use its teeth and phases instead")
     if "step_angle" in given:
         given["teeth"] = _teeth(given.pop("step_angle"), name)
     return given
 
 
 def _teeth(angle: Any, name: str) -> int:
-    """Return the pairs of poles of a motor with four full steps to each."""
+    """Return the pairs of poles of a motor with four full steps each."""
     try:
         teeth = 90 / measured(angle, "deg")
     except (ValueError, ZeroDivisionError):
@@ -171,16 +171,16 @@ def _teeth(angle: Any, name: str) -> int:
 
 
 def read_motor(value: Any, name: str = "motor") -> MotorData:
-    """Return a motor that is given by its name, by its figures as text, or by a table of figures.
+    """Return a motor described by its name, by its figures as text, or by a table of figures.
 
-    Text and table may be `like` a motor with a name; what else is given replaces a figure of that.
+    Text and table may be `like` a motor with a name; other figures replace those of that motor.
 
     Args:
-        name: what the motor is called in messages.
+        name: the motor's name in messages.
 
     Raises:
-        UnknownName: there is no motor of this name.
-        UsageError: a figure that there is not, is missing, or is out of range.
+        UnknownName: no motor has this name.
+        UsageError: a figure is unknown, missing, or out of range.
     """
     if isinstance(value, MotorData):
         return value
@@ -189,7 +189,7 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
     if not isinstance(value, (str, Mapping)):
         table = ", ".join((*BESIDE, *(row.name for row in FIGURES)))
         raise UsageError(
-            f"{name} {value!r}; allowed the name of a motor, text such as '{EXAMPLE}', or a table of {table}"
+            f"{name} {value!r}; allowed the name of a motor, text such as '{EXAMPLE}', or a table with {table}"
         )
     given, rows = motor_table(value, name), [*FIGURES]
     if "like" in given:
@@ -202,10 +202,10 @@ def read_motor(value: Any, name: str = "motor") -> MotorData:
 
 
 def assumptions(value: Any) -> tuple[str, ...]:
-    """Return what is assumed of a motor for the figures that a user has left out, in words; nothing if it has a name.
+    """Return the assumptions for figures that a user has left out, in words; none for a motor with a name.
 
     Args:
-        value: the motor, as `read_motor` has taken it.
+        value: the motor, as passed to `read_motor`.
     """
     if not isinstance(value, (str, Mapping)) or (isinstance(value, str) and not is_described(value)):
         return ()
@@ -217,7 +217,7 @@ def assumptions(value: Any) -> tuple[str, ...]:
 
 
 def _check_whole(given: Mapping[str, Any], name: str) -> None:
-    """Refuse a motor with figures missing: all of them are named."""
+    """Refuse a motor with missing figures, and name all of them."""
     reluctance = given.get("windings") == "reluctance"
     needed = [each.replace("torque", "swing") if reluctance else each for each in NEEDED]
     rows = {row.name: row for row in FIGURES}
@@ -234,7 +234,7 @@ def _named_like(like: object, name: str) -> MotorData:
 
 
 def _consistent(motor: MotorData, name: str) -> MotorData:
-    """Return a motor whose figures fit together."""
+    """Return a motor after checking that its figures are consistent."""
     if motor.windings == "reluctance":
         if not 0 < motor.swing < motor.inductance:
             raise UsageError(

@@ -1,4 +1,4 @@
-"""What the equations call, and functions made of their text: for plain Python, and for Numba."""
+"""Functions that the equations call, and functions made from their text, for plain Python and for Numba."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ absolute = abs
 
 
 def compiled(text: str, names: dict[str, Any], place: str = "<equations of a motor>") -> dict[str, Any]:
-    """Return what a text of Python defines."""
+    """Return the definitions in a text of Python."""
     space = dict(names)
     exec(compile(text, place, "exec"), space)
     return space
@@ -40,7 +40,7 @@ PYTHON = compiled("\n".join(OPERATIONS), {"floor": floor, "nearest": round, "sqr
 
 # -------------------------------------------------------------------------------------------------------- machine code
 def module_text(functions: Sequence[str]) -> str:
-    """Return a module of functions, for Numba; all that decides about their machine code is in it: its hash is the key.
+    """Return a module of functions for Numba; it includes all that affects their machine code, so its hash is the key.
 
     Raises:
         ImportError: Numba is not installed.
@@ -57,7 +57,7 @@ def module_text(functions: Sequence[str]) -> str:
 
 
 def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
-    """Return functions that Numba compiles, at the first call with each type, or has compiled in an earlier process.
+    """Return functions that Numba compiles at the first call with each type, or has compiled in an earlier process.
 
     Args:
         functions: their texts; each may call those before it.
@@ -75,22 +75,22 @@ def machine_code(functions: Sequence[str]) -> dict[str, Callable[..., Any]]:
     path = keep_source(text)
     if path is None:
         return {name: anew()[name] for name in names}
-    # Numba names its machine code after the module, which it must be able to import; so there is one for each text.
+    # Numba names its machine code after the module, which it must be able to import; so there is one per text.
     module = sys.modules.setdefault(f"slewline_motor_{path.stem}", ModuleType(f"slewline_motor_{path.stem}"))
     try:
         kept = compiled(text, {"KEPT": True, "__name__": module.__name__}, str(path))
-    except Exception:  # Numba raises RuntimeError, or what the system refuses
+    except Exception:  # Numba raises RuntimeError, or an error of the system
         return {name: anew()[name] for name in names}
 
     def safe(name: str) -> Callable[..., Any]:
-        """Return a function that does without what is kept from when that fails: a damaged file, a full disk."""
+        """Return a function that works without the cache if the cache fails: a damaged file, a full disk."""
         function = kept[name]
 
         def call(*given: Any) -> Any:
             nonlocal function
             try:
                 return function(*given)
-            except Exception:  # of whatever kind: what was kept is unpickled, at the first call
+            except Exception:  # of any kind: the cache is unpickled, at the first call
                 drop_source(path)
                 function = anew()[name]
                 return function(*given)

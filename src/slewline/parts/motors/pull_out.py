@@ -1,7 +1,7 @@
-"""The torque at which a motor falls out of step, over its rate: measured on the model, as on a test bench.
+"""Pull-out torque of a motor over its rate, measured on the model as on a test bench.
 
-torque of the load    . . . . . . . /|         the motor turns evenly; the load grows slowly,
-                      . . . . /      |         until it is out of step
+torque of the load    . . . . . . . /|         the motor turns at a constant rate; the load grows slowly,
+                      . . . . /      |         until the motor is out of step
                       . ./           v
 
 A single rate may mislead: a motor swings at some rates, and a chopper whose clock is a multiple of the step rate beats
@@ -21,12 +21,12 @@ from .law import MotorLaw
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-RISE_S = 4.0  # in which the load would come to the holding torque
-PIECE_PS = 10_000_000_000  # in which it stays as it is
+RISE_S = 4.0  # in which the load would reach the holding torque
+PIECE_PS = 10_000_000_000  # in which it is constant
 SETTLES_PS = 100_000_000_000  # before it begins to grow
 LEAST, MOST = 20.0, 1e5  # full steps/s
 BESIDE = 0.006  # of a rate, up and down: its neighbours
-APART = 0.1  # of the holding torque, by which both neighbours of an isolated rate are above or below it
+APART = 0.1  # of the holding torque: both neighbours of an isolated rate are above or below it by more
 
 
 class PullOutPoint(NamedTuple):
@@ -34,7 +34,7 @@ class PullOutPoint(NamedTuple):
 
     Attributes:
         rate: the rate, full steps/s.
-        torque: the greatest torque beside the load, N m; 0: the motor does not turn.
+        torque: the greatest torque in addition to the load, N m; 0: the motor does not turn.
         neighbours: rate and torque of the neighbours, 0.6 % below and above; empty if none were measured.
         holding: the holding torque, N m.
     """
@@ -46,7 +46,7 @@ class PullOutPoint(NamedTuple):
 
     @property
     def isolated(self) -> str:
-        """Return "success" or "failure" if both neighbours differ from the rate, the same way; "" if not."""
+        """Text "success" or "failure" if both neighbours differ from the rate in the same direction, else empty."""
         apart = [self.torque - torque for _, torque in self.neighbours]
         limit = APART * self.holding
         if apart and min(apart) > limit:
@@ -63,16 +63,16 @@ class PullOutPoint(NamedTuple):
 
 @answering("pull_out()")
 def pull_out(law: MotorLaw, rates: Sequence[float | str], *, neighbours: bool = True) -> list[PullOutPoint]:
-    """Return the greatest torque at some rates, beside the load, and which of them are isolated.
+    """Return the greatest torque at some rates, in addition to the load, and which of them are isolated.
 
-    A law with its own resonances shows as much: there a motor is lost with little load, or with none.
+    Resonances of the law show in the result: there a motor loses steps with little load, or with none.
 
     Args:
         rates: full steps/s, or text with a unit, such as "600 rpm".
         neighbours: measure 0.6 % below and above each rate as well, which takes three times as long.
 
     Raises:
-        UsageError: no such rate.
+        UsageError: a rate is not allowed.
     """
     holding = law.motor.held(law.driver.phase_current(law.motor))
     found = []
@@ -95,7 +95,7 @@ def _rate(given: Any, law: MotorLaw) -> float:
 
 
 def _at(law: MotorLaw, rate: float) -> float:
-    """The torque at a rate."""
+    """Return the torque at a rate."""
     import numpy as np
 
     most = law.motor.held(law.driver.phase_current(law.motor))

@@ -1,7 +1,7 @@
-"""What turns, and what sits on it: motors, shafts, gears and carriages, encoders and switches.
+"""Rotating parts, and the parts that sit on them: motors, shafts, gears and carriages, encoders and switches.
 
-A part that PULSE and DIRECTION drive has a `StepDrive` (`motor.py`).  One that sits on a shaft is a file here with
-the class attribute `sits = "must"`: its rule is a `Sensor` (`sensors.py`), and its wire shows an `EncoderChannel`,
-levels that repeat with the count, or a `SwitchZone`, closed between two places (`shown.py`).  A shaft that another
-shaft drives is in `carriage.py`.
+A part that PULSE and DIRECTION drive has a `StepDrive` (`motor.py`).  A part that sits on a shaft is a file here with
+the class attribute `sits = "must"`: its rule is a `Sensor` (`sensors.py`), and its output is an `EncoderChannel`,
+with levels that repeat with the count, or a `SwitchZone`, closed between two positions (`shown.py`).  Shafts that
+another shaft drives are in `carriage.py`.
 """

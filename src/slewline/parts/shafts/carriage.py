@@ -1,4 +1,4 @@
-"""What lies between a motor and what it moves: a gear, and a carriage with backlash and hard stops."""
+"""Parts between a motor and its load: a gear, and a carriage with backlash and hard stops."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ class Gear(Part):
     """A gear on a shaft, with an output shaft of its own.
 
     Args:
-        on: what drives it.
-        pinion: teeth of the wheel that drives.
-        wheel: teeth of the one that is driven.
-        reverse: the driven shaft turns the other way, as it does with two wheels.
+        on: the part that drives it.
+        pinion: teeth of the driving wheel.
+        wheel: teeth of the driven wheel.
+        reverse: the driven shaft turns in the opposite direction, as with two wheels.
     """
 
     _for_users = ("position",)
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("pinion", "int", 1, "teeth of the wheel that drives", low=1),
-        Option("wheel", "int", 1, "teeth of the wheel that is driven", low=1),
-        Option("reverse", "bool", False, "the driven shaft turns the other way"),
+        Option("pinion", "int", 1, "teeth of the driving wheel", low=1),
+        Option("wheel", "int", 1, "teeth of the driven wheel", low=1),
+        Option("reverse", "bool", False, "the driven shaft turns in the opposite direction"),
     )
     quantities, forget = shaft_quantities, forget_shaft
 
@@ -43,38 +43,38 @@ class Gear(Part):
 
     @property
     def position(self) -> float:
-        """Steps that the driven shaft has turned, a step being that of a motor with as many a turn."""
+        """Position of the driven shaft, in steps; one turn has as many steps as a turn of the motor."""
         return float(self.shaft.place)
 
     def shows(self) -> dict[str, Any]:
-        """Return where its shaft is, in steps, and how many make a turn."""
+        """Return the position of the output shaft, in steps, and the steps per turn."""
         return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
 
 class Carriage(Part):
     """A carriage that a shaft moves, with backlash, between hard stops.
 
-    Where the shaft turns round it stops until the backlash is taken up.  At a hard stop the shaft is held:
-    further steps are lost, with a finding, and it comes away at once in the other direction.
+    When the shaft reverses, the carriage stops until the backlash is taken up.  At a hard stop the shaft is blocked:
+    further steps are lost, with a finding, and the carriage leaves the stop with the first step in the other direction.
 
     Args:
-        on: what moves it.
+        on: the part that moves it.
         backlash: steps.
-        low, high: places of the hard stops, in steps; None: there is none.
-        start: its place at the beginning, in steps; it has come there forward.
-        scale: how far a step moves it, in `unit`.
-        unit: of its place, for example "mm".
+        low, high: positions of the hard stops, in steps; None: no stop.
+        start: its initial position, in steps, reached by a forward move.
+        scale: travel per step, in `unit`.
+        unit: of the position, for example "mm".
     """
 
     _for_users = ("place", "lost", "scale", "unit")
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("backlash", "float", 0, "how far the shaft turns round before it follows", low=0, unit="steps"),
-        Option("low", "float", None, "place of the lower hard stop; None: there is none", unit="steps", none=True),
-        Option("high", "float", None, "place of the upper hard stop; None: there is none", unit="steps", none=True),
-        Option("start", "float", 0, "place at the beginning", unit="steps"),
-        Option("scale", "float", 1, "how far a step moves it, in `unit`"),
-        Option("unit", "text", "steps", "of its place"),
+        Option("backlash", "float", 0, "travel of the shaft after a reversal until it follows", low=0, unit="steps"),
+        Option("low", "float", None, "position of the lower hard stop; None: no stop", unit="steps", none=True),
+        Option("high", "float", None, "position of the upper hard stop; None: no stop", unit="steps", none=True),
+        Option("start", "float", 0, "position at the start", unit="steps"),
+        Option("scale", "float", 1, "travel per step, in `unit`"),
+        Option("unit", "text", "steps", "of its position"),
     )
     forget = forget_shaft
 
@@ -94,7 +94,7 @@ class Carriage(Part):
         super().__init__(kernel, name)
         for stop, beyond in ((low, low is not None and low > start), (high, high is not None and high < start)):
             if beyond:
-                raise UsageError(f"{name}: start {start} lies beyond the stop at {stop}; allowed low <= start <= high")
+                raise UsageError(f"{name}: start {start} is beyond the stop at {stop}; allowed low <= start <= high")
         self.scale, self.unit = fraction(scale), unit
         self.shaft = BacklashShaft(on, fraction(backlash), fraction(start))
         self._stops = fraction_or_none(low), fraction_or_none(high)
@@ -105,32 +105,32 @@ class Carriage(Part):
 
     @property
     def place(self) -> float:
-        """Where it is, in its unit."""
+        """Position, in its unit."""
         return float(self.shaft.place * self.scale)
 
     def shows(self) -> dict[str, Any]:
-        """Return where it is, in its unit, and where its hard stops are, None where there is none."""
+        """Return the position and the hard stops, in the carriage's unit; None: no stop."""
         low, high = (None if stop is None else float(stop * self.scale) for stop in self._stops)
         return {"place": self.place, "unit": self.unit, "low": low, "high": high}
 
     @property
     def lost(self) -> int:
-        """Steps that its stops have swallowed."""
+        """Steps lost at the hard stops."""
         self.catch_up()
         return self._swallowed
 
     def catch_up(self) -> None:
-        """Work off what has happened up to the last committed instant."""
+        """Process the motion up to the last committed instant."""
         self.shaft.look(self.kernel.seen)
 
     def _lost(self, ps: int, steps: int, anew: bool) -> None:
         motion = self.shaft.motion
         if motion.within(*self._stops).room != motion.room:
-            return  # the stop of another load holds the shaft
+            return  # the hard stop of another load blocks the shaft
         self._swallowed += steps
         if anew:
-            self.finding("hard-stop", f"at {self.place:g} {self.unit} it runs into a stop: steps are lost", ps)
+            self.finding("hard-stop", f"at {self.place:g} {self.unit} it hits a hard stop: steps are lost", ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return what the part has over time, to be drawn, written and asked."""
+        """Return the quantities of the part over time, for pictures, files and queries."""
         return (self.shaft.quantity("place", self.unit, float(self.scale)),)

@@ -1,12 +1,12 @@
 """Encoders: on the shaft of a motor that PULSE and DIR drive, or on a shaft that another machine turns.
 
-    count    ... -1  0  1  2  3  4  5 ...        forward to the right: A is ahead of B
+    count    ... -1  0  1  2  3  4  5 ...        forward to the right: A leads B
     a             0  0  1  1  0  0  1
     b             1  0  0  1  1  0  0
     index         1  0  1  1  1  1  1            low once a turn: at count 0, `counts` ...
 
-All three are promises on top of what turns the shaft (shaft_counter.py): while PULSE follows a train, no step is an
-event.
+All three outputs are promises derived from the motion of the shaft (shaft_counter.py): while PULSE follows a train, no
+step is an event.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ if TYPE_CHECKING:
 PUSH_PS = 2_000_000  # the counts of a shaft that is turned by hand
 FASTEST = 100_000_000  # counts/s of a shaft that another machine turns: chips count a few million
 AXIS = Option("axis", "int", 1, "of the chip", low=1, high=4)
-MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, as the encoder calls them
+MOTOR = MappingProxyType({"pulse": "pulse", "dir": "direction"})  # its pins, by the encoder's names
 COUNT_WIRING = MappingProxyType({"a": "encoder_a", "b": "encoder_b"})
 CHANNELS = MappingProxyType({"a": LevelPattern(0, 1, 1, 0), "b": LevelPattern(0, 0, 1, 1)})  # by the count
 
 
 class CountOutputs:
-    """Outputs of a part that show the counts of a shaft: A, B, and an index if there is one; a hand turns the shaft.
+    """Outputs of a part that show the counts of a shaft: A, B, and an optional index. The shaft can be turned by hand.
 
     Args:
-        part: has the pins A and B; it gets that of the index.
-        shaft, scale, lag_ps: as of `Sensor`.
-        index: counts from one index to the next; 1: there is none.
+        part: has the pins A and B; the pin of the index is added.
+        shaft, scale, lag_ps: as in `Sensor`.
+        index: counts from one index to the next; 1: no index.
     """
 
     def __init__(self, part: Part, shaft: Shaft, scale: CountScale, lag_ps: int, index: int = 1) -> None:
@@ -60,7 +60,7 @@ class CountOutputs:
         self.rule = Sensor(part, shaft, scale, lag_ps, show=self._promise)
 
     def _promise(self) -> None:
-        """Promise what the outputs show from now on."""
+        """Promise the outputs from now on."""
         for name, code in self._codes.items():
             self.part.drivers[name].play(EncoderChannel(self.rule.counter, code))
 
@@ -70,11 +70,11 @@ class CountOutputs:
         return self.rule.counter.level(self.rule.kernel.seen)
 
     def steps(self, counts: int) -> Fraction:
-        """Return how many steps of the shaft some counts are."""
+        """Return the steps of the shaft that a number of counts corresponds to."""
         return counts / self.rule.counter.scale.per_step
 
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 µs: an input of the part."""
+        """Turn the shaft by hand, by `counts` (negative: backwards), one every 2 µs: an input of the part."""
         check_counts(self.part, counts)
         self.part.input("push", counts)
         self.hand += counts
@@ -98,17 +98,17 @@ def add_channels(part: Part) -> None:
 
 
 def check_counts(part: Part, counts: object) -> None:
-    """Check that something that a user gives is a number of counts.
+    """Check that a value set by a user is a number of counts.
 
     Raises:
-        UsageError: it is no whole number.
+        UsageError: it is not an integer.
     """
     if not isinstance(counts, int) or isinstance(counts, bool):
         raise UsageError(f"{part.name}: {counts!r} counts; expected a whole number")
 
 
 class ShowsCounts:
-    """What a part with such outputs says of them, and a hand on its shaft; it stands before `Part` among the bases."""
+    """Mixin of parts with such outputs: their count, and turning by hand. List it before `Part` among the bases."""
 
     name: str
     _outputs: CountOutputs
@@ -119,50 +119,50 @@ class ShowsCounts:
         return self._outputs.count
 
     def shows(self) -> dict[str, Any]:
-        """Return its count."""
+        """Return the count."""
         return {"counts": self.counts}
 
     @from_outside
     def push(self, counts: int) -> None:
-        """Turn the shaft by hand, so many counts forward (less than 0: back), one every 2 µs."""
+        """Turn the shaft by hand, by `counts` (negative: backwards), one every 2 µs."""
         self._outputs.push(counts)
 
     @property
     def idle(self) -> bool:
-        """Nothing left to do by itself."""
+        """Whether the part will change nothing without an input."""
         return not self._outputs.hand
 
     @property
     def waiting(self) -> str:
-        """What the part waits for."""
+        """Event or condition that the part waits for."""
         if hand := self._outputs.hand:
             return f"{self.name}: turning {hand} more counts by hand"
         return super().waiting  # type: ignore[misc,no-any-return]
 
 
 class Encoder(ShowsCounts, Blockable, Part):
-    """An encoder on the shaft of a step motor that makes every step, at the fall of PULSE; DIR high is forward.
+    """An encoder on the shaft of a stepper motor; every falling edge of PULSE is a step, DIR high is forward.
 
     Args:
-        on: the shaft that it sits on; without it the encoder has a motor of its own, which PULSE and DIR drive.
+        on: the shaft that it sits on; without it the encoder has its own motor, which PULSE and DIR drive.
         axis: of the chip.
         counts: per revolution.
         steps: per revolution, of its own motor.
-        reverse: the encoder counts the other way.
+        reverse: the encoder counts in the opposite direction.
         lag: from a step to its count, more than 0.
     """
 
     _for_users = ("counts", "block", "free", "slip", "push")
     wiring = COUNT_WIRING
-    optional = frozenset({"a", "b", "index"})  # where the neighbour has no inputs for them
+    optional = frozenset({"a", "b", "index"})  # if the neighbour has no inputs for them
     verbs = ("block", "free", "slip", "push")
     sits: ClassVar[Literal["", "may", "must"]] = "may"
 
     options = (
         AXIS,
         Option("counts", "int", 4000, "per revolution", low=1, high=1 << 20),
-        Option("steps", "int", 12800, "per revolution, of a motor of its own", low=1),
-        Option("reverse", "bool", False, "it counts the other way"),
+        Option("steps", "int", 12800, "per revolution, of its own motor", low=1),
+        Option("reverse", "bool", False, "it counts in the opposite direction"),
         Option("lag", "time", "1 us", "from a step to its count", low=1),
     )
 
@@ -199,24 +199,24 @@ class Encoder(ShowsCounts, Blockable, Part):
         return motor.shaft
 
     def attached(self, own: str, row: Pin) -> None:
-        """Let the motor inside know which pin one of its own has been joined with."""
+        """Pass on the neighbour's pin to the motor inside, whose pin it has been wired to."""
         if self._motor is not None and own in MOTOR:
             self._motor.attached(MOTOR[own], row)
 
     def rewired(self) -> None:
-        """Start to watch the pins: the part is wired, and time is about to pass."""
+        """Start to follow the pins, once the part is wired and before time passes."""
         if self._motor is not None:
             if not ((net := self.pins["pulse"].net).drivers or net.joined):
-                self.finding("open-pin", "pulse is open, so only push turns the shaft; give to=x, or on=motor")
+                self.finding("open-pin", "pulse is open, so only push turns the shaft; set to=x, or on=motor")
             self._motor.rewired()
         self.rule.start()
 
     @from_outside
     def slip(self, counts: int) -> None:
-        """Let the shaft slip: it does not follow the next steps, so many counts long, whatever their direction."""
+        """Let the shaft slip: it does not follow the next `counts`, in either direction."""
         check_counts(self, counts)
         if counts < 0:
-            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 and more (push turns the shaft)")
+            raise UsageError(f"{self.name}: slips {counts} counts; allowed 0 or more (push turns the shaft)")
         self.input("slip", counts)
         self.shaft.slip(self._outputs.steps(counts))
         self.kernel.settle()
@@ -241,17 +241,17 @@ class Quadrature(ShowsCounts, Part):
         self.shaft = Shaft(kernel, per_turn=1)
         self._outputs = CountOutputs(self, self.shaft, CountScale(Fraction(1)), 0)
         self.rule = self._outputs.rule
-        self.rule.start()  # its shaft is its own: there is nothing to wait for
+        self.rule.start()  # it has a shaft of its own: nothing to wait for
 
     @from_outside
     def run(self, rate: int) -> None:
-        """Turn at so many counts/s from now on, less than 0: backwards; 0: stop."""
+        """Turn at `rate` counts/s from now on; negative: backwards; 0: stop."""
         check_counts(self, rate)
         if abs(rate) > FASTEST:
             raise UsageError(f"{self.name}: {rate} counts/s; allowed {-FASTEST} to {FASTEST}")
         self.input("run", rate)
         now = self.kernel.now
-        self.shaft.cut(now)  # what comes at this instant is known: nothing else turns the shaft
+        self.shaft.cut(now)  # the edge at this instant is known: nothing else turns the shaft
         self.shaft.turn(Even(now, abs(rate)) if rate else NoEvents(), 1 if rate > 0 else -1, now)
         self.kernel.settle()
 

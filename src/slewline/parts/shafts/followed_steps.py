@@ -1,10 +1,10 @@
-"""Which pulses a motor follows: a law over the edges of a clock, processed on request.
+"""The pulses that a motor follows: a law over the edges of a clock, processed on request.
 
-    pulse       |   |   |  | | | |  |   |   |        its rate, from the pulse before, may be `pull_in`, or what the
-    followed    1   2   3  4         5   6   7        motor reaches from its present rate in one step
+    pulse       |   |   |  | | | |  |   |   |        its rate, from the pulse before, may be `pull_in`, or the rate
+    followed    1   2   3  4         5   6   7        that the motor reaches from its present rate in one step
 
-While every pulse is followed the law is processed in arrays; where one is lost, pulse by pulse until one is followed
-again.  What is kept are the runs of pulses that were followed, so a promise can be asked for its past.
+While every pulse is followed, the law is processed in arrays; after a lost pulse it is processed pulse by pulse until
+one is followed again.  The runs of followed pulses are kept, so the past of a promise can be queried.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ FEW = 16  # pulses that are processed together first, and after one was lost
 
 @dataclass(frozen=True, slots=True)
 class PulseFollowing:
-    """What a motor has made of its pulses so far."""
+    """State of a motor after its pulses so far."""
 
     pulses: int = 0
     lost: int = 0
     sign: int = 0  # of the last pulse
-    rate: float = 0.0  # steps/s; 0: it stands
+    rate: float = 0.0  # steps/s; 0: at rest
     pulsed_ps: int = -PS_PER_S  # the last pulse
-    arrives_ps: int = 0  # when the last step that it follows is made
+    arrives_ps: int = 0  # when the last followed step is completed
     way: int = 0  # and its sign
-    follows: bool = False  # it follows the last pulse
+    follows: bool = False  # the last pulse was followed
 
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """How long a step takes, the greatest rate from rest, the acceleration, and the pulses that are missed besides."""
+    """Limits of a motor: duration of a step, greatest rate from rest, acceleration, and pulses missed in addition."""
 
     lag_ps: int
     pull_in: float
@@ -50,7 +50,7 @@ class MotorLimits:
 
     @property
     def free(self) -> bool:
-        """Is every pulse a step at once?"""
+        """Whether every pulse is a step without delay."""
         return not (self.lag_ps or self.pull_in or self.loses)
 
     def shortest_ps(self, rate: float) -> int:
@@ -76,7 +76,7 @@ class MotorLimits:
         )
 
     def followed(self, of: PulseFollowing, times: NDArray[np.int64]) -> int:
-        """Return how many pulses, (n,) int64 ps, n >= 1, it follows one after the other, the first one included."""
+        """Return how many of n >= 1 pulses, (n,) int64 ps, are followed without a gap, the first one included."""
         import numpy as np
 
         intervals = np.diff(times)
@@ -94,25 +94,24 @@ class MotorLimits:
 class FollowedSteps(Events):
     """Clock edges that become steps: the pulses that a motor follows, at their instants.
 
-    `_firsts` and `_lasts` are the runs of pulses that are followed, counting from 1, and `_before` how many steps come
-    before each.
+    `_firsts` and `_lasts` are the runs of followed pulses, from 1; `_before` is the number of steps before each.
     """
 
     def __init__(self, clock: Events, limits: MotorLimits, of: PulseFollowing, sign: int) -> None:
         self.clock, self.limits, self.of, self.sign = clock, limits, of, sign
-        self._known, self._state = 0, of  # pulses that are processed, and what came of them
+        self._known, self._state = 0, of  # processed pulses, and the state after them
         self._firsts: list[int] = []
         self._lasts: list[int] = []
         self._before: list[int] = []
         self._many = FEW
 
     def _made(self, n: int) -> int:
-        """How many of the first n pulses, which are processed, are followed."""
+        """Return how many of the first n pulses, already processed, are followed."""
         i = bisect_right(self._firsts, n) - 1
         return 0 if i < 0 else self._before[i] + min(n, self._lasts[i]) - self._firsts[i] + 1
 
     def _work(self, n: int) -> None:
-        """Work off the pulses up to number n."""
+        """Process the pulses up to number n."""
         while self._known < n:
             last = min(n, self._known + BLOCK)
             times: Any = [self.clock.time(last)] if last == self._known + 1 else self.clock.times(self._known + 1, last)
@@ -121,7 +120,7 @@ class FollowedSteps(Events):
                 done += self._work_some(times[done : done + self._many])
 
     def _work_some(self, times: Any) -> int:
-        """Work off the first of some pulses, and those after it that are followed like it; return how many."""
+        """Process the first pulse, and the pulses after it that are likewise followed or lost; return how many."""
         state = self.limits.after(self._state, int(times[0]), self.sign)
         if not state.follows:
             self._state, self._known, self._many = state, self._known + 1, FEW
@@ -139,7 +138,7 @@ class FollowedSteps(Events):
         return run
 
     def _follow(self, run: int) -> None:
-        """Note that so many pulses more are followed."""
+        """Add a run of followed pulses."""
         if self._lasts and self._lasts[-1] == self._known:
             self._lasts[-1] += run
         else:
@@ -149,7 +148,7 @@ class FollowedSteps(Events):
         self._known += run
 
     def _pulse(self, k: int) -> int:
-        """The pulse that makes step k."""
+        """Return the number of the pulse for step k."""
         i = bisect_right(self._before, k - 1) - 1
         return self._firsts[i] + k - 1 - self._before[i]
 
@@ -161,7 +160,7 @@ class FollowedSteps(Events):
         return self._made(n)
 
     def time(self, k: int) -> When:
-        """Return the instant of step k (ps), NotYet, or None: it is not foreseen."""
+        """Return the instant of step k (ps), NotYet, or None if it is not foreseen."""
         following: When = None
         for _ in range(LOOKS):
             if k <= self._made(self._known):
@@ -175,7 +174,7 @@ class FollowedSteps(Events):
         return NotYet(following) if isinstance(following, int) else None
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the instants of steps first ... last, all of which come: (n,) int64 ps, ascending."""
+        """Return the instants of steps first ... last, which must all occur: (n,) int64 ps, ascending."""
         import numpy as np
 
         if last < first:

@@ -1,4 +1,4 @@
-"""Steps that a shaft makes while something forbids it: found on request, by what the shaft has done."""
+"""Steps that a shaft makes while they are forbidden, found on request from the past motion of the shaft."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 class InterlockMonitor:
-    """What the shaft of a part does as long as it should not, a level of a wire saying so."""
+    """Watches the shaft of a part for steps while the level of a wire forbids them."""
 
     def __init__(self, part: Part, shaft: Shaft) -> None:
         self.part, self.shaft = part, shaft
-        self._since: int | None = None  # steps after this instant have not been looked at
+        self._since: int | None = None  # steps after this instant are not checked yet
 
     def hold(self, on: bool) -> None:
-        """Watch from now on that the shaft is at rest; or stop watching."""
+        """Start to watch that the shaft is at rest, or stop watching."""
         if on:
             self._since = self.part.kernel.now if self._since is None else self._since
         elif self._since is not None:
@@ -26,7 +26,7 @@ class InterlockMonitor:
             self._since = None
 
     def steps(self) -> Iterator[tuple[int, int, int]]:
-        """Yield the steps since the last question: instant (ps), place before it and after it."""
+        """Yield the steps since the last query: instant (ps), position before and after."""
         import numpy as np
 
         since, seen, shaft = self._since, self.part.kernel.seen, self.shaft

@@ -1,4 +1,4 @@
-"""What turns: a pulse-to-step translator with its motor, a motor with limits, and a rotor between two windings."""
+"""Motors: a pulse-to-step translator with its motor, a motor with limits, and a rotor between two windings."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 EDGES = {"fall": 0, "rise": 1}
 EDGE = Option(
-    "edge", "choice", None, "which edge of the pulse is a step; by default what the neighbour's pin says",
+    "edge", "choice", None, "step edge of the pulse; by default that of the neighbour's pin",
     choices=tuple(EDGES), none=True,
 )  # fmt: skip
 WINDINGS = MappingProxyType({(-1, -1): 0, (1, -1): 1, (1, 1): 2, (-1, 1): 3})  # the field by windings a and b
@@ -44,13 +44,13 @@ DETECTOR = MappingProxyType({"x": LevelPattern(0, 1, 1, 0), "y": LevelPattern(0,
 class StepDrive:
     """PULSE and DIRECTION of a part, and the shaft that they turn: an edge of PULSE is a step.
 
-    DIRECTION high is clockwise, unless the neighbour's pin that `to` has joined it with means the contrary.
+    DIRECTION high is clockwise, unless the neighbour's pin that `to` has wired it to is defined the other way round.
 
     Args:
         part: gets the pins.
-        edge: "fall" or "rise", as a user has chosen.
-        default: as long as neither a user nor a neighbour has chosen.
-        advance, step, follow: of the rule, for a motor that does not make each pulse a step.
+        edge: "fall" or "rise", as set by the user.
+        default: the edge if neither user nor neighbour sets one.
+        advance, step, follow: of the rule, for a motor that does not turn each pulse into a step.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class StepDrive:
         self.shaft.source = self.rule
 
     def attached(self, own: str, row: Pin) -> None:
-        """Step with the edge that the neighbour's pin means, unless a user has chosen one, and its way."""
+        """Take the polarity of DIRECTION from the neighbour's pin, and also the step edge unless a user has set it."""
         if own == "pulse" and row.sense is not None and not self._chosen:
             self.rule.edge = row.sense
         if own == "direction" and row.sense is not None:
@@ -83,12 +83,12 @@ class StepDrive:
 
     @property
     def position(self) -> int:
-        """Steps clockwise since the beginning."""
+        """Steps clockwise since the start."""
         return self.shaft.place // 1 + (self.sign if self.rule.due else 0)
 
     @property
     def sign(self) -> int:
-        """Which way a step goes now: 1 clockwise, -1 back."""
+        """Direction of a step now: 1 clockwise, -1 counterclockwise."""
         return 1 if self.part.high("direction") is self._clockwise else -1
 
     def _step(self) -> None:
@@ -99,25 +99,25 @@ class StepDrive:
 
 
 class HasDrive(Protocol):
-    """A part with such a drive."""
+    """A part with a `StepDrive`."""
 
     drive: StepDrive
 
 
 def attach_drive(self: HasDrive, own: str, row: Pin) -> None:
-    """Step with the edge that the neighbour's pin means, and its way: `attached` of a part."""
+    """Take step edge and polarity of DIRECTION from the neighbour's pin: `attached` of a part."""
     self.drive.attached(own, row)
 
 
 class Translator(Part):
-    """A translator and its motor: a step at each fall of PULSE, the way that DIRECTION says (CY525 fig. 10.4).
+    """A translator and its motor: DIRECTION sets the direction of a step, PULSE falling makes it (CY525 fig. 10.4).
 
-    It knows nothing but these two lines: a PULSE that O 128 to 255 makes for a phase latch is a step to it.  What sits
-    on its `shaft` turns with it: an encoder, switches, a gear.
+    It sees only these two lines: a PULSE output by O 128 to 255 for a phase latch also counts as a step.  Parts on its
+    `shaft` turn with it: an encoder, switches, a gear.
 
     Args:
         axis: of the neighbour.
-        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
+        edge: "fall" or "rise": the step edge of the pulse; by default that of the neighbour's pin.
     """
 
     _for_users = ("position",)
@@ -135,41 +135,41 @@ class Translator(Part):
 
     @property
     def position(self) -> int:
-        """Steps clockwise since the beginning."""
+        """Steps clockwise since the start."""
         return self.drive.position
 
     def shows(self) -> dict[str, Any]:
-        """Return where its shaft is, in steps, and how many make a turn."""
+        """Return the position of the shaft, in steps, and the steps per turn."""
         return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
 
 class Motor(Part):
-    """A motor that does not make every step, with its driver and the detector of its steps (GS-C figures 14, 17, 18).
+    """A motor that can lose steps, with its driver and its step detector (GS-C figures 14, 17, 18).
 
     A pulse is lost while the step before is under way, and when it comes too fast: its rate, from the pulse before, may
-    be `pull_in`, or what the motor reaches from its present rate in one step, sqrt(rate^2 + 2 acceleration).  A motor
-    that loses a step stops, and starts again when a pulse is no faster than `pull_in`.
+    be at most `pull_in`, or the rate that the motor reaches from its present rate in one step, sqrt(rate^2 + 2
+    acceleration).  A motor that loses a step stops, and starts again at a pulse no faster than `pull_in`.
 
         x   0 1 1 0        the detector, clockwise to the right
         y   0 0 1 1
 
     Args:
         axis: of the neighbour.
-        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
-        lag: how long a step takes.
+        edge: "fall" or "rise": the step edge of the pulse; by default that of the neighbour's pin.
+        lag: duration of a step.
         pull_in: greatest rate from rest, steps/s; 0: any rate at any time.
         acceleration: steps/s^2, at most pull_in^2 / 2: from rest, too, a step takes it no further than pull_in.
-        loses: numbers of pulses that it misses besides, the first one being 1.
+        loses: numbers of pulses that it misses in addition, the first one being 1.
     """
 
     _for_users = ("position", "lost", "pulses")
     wiring = STEP_WIRING
     options = (
         *STEP_OPTIONS,
-        Option("lag", "time", 0, "how long a step takes"),
+        Option("lag", "time", 0, "duration of a step"),
         Option("pull_in", "float", 0, "greatest rate from rest; 0: any rate at any time", low=0, unit="steps/s"),
-        Option("acceleration", "float", 0, "how fast it may become faster", low=0, unit="steps/s2"),
-        Option("loses", "ints", (), "numbers of pulses that it misses besides", low=1),
+        Option("acceleration", "float", 0, "greatest acceleration", low=0, unit="steps/s2"),
+        Option("loses", "ints", (), "numbers of pulses that it misses in addition", low=1),
     )
     attached = attach_drive
     rewired = start_rule
@@ -199,19 +199,19 @@ class Motor(Part):
             self.add_pin(pin, "out", "detector signal", initial=0)
             self.drivers[pin].source = self.rule
         self._pulsed = PulseFollowing()
-        self._made: FollowedSteps | None = None  # what comes of the clock
-        self._under_way = 0  # the sign of the step that is under way; 0: none is
+        self._made: FollowedSteps | None = None  # the followed edges of the clock
+        self._under_way = 0  # the sign of the step that is under way; 0: none
         self.shaft.on_cut.add(lambda ps: self.rule.bound_outputs(ps + 1))
         self.shaft.on_turn.add(self._show)
 
     @property
     def pulses(self) -> int:
-        """How many pulses there have been."""
+        """Number of pulses so far."""
         return self._now.pulses
 
     @property
     def lost(self) -> int:
-        """How many of them made no step."""
+        """Number of pulses without a step."""
         return self._now.lost
 
     @property
@@ -220,16 +220,16 @@ class Motor(Part):
 
     @property
     def position(self) -> int:
-        """Whole steps clockwise since the beginning, at the last committed instant."""
+        """Full steps clockwise since the start, at the last committed instant."""
         return self.shaft.place // 1
 
     def shows(self) -> dict[str, Any]:
-        """Return where its shaft is, in steps, and how many make a turn."""
+        """Return the position of the shaft, in steps, and the steps per turn."""
         return {"angle": float(self.shaft.place), "per_turn": self.shaft.per_turn}
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _advance(self, ps: int) -> None:
-        """Take the steps up to an instant (ps)."""
+        """Process the steps up to an instant (ps)."""
         if self._made is not None:
             self._pulsed = self._made.onward(ps)
             self._made = None
@@ -238,7 +238,7 @@ class Motor(Part):
         self.shaft.cut(ps)
 
     def _step(self) -> None:
-        """Take the step whose edge comes at this instant."""
+        """Process the step whose edge comes at this instant."""
         self._arrive()
         self._pulsed = self._limits.after(self._pulsed, self.kernel.now, self.drive.sign)
         if self._pulsed.follows:
@@ -246,7 +246,7 @@ class Motor(Part):
             self._arrive()
 
     def _arrive(self) -> None:
-        """Make the step that is under way, if it is due."""
+        """Complete the step that is under way, if it is due."""
         if self._under_way and self._pulsed.arrives_ps <= self.kernel.now:
             self.shaft.step(self.kernel.now, self._under_way)
             self._under_way = 0
@@ -281,8 +281,9 @@ class Rotor(Part):
         winding b   -1 -1 +1 +1
         field        0  1  2  3         quarters of an electrical turn, clockwise
 
-    The rotor follows the field by one quarter at a time.  Without current in both windings it stays where it is, and
-    when the field jumps to the opposite side it stays too, with a finding: a real one would go either way.
+    The rotor follows the field by one quarter at a time.  Without current in both windings its position is unchanged.
+    When the field jumps to the opposite side the position is unchanged too, with a finding: a real rotor could turn
+    either way.
     """
 
     _for_users = ("position", "field")
@@ -302,12 +303,12 @@ class Rotor(Part):
 
     @property
     def position(self) -> int:
-        """Steps clockwise since the beginning; at rest in the field of offset 0."""
+        """Steps clockwise since the start; 0 at rest in the field of offset 0."""
         self.be_caught_up()
         return self._position
 
     def shows(self) -> dict[str, Any]:
-        """Return where it is, in steps."""
+        """Return the position, in steps."""
         return {"angle": float(self.position), "per_turn": 200}
 
     @property
@@ -316,7 +317,7 @@ class Rotor(Part):
         return FIELDS[sum(self.high(name) << n for n, name in enumerate(self.pins))]
 
     def catch_up(self) -> None:
-        """Work off what has happened up to the last committed instant."""
+        """Process the phases up to the last committed instant."""
         if self._read_ps is not None:
             if self.rule.laying:
                 self._look()
@@ -325,7 +326,7 @@ class Rotor(Part):
 
     # ------------------------------------------------------------------------------------------------------- changes
     def _cut(self, ps: int) -> None:
-        """Take notice of what the inputs have shown up to an instant (ps): they cannot be asked again."""
+        """Process the inputs up to an instant (ps): they cannot be queried again."""
         if self._read_ps is not None:
             self._read(self._read_ps, ps)
             self._levels = [lookahead.level(ps) for lookahead in self.rule.lookaheads.values()]
@@ -337,12 +338,12 @@ class Rotor(Part):
         self._read_ps = self.kernel.now
 
     def _look(self) -> None:
-        """Follow the field, if a phase is now driven otherwise than up to now."""
+        """Follow the field, if the drive of a phase has changed."""
         if [self.pins[name].net.level for name in self.pins] != self._levels:
             self._follow(self.field, self.kernel.now)
 
     def _read(self, since: int, ps: int) -> None:
-        """Follow what the phases have shown from an instant up to another, a stretch at a time."""
+        """Follow the phases from one instant to another, a stretch at a time."""
         while since < ps:
             stop = self._strides.stop(since, ps)
             edges = [lookahead.edges(since, stop) for lookahead in self.rule.lookaheads.values()]
@@ -356,7 +357,7 @@ class Rotor(Part):
                 self._strides.skipped(since - stop)
 
     def _turn(self, since: int, edges: list[tuple[Any, Any]]) -> None:
-        """Follow some edges of the phases from an instant on."""
+        """Follow a list of phase edges from an instant on."""
         import numpy as np
 
         times = np.unique(np.concatenate([np.asarray(own, np.int64) for own, _ in edges]))
@@ -381,7 +382,7 @@ class Rotor(Part):
         self._followed = field
         turn = (field - self._position) % 4
         if turn == 2:
-            text = "the field jumped to the opposite side: a real rotor could go either way"
+            text = "the field jumped to the opposite side: a real rotor could turn either way"
             self.finding("rotor-lost", text, ps)
         else:
             self._position += {0: 0, 1: 1, 3: -1}[turn]

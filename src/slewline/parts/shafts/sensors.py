@@ -1,7 +1,7 @@
-"""What sits on a shaft and shows something of it on a wire: the rule of encoders and switches, and a switch.
+"""Sensors on a shaft: the rule of encoders and switches, and a switch.
 
-place        ----[##########]----        closed from `low` to below `high`
-             --[--##########--]--        once closed, open again only `hysteresis` farther out
+position     ----[##########]----        closed from `low` to below `high`
+             --[--##########--]--        once closed, opens only `hysteresis` farther out
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ ROLES = (
     "input1",
     "input2",
     "input3",
-)  # what a switch is wired to
+)  # roles of the inputs that a switch is wired to
 
 
 class Sensor(Follower):
     """The rule of a part that is mounted on a shaft: its outputs follow the counts of the shaft.
 
     Args:
-        part: the part, which has its pins already.
-        shaft: the shaft, which is followed from when time is about to pass.
-        scale: how many counts there are in a step, or the positions at which the count changes.
-        lag_ps: the delay from the shaft to the outputs, ps.
-        show: a function that promises the outputs from `counter`; it is called at each new motion.
-        cut: a function that takes in what `counter` has shown up to an instant (ps), before it starts there again.
+        part: the part, with its pins.
+        shaft: the shaft, followed from the moment before time passes.
+        scale: counts per step, or the positions at which the count changes.
+        lag_ps: delay from the shaft to the outputs, ps.
+        show: a function that promises the outputs from `counter`; called at each new motion.
+        cut: a function that processes the counts of `counter` up to an instant (ps), before the counter restarts there.
 
     Attributes:
         counter: the counts of the present motion of the shaft.
@@ -80,48 +80,50 @@ class Sensor(Follower):
     def _consume(self, ps: int) -> None:
         """Follow the motion of the shaft up to an instant (ps), up to which alone it holds."""
         counter = self.counter.onward(ps)
-        if counter is not self.counter:  # else what has been shown so far remains known
+        if counter is not self.counter:  # else the past levels remain known
             self.cut(ps)
             self.counter = counter
 
     def _turned(self) -> None:
         counter = self.counter.on(self.shaft.motion, self.kernel.now)
-        lasts = counter is self.counter  # what the outputs promise is still right, if nothing needs to hear of it
+        lasts = counter is self.counter  # the promises of the outputs remain valid if nothing depends on the change
         self.counter = counter
         if not lasts or any(driver.heard or driver.promise is None for driver in self.part.drivers.values()):
             self.schedule()
 
 
 def _later() -> None:
-    """Promise nothing else, though the shaft is turned edge by edge: what the outputs show comes later."""
+    """Promise nothing more, although the shaft is turned edge by edge: the outputs change later."""
 
 
 class Switch(Part):
-    """A switch on a shaft or a carriage, closed between two places.
+    """A switch on a shaft or a carriage, closed between two positions.
 
-    It is a contact, or an open collector: closed it pulls `out` to its active level, open it lets go, so that several
-    may share a wire.
+    It is a contact or an open collector: closed, it pulls `out` to its active level; open, it releases it, so several
+    switches may share a wire.
 
     Args:
-        on: what it sits on.
+        on: the part that it sits on.
         role: of the input that `to` wires it to: "home", "end" (either end of travel), "end_plus", "end_minus" ...
         axis: of the neighbour.
-        low: lowest place at which it is closed, in steps; None: there is no end in this direction.
-        high: lowest place above at which it is open again; None likewise.
-        hysteresis: steps, by which it opens farther outside.
+        low: lowest position at which it is closed, in steps; None: no limit in this direction.
+        high: lowest position above `low` at which it is open again; None likewise.
+        hysteresis: steps by which it opens farther out.
         lag: from the step that moves it to its edge, more than 0.
-        active: the level of `out` while it is closed; None: what the input is active with, else 0.
+        active: the level of `out` while it is closed; None: the active level of the input, else 0.
     """
 
     _for_users = ("closed",)
     wiring = MappingProxyType({"out": "home"})
     sits: ClassVar[Literal["", "may", "must"]] = "must"
     options = (
-        Option("role", "choice", "home", "what the input is for that `to` wires it to", choices=ROLES),
+        Option("role", "choice", "home", "role of the input that `to` wires it to", choices=ROLES),
         Option("axis", "int", 1, "of the neighbour", low=1, high=4),
-        Option("low", "float", None, "lowest place at which it is closed; None: no end", unit="steps", none=True),
-        Option("high", "float", None, "lowest place above at which it is open; None: no end", unit="steps", none=True),
-        Option("hysteresis", "float", 0, "how much farther out it opens", low=0, unit="steps"),
+        Option("low", "float", None, "lowest position at which it is closed; None: no limit", unit="steps", none=True),
+        Option(
+            "high", "float", None, "lowest position above where it is open; None: no limit", unit="steps", none=True
+        ),
+        Option("hysteresis", "float", 0, "distance by which it opens farther out", low=0, unit="steps"),
         Option("lag", "time", "1 us", "from a step to the edge", low=1),
         Option("active", "choice", None, "level while closed; None: that of the input", choices=(0, 1), none=True),
     )
@@ -151,7 +153,7 @@ class Switch(Part):
         scale, self._says = zone(fraction_or_none(low), fraction_or_none(high), fraction(hysteresis))
         self.add_pin("out", "out", "at its active level while closed", pull=1 - (active or 0), role=role, active=active)
         self._since = on.motion.since  # of the counter
-        self._closed = False  # as long as the place itself does not say more
+        self._closed = False  # as long as the position alone does not decide
         self.rule = Sensor(self, on, scale, picoseconds(lag), show=self._promise, cut=self._cut)
         self._promise()
 
@@ -166,21 +168,21 @@ class Switch(Part):
 
     @property
     def closed(self) -> bool:
-        """Is it closed?"""
+        """Whether the switch is closed."""
         return self._zone.closed_at(self.kernel.seen)
 
     def shows(self) -> dict[str, Any]:
-        """Return whether it is closed, between which places of the shaft it is, in steps, and what turns that."""
+        """Return whether the switch is closed, the bounds of its zone in steps, and the part that turns the shaft."""
         source = getattr(self.rule.shaft.source, "name", None)
         return {"closed": self.closed, "low": self._low, "high": self._high, "on": source}
 
     def _cut(self, ps: int) -> None:
-        """Keep whether it is closed at an instant (ps)."""
+        """Keep the state of the switch at an instant (ps)."""
         self._closed = self._zone.closed_at(ps)
         self._since = ps
 
     def _promise(self) -> None:
-        """Promise what the output shows from now on."""
+        """Promise the output from now on."""
         self._zone = SwitchZone(self.rule.counter, self._since, self._closed, self._says, self._levels)
         self.drivers["out"].play(self._zone)
 
@@ -188,7 +190,7 @@ class Switch(Part):
 def zone(
     low: Fraction | None, high: Fraction | None, hysteresis: Fraction
 ) -> tuple[CountScale, tuple[bool | None, ...]]:
-    """Return the bounds of a switch, and what the number of those below says: closed, open, or as it was (None)."""
+    """Return the bounds of a switch, and its state by the number of bounds below: closed, open, or unchanged (None)."""
     bounds: list[tuple[Fraction, bool | None]] = []
     if low is not None:
         bounds += [(low - hysteresis, None)] * bool(hysteresis) + [(low, True)]
@@ -198,10 +200,10 @@ def zone(
 
 
 def fraction(value: float) -> Fraction:
-    """Return a number exactly as it is written: 0.1 is a tenth."""
+    """Return a number exactly as written: 0.1 is a tenth."""
     return Fraction(str(value))
 
 
 def fraction_or_none(value: float | None) -> Fraction | None:
-    """Return a number exactly as it is written, or None."""
+    """Return a number exactly as written, or None."""
     return None if value is None else fraction(value)

@@ -1,16 +1,16 @@
-"""A shaft: a thing of its own between what turns it and what sits on it.
+"""A shaft: an object of its own between the part that turns it and the parts that sit on it.
 
-A motor turns a shaft; an encoder, a switch, a gear, a carriage sit on it, any number of them, put there at any time.
-The part that turns it says so in two strokes, so that nothing is asked of a promise that is no more:
+A motor turns a shaft; any number of encoders, switches, gears and carriages sit on it, mounted at any time.  The part
+that turns the shaft announces a change in two strokes, so that no promise is queried after it has been withdrawn:
 
-    shaft.cut(now - 1)              at once, before a driver forgets what it has shown: the motion holds up to there
-    shaft.turn(edges, sign, now)    in the next round: how it turns from there on
+    shaft.cut(now - 1)              immediately, before a driver forgets its levels: the motion holds up to there
+    shaft.turn(edges, sign, now)    in the next round: the motion from there on
 
-All that sits on it hears of both at once: in `on_cut` it follows the old motion up to that instant, in `on_turn` it
-promises again.  Outputs of what sits on a shaft come later than the step that moves it, if only by 1 ps: so no edge is
-the cause of another at its own instant, and it does not matter in which order an instant runs its rounds.
+All parts on the shaft receive both: in `on_cut` they follow the old motion up to that instant, in `on_turn` they
+promise again.  Outputs of parts on a shaft change later than the step that moves it, if only by 1 ps: so no edge is
+the cause of another at its own instant, and the order of rounds within an instant does not matter.
 
-A shaft has no events of its own.  Places are in steps, `per_turn` of them being a turn.
+A shaft has no events of its own.  Positions are in steps, `per_turn` of them being a turn.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ if TYPE_CHECKING:
     from .shaft_counter import Counter, CountScale
 
 Place = Fraction | None
-KEPT = 1 << 14  # motions of the past, at least; up to twice as many are there
+KEPT = 1 << 14  # past motions kept, at least; up to twice as many
 SINGLE = 256  # steps, made one by one, in a motion of the past
 
 
 class Shaft:
-    """A shaft that something turns.
+    """A shaft that a part turns.
 
-    `on_cut` hears the instant up to which the motion holds, `on_turn` that there is a new motion.  `on_lost` hears of
-    steps that a stop has swallowed, when it is asked for (`look`) or the shaft is cut: the instant of the first one of
-    them, how many, and whether the shaft has come to the stop again.
+    `on_cut` is called with the instant up to which the motion holds, `on_turn` when there is a new motion.  `on_lost`
+    is called for steps lost at a stop, on request (`look`) or when the shaft is cut, with the instant of the first of
+    them, their number, and whether the shaft has reached the stop again.
     """
 
     def __init__(self, kernel: Kernel, per_turn: int = 200) -> None:
@@ -58,14 +58,14 @@ class Shaft:
         self.on_lost: Hook[[int, int, bool]] = Hook()
         self.source: object = None  # the part that turns it
         self.stops: list[tuple[Place, Place]] = []  # of loads: lowest and greatest place
-        self.past: list[ShaftMotion] = []  # what it did before, oldest first
+        self.past: list[ShaftMotion] = []  # past motions, oldest first
         self.lost = 0  # steps, at stops
-        self._told = 0  # those of this motion that `lost` counts already
-        self._held = False  # it has lost steps where it stands
+        self._told = 0  # lost steps of this motion that `lost` already includes
+        self._held = False  # it has lost steps at its present position
 
-    # ------------------------------------------------------------------------------------------- what turns the shaft
+    # ---------------------------------------------------------------------------------------------- driving the shaft
     def cut(self, ps: int) -> None:
-        """End the present motion at an instant (ps); until `turn` the rest of it goes on from there."""
+        """End the present motion at an instant (ps); the rest of it continues from there until `turn`."""
         motion = self.motion
         if ps > motion.since:
             self.look(ps)
@@ -76,32 +76,32 @@ class Shaft:
                 self._keep(motion, ps)
 
     def turn(self, drive: Events, sign: int, since: int) -> None:
-        """Follow other edges after an instant, forward (1) or back (-1)."""
+        """Follow other edges after an instant (ps), forward (1) or backwards (-1)."""
         motion = self.motion
         self._take(ShaftMotion(drive, since, motion.place, sign, motion.step, motion.unit, motion.slack, None))
 
     def step(self, ps: int, sign: int) -> None:
-        """Make a step at an instant, which is not before the last one that was cut at."""
+        """Take a step at an instant (ps), not before the last `cut`."""
         self.cut(ps - 1)
         self.turn(Once(ps), sign, ps - 1)
         self.cut(ps)
 
-    # --------------------------------------------------------------------------------------------------- a user's hands
+    # -------------------------------------------------------------------------------------------------- turning by hand
     def block(self) -> None:
-        """Hold it: steps are lost."""
+        """Block the shaft: steps are lost."""
         self._slacken(BLOCKED)
 
     def free(self) -> None:
-        """Let it follow again, from where it is."""
+        """Free the shaft: it follows again, from its position."""
         self._slacken(0)
 
     def slip(self, steps: Fraction) -> None:
-        """Let it not follow the next steps, so many, whatever their direction."""
+        """Do not follow the next steps, in either direction."""
         self._prepare(steps)
         self._slacken(self.motion.slack + int(steps * self.motion.unit))
 
     def push(self, steps: Fraction) -> None:
-        """Turn it at once, so many steps, less than 0: back; no further than to a stop."""
+        """Turn the shaft immediately by some steps, negative: backwards, but no further than to a stop."""
         here = self.place
         low, high = self._bounds
         if steps > 0 and high is not None:
@@ -112,7 +112,7 @@ class Shaft:
         self._take(replace(self.motion, place=self.motion.place + int(steps * self.motion.unit)))
 
     def _prepare(self, steps: Fraction) -> None:
-        """Bring it here, and make so many steps a whole number of parts."""
+        """Bring the motion up to now, in parts of which `steps` is a whole number."""
         self.cut(self.kernel.seen)
         self.motion = common(self.motion, steps.denominator)
 
@@ -121,7 +121,7 @@ class Shaft:
         self._take(replace(self.motion, slack=slack))
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """Set hard stops at two places, in steps; None: no stop on that side."""
+        """Set hard stops at two positions, in steps; None: no stop on that side."""
         self.cut(self.kernel.seen)
         self.stops.append((low, high))
         self._take(self.motion)
@@ -133,23 +133,23 @@ class Shaft:
 
     @property
     def _bounds(self) -> tuple[Place, Place]:
-        """The stops of all loads: the places between which it turns."""
+        """Range of the shaft: the narrowest stops of all loads."""
         lows, highs = zip(*self.stops, strict=True) if self.stops else ((), ())
         low = max((place for place in lows if place is not None), default=None)
         return low, min((place for place in highs if place is not None), default=None)
 
-    # ------------------------------------------------------------------------------------------- what sits on a shaft
+    # --------------------------------------------------------------------------------------------- parts on the shaft
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
-        """Return what its present motion passes on a scale, shown `lag_ps` later."""
+        """Return a counter of the present motion on a scale, shown `lag_ps` later."""
         return counter_of(self.motion, scale, lag_ps)
 
     @property
     def place(self) -> Fraction:
-        """Where it is, in steps from the beginning."""
+        """Position, in steps from the start."""
         return self.motion.steps_at(self.kernel.seen)
 
     def look(self, ps: int) -> None:
-        """Report steps that were lost up to an instant, the last committed one at most."""
+        """Report the steps lost up to an instant (ps), the last committed one at most."""
         motion, told = self.motion, self._told
         new = motion.lost(ps) - told
         self._held &= not motion.moved(motion.count(ps)) or bool(told)
@@ -162,9 +162,9 @@ class Shaft:
 
     # --------------------------------------------------------------------------------------------------------- the past
     def place_at(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the places at instants of the past (int64 ps), any order, in steps: (n,) float64.
+        """Return the positions at instants of the past (int64 ps), in any order, in steps: (n,) float64.
 
-        Before what is kept, it is the first place that is.
+        For an instant before the kept past, it is the first kept position.
         """
         import numpy as np
 
@@ -177,7 +177,7 @@ class Shaft:
         return places
 
     def changes(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the steps at start < t <= stop: (n,) int64 ps, and the places from there on, (n,) float64 steps."""
+        """Return the steps at start < t <= stop: (n,) int64 ps, and the positions from there on, (n,) float64 steps."""
         import numpy as np
 
         found, before = [], None
@@ -192,14 +192,14 @@ class Shaft:
         return np.concatenate([times for times, _ in found]), np.concatenate([places for _, places in found])
 
     def turns(self, start: int, stop: int) -> list[int]:
-        """Return the instants at start <= t <= stop (ps) at which it may have reversed or been pushed.
+        """Return the instants at start <= t <= stop (ps) at which the shaft may have reversed or been pushed.
 
-        Between two of them it goes one way.
+        Between two of them it turns in one direction.
         """
         return [motion.since for motion, _ in self._motions(start, stop) if motion.since >= start]
 
     def quantity(self, name: str, unit: str = "steps", scale: float = 1.0) -> Staircase:
-        """Return the place over time as a quantity, a step being `scale` units."""
+        """Return the position over time as a quantity; a step is `scale` units."""
 
         def changes(start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
             times, places = self.changes(start, stop)
@@ -208,7 +208,7 @@ class Shaft:
         return Staircase(self.kernel, name, unit, lambda times: self.place_at(times) * scale, changes, turns=self.turns)
 
     def _motions(self, start: int, stop: int) -> list[tuple[ShaftMotion, int]]:
-        """The motions at start <= t <= stop, each with the last instant that is of it."""
+        """Return the motions at start <= t <= stop, each with its last instant (ps)."""
         motions = [*self.past, self.motion]
         untils = [min(motion.since, stop) for motion in motions[1:]] + [stop]
         return [
@@ -218,12 +218,12 @@ class Shaft:
         ]
 
     def forget(self, before: int) -> None:
-        """Keep nothing of what was over before an instant."""
+        """Drop the past before an instant (ps)."""
         n = bisect_right(self.past, before, key=lambda motion: motion.since) - 1
         del self.past[: max(0, n)]
 
     def _keep(self, motion: ShaftMotion, ps: int) -> None:
-        """Keep what is past: of single steps in one direction their instants, of a shaft at rest nothing."""
+        """Keep the past: the instants of single steps in one direction; none for a shaft at rest."""
         if len(self.past) > 2 * KEPT:
             del self.past[:-KEPT]
         last = self.past[-1] if self.past else None
@@ -248,7 +248,7 @@ class Shaft:
 
 
 class HasShaft(Protocol):
-    """A part that turns a shaft, or is turned by one."""
+    """A part with a shaft that it turns, or that turns it."""
 
     shaft: Shaft
 
@@ -264,7 +264,7 @@ def forget_shaft(self: HasShaft, before: int) -> None:
 
 
 class Blockable:
-    """A part whose shaft a user may block and free: before `Part` among the bases."""
+    """Mixin of parts whose shaft a user may block and free; list it before `Part` among the bases."""
 
     shaft: Shaft
     kernel: Kernel
@@ -279,14 +279,14 @@ class Blockable:
 
     @from_outside
     def free(self) -> None:
-        """Free the shaft: it turns again, from where it is."""
+        """Free the shaft: it turns again, from its position."""
         self.input("free")
         self.shaft.free()
         self.kernel.settle()
 
 
 class DrivenShaft(Shaft):
-    """A shaft that another one turns, by way of a gear or a play: its motion is made of the other's."""
+    """A shaft that another one turns through a gear or a play: its motion is derived from that of the other."""
 
     def __init__(self, under: Shaft) -> None:
         super().__init__(under.kernel, under.per_turn)
@@ -300,7 +300,7 @@ class DrivenShaft(Shaft):
         self.on_turn()
 
     def derived(self, motion: ShaftMotion) -> ShaftMotion:
-        """Return the motion of this shaft that follows from one of the driving shaft."""
+        """Return the motion of this shaft that follows from a motion of the driving shaft."""
         raise NotImplementedError
 
     def below(self, steps: Fraction) -> Fraction:
@@ -308,12 +308,12 @@ class DrivenShaft(Shaft):
         return steps
 
     def turn(self, drive: Events, sign: int, since: int) -> None:
-        """Refuse: this shaft is turned by the one under it.
+        """Refuse: the driving shaft turns this one.
 
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("it turns with the shaft under it")
+        raise NotImplementedError("its driving shaft turns it")
 
     def block(self) -> None:
         """Block the driving shaft."""
@@ -324,16 +324,16 @@ class DrivenShaft(Shaft):
         self.under.free()
 
     def slip(self, steps: Fraction) -> None:
-        """Let the driving shaft slip, by steps of this one."""
+        """Let the driving shaft slip, by a number of steps of this one."""
         self.under.slip(abs(self.below(steps)))
 
     def push(self, steps: Fraction) -> None:
-        """Push the driving shaft, by steps of this one."""
+        """Push the driving shaft, by a number of steps of this one."""
         self.under.push(self.below(steps))
 
 
 class GearedShaft(DrivenShaft):
-    """A shaft that a gear drives: it turns `ratio` times as far, less than 0: the other way."""
+    """A shaft that a gear drives: it turns `ratio` times as far; negative: in the opposite direction."""
 
     def __init__(self, under: Shaft, ratio: Fraction) -> None:
         super().__init__(under)
@@ -341,23 +341,23 @@ class GearedShaft(DrivenShaft):
         self.motion = self.derived(under.motion)
 
     def derived(self, motion: ShaftMotion) -> ShaftMotion:
-        """Return the motion of this shaft, `ratio` times that of the driving one."""
+        """Return the motion of this shaft, `ratio` times that of the driving shaft."""
         return motion.geared(self.ratio)
 
     def below(self, steps: Fraction) -> Fraction:
         return steps / self.ratio
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """Set hard stops at two places, in steps of this shaft; they hold the driving one."""
+        """Set hard stops at two positions, in steps of this shaft; they block the driving shaft."""
         ends = [None if place is None else place / self.ratio for place in (low, high)]
         self.under.stop_at(*(ends if self.ratio > 0 else reversed(ends)))
 
 
 class BacklashShaft(DrivenShaft):
-    """What a shaft moves with a play: turned round, it stops until the play is taken up.
+    """A shaft that another one moves with a play: after a reversal it stops until the play is taken up.
 
-    It begins at `start`, where the shaft has pushed it forward: its place is `start` above that of the shaft, and up to
-    `play` more after a way back.
+    It begins at `start`, reached by a forward move: its position is `start` above that of the driving shaft, and up to
+    `play` more after a move back.
     """
 
     def __init__(self, under: Shaft, play: Fraction, start: Fraction) -> None:
@@ -367,10 +367,10 @@ class BacklashShaft(DrivenShaft):
         self.motion = self.derived(under.motion.onward(self.kernel.seen))
 
     def derived(self, motion: ShaftMotion) -> ShaftMotion:
-        """Return the motion of this shaft, the play between the two taken up first."""
+        """Return the motion of this shaft, after the play between the two is taken up."""
         return motion.played(self.motion, self.play, self.offset)
 
     def stop_at(self, low: Place, high: Place) -> None:
-        """Set hard stops at two places, in steps; they hold the driving shaft."""
+        """Set hard stops at two positions, in steps; they block the driving shaft."""
         low = None if low is None else low - self.play - self.offset
         self.under.stop_at(low, None if high is None else high - self.offset)

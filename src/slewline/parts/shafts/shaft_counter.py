@@ -1,11 +1,11 @@
-"""What a shaft passes as it turns: counts on a scale, and the levels of an output that shows them.
+"""Counts of a turning shaft on a scale, and the levels of an output that shows them.
 
-    place    |-------|-------|-------|-------|           counts
+    position |-------|-------|-------|-------|           counts
              |----|----|----|----|----|----|----         steps
 
-A `CountScale` gives each position of a shaft a whole number: so many counts a step, for an encoder, or how many bounds
-lie at or below it, for a switch.  A `Counter` answers, for a motion of the shaft, what the count is at an instant, when
-it changes next, and how it has changed; what wires show of it is in shown.py.  None of them has a state, and
+A `CountScale` assigns an integer to each position of a shaft: counts per step, for an encoder, or the number of bounds
+at or below it, for a switch.  A `Counter` answers, for a motion of the shaft, which count it has at an instant, when
+the count changes next, and how it has changed; the levels on wires are in shown.py.  None of them has a state, and
 none makes an event of a step.
 """
 
@@ -19,19 +19,19 @@ from typing import Any, Protocol, cast
 from ...core.time.events import Until, When, ask_at, later
 from .shaft_motion import ShaftMotion
 
-DWELL_PS = 800_000  # the counts of one step follow each other so fast, where a step is several of them
-MANY = 64  # counts; more are worth arrays
+DWELL_PS = 800_000  # interval between the counts of one step, if it has several
+MANY = 64  # counts; arrays pay for more
 
 
 @dataclass(frozen=True)
 class CountScale:
-    """What is counted: so many counts a step, rounded down, or how many bounds lie at or below the place."""
+    """A scale of counts: counts per step, rounded down, or the number of bounds at or below the position."""
 
     per_step: Fraction = Fraction(0)
     bounds: tuple[Fraction, ...] = ()  # places in steps, ascending
 
     def of(self, unit: int) -> Marks:
-        """Return the scale for places counted in parts, `unit` of them in a step."""
+        """Return the scale for positions in parts of a step, `unit` of them in a step."""
         ratio = self.per_step / unit
         bounds = tuple(-(-bound * unit // 1) for bound in self.bounds)
         return Marks(unit, ratio.numerator, ratio.denominator, bounds)
@@ -39,7 +39,7 @@ class CountScale:
 
 @dataclass(frozen=True)
 class Marks:
-    """A scale for places in parts, `unit` in a step: numerator / denominator counts a part, or bounds."""
+    """A scale for positions in parts, `unit` of them in a step: numerator / denominator counts per part, or bounds."""
 
     unit: int
     numerator: int
@@ -47,17 +47,17 @@ class Marks:
     bounds: tuple[int, ...]
 
     def count(self, place: int) -> int:
-        """Return the count at a place (in parts of a step)."""
+        """Return the count at a position (in parts of a step)."""
         if self.numerator:
             return place * self.numerator // self.denominator
         return bisect_right(self.bounds, place)
 
     def place(self, count: Any) -> Any:
-        """Return the lowest place (in parts) with a count, or the places of an int64 array of counts."""
+        """Return the lowest position (in parts) with a count, or the positions of an int64 array of counts."""
         return -(-count * self.denominator // self.numerator) if self.numerator else self.bounds[count - 1]
 
     def places(self, counts: range) -> list[int]:
-        """Return the lowest places (in parts) with some counts."""
+        """Return the lowest positions (in parts) of a range of counts."""
         n, d = self.numerator, self.denominator
         return [-(-count * d // n) for count in counts] if n else [self.bounds[count - 1] for count in counts]
 
@@ -70,9 +70,9 @@ UNKNOWN = Marks(0, 0, 1, ())
 
 
 class Counter(Protocol):
-    """What a motion passes on a scale: a wave whose level is the count (core/wires/wave.py).
+    """Counts of a motion on a scale: a wave whose level is the count (core/wires/wave.py).
 
-    A part that turns a shaft in another way brings one of its own.
+    A part that turns a shaft by other means brings a counter of its own.
     """
 
     scale: CountScale
@@ -80,19 +80,19 @@ class Counter(Protocol):
 
     @property
     def way(self) -> int:
-        """Which way it counts: 1 up, -1 down, 0: it may turn round."""
+        """Counting direction: 1 up, -1 down, 0: it may reverse."""
 
     def level(self, ps: int) -> int:
-        """Return the count that is shown at an instant (ps)."""
+        """Return the count shown at an instant (ps)."""
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
+        """Return the changes shown at start < t <= stop (ps), the last committed instant at most.
 
         Returns:
-            The instants of its changes, ascending, and the counts from there on: two lists, or two int64 arrays.
+            The instants of the changes, ascending, and the counts from there on: two lists, or two int64 arrays.
         """
 
     def onward(self, ps: int) -> Counter:
@@ -104,21 +104,21 @@ class Counter(Protocol):
 
 @dataclass(slots=True)
 class StepCounter:
-    """The counts of a motion of steps, shown `lag_ps` after they are made.
+    """Counts of a motion made of steps, shown `lag_ps` after the steps.
 
-    `coming` are the changes (instants, counts) that were on their way when the motion began, when the count that was
-    shown was `before`.  The first change of this motion ends them.
+    `coming` are the changes (instants, counts) that were under way when the motion began, while the count shown was
+    `before`.  The first change of this motion ends them.
     """
 
     motion: ShaftMotion
     scale: CountScale
     lag_ps: int
-    before: int | None = None  # None: what the motion begins with
+    before: int | None = None  # None: the count that the motion begins with
     coming: tuple[list[int], list[int]] = ([], [])
     marks: Marks = UNKNOWN  # the scale in parts of the motion
-    count: int = field(init=False)  # when everything that was coming is through
-    several: int = field(init=False)  # a step may be so many counts, and each is shown: 0: they are not
-    _recent: tuple[int, int, int, tuple[Any, Any]] | None = field(init=False, default=None)  # A and B ask alike
+    count: int = field(init=False)  # when all changes under way have been shown
+    several: int = field(init=False)  # interval between the counts of one step; 0: not shown singly
+    _recent: tuple[int, int, int, tuple[Any, Any]] | None = field(init=False, default=None)  # A and B query the same
 
     def __post_init__(self) -> None:
         if self.marks.unit != self.motion.unit:
@@ -131,24 +131,24 @@ class StepCounter:
 
     # ---------------------------------------------------------------------------- changes of this motion, from 1 on
     def _changes(self, k: int) -> int:
-        """How many changes the first k edges of this motion make."""
+        """Return the number of changes that the first k edges of this motion make."""
         motion = self.motion
         return abs(self.marks.count(motion.place + motion.sign * motion.moved(k)) - self.count)
 
     def _parts(self, j: Any) -> Any:
-        """By how many parts the shaft has moved with change j."""
+        """Return by how many parts the shaft has moved at change j."""
         if self.motion.sign > 0:
             return self.marks.place(self.count + j) - self.motion.place
         return self.motion.place - self.marks.place(self.count - j + 1) + 1
 
     def _edge(self, j: int) -> int | None:
-        """The edge of this motion that makes change j; None: none does."""
+        """Return the edge of this motion that makes change j, or None."""
         if not self.marks.within(self.count + j if self.motion.sign > 0 else self.count - j + 1):
             return None
         return self.motion.edge_by(self._parts(j))
 
     def _due(self, j: int) -> When:
-        """When change j is shown."""
+        """Return the instant at which change j is shown (ps)."""
         k = self._edge(j)
         if k is None:
             return None
@@ -156,11 +156,11 @@ class StepCounter:
         if self.several and isinstance(due, int) and (late := j - 1 - self._changes(k - 1)):
             due += late * DWELL_PS
             following = ask_at(self.motion.time(k + 1)) if self.motion.count(due) > k else None
-            due = due if following is None else min(due, following)  # the next step takes the shaft further at once
+            due = due if following is None else min(due, following)  # the next step moves the shaft without delay
         return later(due, self.lag_ps)
 
     def _shown(self, ps: int) -> int:
-        """How many changes of this motion are shown at an instant."""
+        """Return the number of changes of this motion shown by an instant (ps)."""
         ps -= self.lag_ps
         k = self.motion.count(ps)
         if k <= 0:
@@ -170,18 +170,18 @@ class StepCounter:
             over = min(over, self._changes(k - 1) + 1 + (ps - begun) // DWELL_PS)
         return over
 
-    # ------------------------------------------------------------------------------------------------------- questions
+    # --------------------------------------------------------------------------------------------------------- queries
     @property
     def way(self) -> int:
-        """Which way it counts."""
+        """Counting direction: 1 up, -1 down."""
         return self.motion.sign
 
     def level(self, ps: int) -> int:
-        """Return the count that is shown at an instant (ps)."""
+        """Return the count shown at an instant (ps)."""
         return self._after_changes(self._shown(ps), ps)
 
     def _after_changes(self, j: int, ps: int) -> int:
-        """The count after j changes of this motion, at an instant."""
+        """Return the count after j changes of this motion, at an instant (ps)."""
         if j:
             return self.count + self.motion.sign * j
         times, counts = self.coming
@@ -189,7 +189,7 @@ class StepCounter:
         return counts[over - 1] if over else cast("int", self.before)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
         j = self._shown(ps)
         times = self.coming[0]
         over = bisect_right(times, ps)
@@ -200,10 +200,10 @@ class StepCounter:
         return due if at is not None and at <= times[over] else times[over]
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
-        """Return what has been shown at start < t <= stop (ps), the last committed instant at most.
+        """Return the changes shown at start < t <= stop (ps), the last committed instant at most.
 
         Returns:
-            The instants of its changes, ascending, and the counts from there on: two lists, or two int64 arrays.
+            The instants of the changes, ascending, and the counts from there on: two lists, or two int64 arrays.
         """
         recent = self._recent
         if recent is not None and recent[:2] == (start, stop):
@@ -218,7 +218,7 @@ class StepCounter:
         return times, counts
 
     def _own(self, a: int, b: int) -> tuple[Any, Any]:
-        """Changes a+1 ... b of this motion, all of which come: instants, and the counts from there on."""
+        """Return changes a+1 ... b of this motion, all foreseen: their instants, and the counts from there on."""
         motion = self.motion
         if b - a <= MANY:
             sign, step, first, lag = motion.sign, motion.step, motion.first, self.lag_ps
@@ -247,11 +247,11 @@ class StepCounter:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> StepCounter:
-        """Return a counter that begins at an instant (ps); what the drive does afterwards may still change."""
+        """Return a counter that begins at an instant (ps); later edges of the drive may still change."""
         motion = self.motion.onward(ps)
         held = self.coming[0]
         over = self._changes(self.motion.count(ps))
-        if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is on its way
+        if self._shown(ps) == over and (over or not held or held[-1] <= ps):  # nothing is under way
             return StepCounter(motion, self.scale, self.lag_ps, self.level(ps), ([], []), self.marks)
         past = replace(self, motion=replace(self.motion, drive=Until(self.motion.drive, ps + 1)))
         times, counts = past.edges(ps, ps + self.lag_ps + (self.several + 1) * DWELL_PS * (self.several > 0))
@@ -273,7 +273,7 @@ class StepCounter:
 
 
 def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
-    """Return what a motion passes on a scale, shown `lag_ps` later; one that is not of steps has its own counter."""
+    """Return the counter of a motion on a scale, shown `lag_ps` later; motions not made of steps have their own."""
     if isinstance(motion, ShaftMotion):
         return StepCounter(motion, scale, lag_ps)
     own: Counter = motion.counter(scale, lag_ps)
@@ -281,7 +281,7 @@ def counter_of(motion: Any, scale: CountScale, lag_ps: int) -> Counter:
 
 
 def _joined(few: list[int], more: Any) -> Any:
-    """Two lists as one, or a list and an array."""
+    """Return two lists, or a list and an array, as one."""
     if isinstance(more, list):
         return few + more
     import numpy as np

@@ -1,13 +1,13 @@
-"""How a shaft turns: asked, not stepped.
+"""The motion of a shaft, queried instead of stepped.
 
-A `ShaftMotion` says where a shaft is at every instant, from one instant on and until something happens that it does not
-know of.  The shaft follows the edges of a clock, which a train promises or a machine makes, and its position is kept in
-whole parts of a step, so that nothing drifts, whatever gears lie between.  It is a value: it makes no event of a step.
+A `ShaftMotion` has the position of a shaft for every instant, from its first until an unforeseen event.  The shaft
+follows the edges of a clock, which a train promises or a machine makes, and its position is kept in whole parts of a
+step, so that it does not drift, whatever gears are between.  It is a value: it makes no event of a step.
 
     edges    |    |    |    |    |    |    |    |        of the clock, after `since`
-    place    0    0    0    1    2    3    3    3        `slack` is 2, `room` 5: there the shaft stands at a stop
+    position 0    0    0    1    2    3    3    3        `slack` is 2, `room` 5: then the shaft is at a stop
 
-A `Counter` (shaft_counter.py) tells what a motion passes, on a scale.
+A `Counter` (shaft_counter.py) counts a motion on a scale.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 BLOCKED = 1 << 200  # a slack that no motion takes up
-FEW = 16  # edges an instant: where they are fewer, all of them are laid out at once
+FEW = 16  # edges per instant: if fewer, all are listed in one array
 
 
-# --------------------------------------------------------------------------------------------------- what turns a shaft
+# ---------------------------------------------------------------------------------------------------- drives of a shaft
 class Once(Listed):
     """A single event, at an instant (ps)."""
 
@@ -38,11 +38,11 @@ class Once(Listed):
 # ------------------------------------------------------------------------------------------------------- the motion
 @dataclass(slots=True)
 class ShaftMotion:
-    """A piece of motion of a shaft, valid from an instant until another motion replaces it.
+    """A segment of the motion of a shaft, valid from an instant until another motion replaces it.
 
-    Places are counted in parts of a step, `unit` of them in a step. With each edge of `drive` after `since` the shaft
-    moves by `step` parts in the direction of `sign`, once `slack` parts are taken up: play, or slip. It makes at most
-    `room` of these steps: then it stands at a stop, and further edges are lost.
+    Positions are counted in parts of a step, `unit` of them in a step.  With each edge of `drive` after `since` the
+    shaft moves by `step` parts in the direction of `sign`, once `slack` parts are taken up: play, or slip.  It makes at
+    most `room` of these steps: then it is at a stop, and further edges are lost.
     """
 
     drive: Events = field(default_factory=NoEvents)
@@ -58,40 +58,40 @@ class ShaftMotion:
     def __post_init__(self) -> None:
         self.first = self.drive.count(self.since)
 
-    # ------------------------------------------------------------------------------------------------------- questions
+    # --------------------------------------------------------------------------------------------------------- queries
     def count(self, ps: int) -> int:
-        """Return how many edges of this motion there have been by an instant (ps), lost ones included."""
+        """Return the number of edges of this motion up to an instant (ps), including lost ones."""
         return max(0, self.drive.count(ps) - self.first)
 
     def moved(self, k: int) -> int:
-        """Return by how many parts its first k edges move the shaft."""
+        """Return by how many parts the first k edges move the shaft."""
         if self.room is not None:
             k = min(k, self.room)
         return max(0, k * self.step - self.slack)
 
     def level(self, ps: int) -> int:
-        """Return the place at an instant (ps), in parts of a step."""
+        """Return the position at an instant (ps), in parts of a step."""
         return self.place + self.sign * self.moved(self.count(ps))
 
     def steps_at(self, ps: int) -> Fraction:
-        """Return the place at an instant (ps), in steps."""
+        """Return the position at an instant (ps), in steps."""
         return Fraction(self.level(ps), self.unit)
 
     def edge_by(self, parts: int) -> int | None:
-        """Return the number of the edge by which the shaft has moved so many parts, 1 and more; None: no edge does."""
+        """Return the number of the edge by which the shaft has moved a number of parts, 1 or more; None: no edge."""
         k = -(-(parts + self.slack) // self.step)
         return k if self.room is None or k <= self.room else None
 
     def time(self, k: int) -> When:
-        """Return the instant of edge k of this motion (ps), NotYet, or None: it is not foreseen."""
+        """Return the instant of edge k of this motion (ps), NotYet, or None if it is not foreseen."""
         return self.drive.time(self.first + k)
 
     def lost(self, ps: int) -> int:
-        """Return how many edges have been lost at a stop by an instant (ps)."""
+        """Return the number of edges lost at a stop up to an instant (ps)."""
         return 0 if self.room is None else max(0, self.count(ps) - self.room)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the places at instants of this motion (int64 ps), in steps: (n,) float64."""
+        """Return the positions at instants of this motion (int64 ps), in steps: (n,) float64."""
         import numpy as np
 
         edges = self.count(int(times.max(initial=self.since)))
@@ -102,7 +102,7 @@ class ShaftMotion:
         return self._places(k)
 
     def edges(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the steps at start < t <= stop: (n,) int64 ps, and the places from there on, (n,) float64 steps."""
+        """Return the steps at start < t <= stop: (n,) int64 ps, and the positions from there on, (n,) float64 steps."""
         import numpy as np
 
         first, last = self.count(start) + 1, self.count(stop)
@@ -113,7 +113,7 @@ class ShaftMotion:
         return self.drive.times(self.first + first, self.first + last), self._places(np.arange(first, last + 1))
 
     def _places(self, k: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Places after some numbers of edges, in steps."""
+        """Return the positions after given numbers of edges, in steps."""
         import numpy as np
 
         if self.room is not None:
@@ -126,14 +126,14 @@ class ShaftMotion:
 
     # ------------------------------------------------------------------------------------------------ from here on
     def onward(self, ps: int) -> ShaftMotion:
-        """Return the motion from an instant (ps) on; what the drive does afterwards may still change."""
+        """Return the motion from an instant (ps) on; later edges of the drive may still change."""
         k = self.count(ps)
         place, slack = self.place + self.sign * self.moved(k), max(0, self.slack - k * self.step)
         room = None if self.room is None else max(0, self.room - k)
         return ShaftMotion(self.drive, ps, place, self.sign, self.step, self.unit, slack, room)
 
     def within(self, low: Fraction | None, high: Fraction | None) -> ShaftMotion:
-        """Return the motion with hard stops at two places, in steps; None: no stop on that side."""
+        """Return the motion with hard stops at two positions, in steps; None: no stop on that side."""
         stop = high if self.sign > 0 else low
         if stop is None:
             return self if self.room is None else replace(self, room=None)
@@ -141,13 +141,13 @@ class ShaftMotion:
         return replace(self, room=max(0, int((ahead + self.slack) // self.step)))
 
     def refined(self, times: int) -> ShaftMotion:
-        """Return the motion in parts that are smaller by a whole factor."""
+        """Return the motion in parts that are smaller by an integer factor."""
         return replace(
             self, place=self.place * times, step=self.step * times, unit=self.unit * times, slack=self.slack * times
         )
 
     def geared(self, ratio: Fraction) -> ShaftMotion:
-        """Return the motion of a shaft that a gear drives: it turns `ratio` times as far, negative: the other way."""
+        """Return the motion of a geared shaft: `ratio` times as far; negative: in the opposite direction."""
         n, d = abs(ratio.numerator), ratio.denominator
         sign = 1 if ratio > 0 else -1
         return replace(
@@ -156,9 +156,9 @@ class ShaftMotion:
         )  # fmt: skip
 
     def played(self, here: ShaftMotion, play: Fraction, offset: Fraction) -> ShaftMotion:
-        """Return the motion of what is moved with a play, the play between the two taken up first.
+        """Return the motion of a load that is moved with a play, which is taken up first.
 
-        It is where `here` begins, and began `offset` above this motion.
+        The load is where `here` begins; initially it was `offset` above this motion.
         """
         unit = lcm(self.unit, here.unit, play.denominator, offset.denominator)
         motion, place = common(self, unit), common(here, unit).place
@@ -169,5 +169,5 @@ class ShaftMotion:
 
 
 def common(one: ShaftMotion, unit: int) -> ShaftMotion:
-    """Return the motion in parts that divide both its own and others of `unit` in a step."""
+    """Return the motion in parts that divide both its own parts and those of another with `unit` in a step."""
     return one if one.unit % unit == 0 else one.refined(lcm(one.unit, unit) // one.unit)

@@ -1,4 +1,4 @@
-"""What a wire shows of the counts of a shaft, as a promise: a channel of an encoder, a switch."""
+"""Outputs derived from the counts of a shaft, as promises: a channel of an encoder, a switch."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ...core.time.events import NotYet, When, ask_at
 from ...core.wires.wave import Level, real_edges
 from .shaft_counter import Counter
 
-LOOKS = 4  # changes that a channel looks through before it says "ask again then"
+LOOKS = 4  # changes that a channel checks before it returns NotYet
 
 
 class LevelPattern:
-    """The levels of an output by the count, over and over."""
+    """Levels of an output for consecutive counts, repeated."""
 
     def __init__(self, *levels: int) -> None:
         self.levels = levels
@@ -23,7 +23,7 @@ class LevelPattern:
         return self.levels[count % len(self.levels)]
 
     def distance(self, count: int, sign: int) -> int:
-        """Return how far the next count with another level is from a count, forward (1) or back (-1)."""
+        """Return the distance from a count to the next count with another level, forward (1) or backwards (-1)."""
         size, at = len(self.levels), count % len(self.levels)
         turns = self._turns
         if sign > 0:
@@ -34,7 +34,7 @@ class LevelPattern:
 
     @cached_property
     def _turns(self) -> list[int]:
-        """The counts with another level than the one before."""
+        """Counts whose level differs from that of the count before."""
         return [n for n, level in enumerate(self.levels) if level != self.levels[n - 1]]
 
     @cached_property
@@ -46,10 +46,10 @@ class LevelPattern:
 
 
 class EncoderChannel:
-    """An output of an encoder, as a promise: its level goes with the count."""
+    """An output of an encoder, as a promise: its level follows the count."""
 
     __slots__ = ("code", "counter")
-    until: int | None = None  # what a motion assumes holds until the shaft takes up another
+    until: int | None = None  # the assumptions of a motion hold until the shaft has a new one
 
     def __init__(self, counter: Counter, code: LevelPattern) -> None:
         self.counter, self.code = counter, code
@@ -59,9 +59,9 @@ class EncoderChannel:
         return self.code[self.counter.level(ps)]
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps), NotYet, or None: none is foreseen.
+        """Return the next edge strictly after an instant (ps), NotYet, or None if none is foreseen.
 
-        The counts of a shaft that is too fast may jump for ever without an edge.
+        The counts of a shaft that is too fast may jump forever without an edge.
         """
         counter, code, time = self.counter, self.code, ps
         count = counter.level(ps)
@@ -87,15 +87,15 @@ class EncoderChannel:
 
 
 class SwitchZone:
-    """A switch, as a promise: closed between two places, by the number of bounds that lie below.
+    """A switch, as a promise: closed between two positions, by the number of bounds below the present one.
 
         count     0    1    2    3    4
         bounds      |    |    |    |
         coming   open      closed------>open      forward
-                 open<-----closed      open       back
+                 open<-----closed      open       backwards
 
-    Where `says` is None the switch stays as it was: that is its hysteresis.  `closed` is what it was when its counter
-    began, at `since`; `levels` are those of the open and the closed switch.
+    Where `says` is None the state is unchanged: this is the hysteresis.  `closed` is the state when the counter began,
+    at `since`; `levels` are those of the open and the closed switch.
     """
 
     __slots__ = ("_known", "closed", "counter", "levels", "says", "since")
@@ -109,7 +109,7 @@ class SwitchZone:
 
     @property
     def floats(self) -> bool:
-        """Does it let go of the wire at times?"""
+        """Whether the switch releases the wire at times."""
         return None in self.levels
 
     def closed_at(self, ps: int) -> bool:
@@ -129,7 +129,7 @@ class SwitchZone:
         return self.levels[self.closed_at(ps)]
 
     def after(self, ps: int) -> When:
-        """Return NotYet with the next change of the count (ps), or None: none is foreseen."""
+        """Return NotYet with the next change of the count (ps), or None if none is foreseen."""
         following = ask_at(self.counter.after(ps))
         return None if following is None else NotYet(following)
 

@@ -1,10 +1,10 @@
-"""What the inputs of a motor ask for, over time: which command, and which row of the law's table.
+"""Inputs of a motor over time: the command, and the row of the law's table.
 
     pieces      |------------------|---------|------------------------->
-                 what the pins showed          what they promise
+                 past levels of the pins       their promises
 
-A piece is what the wires showed from an instant on, until one of them was driven otherwise: promises are values, so
-the past can be asked again and a long slew costs nothing.  Only what changes the command or the row is an edge.
+A piece is the state of the wires from an instant until the drive of one of them changes.  Promises are values, so the
+past can be queried again and a long slew costs nothing.  Only changes of the command or the row are edges.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Edges(NamedTuple):
-    """Edges of what is asked for: instants, commands and rows of the table from there on, (n,) int64 each."""
+    """Edges of the command: instants, and commands and rows of the table from there on, (n,) int64 each."""
 
     times: NDArray[np.int64]
     commands: NDArray[np.int64]
@@ -33,7 +33,7 @@ class Edges(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """What the pins show from an instant (ps) on, by their names: promises, or levels that stay."""
+    """State of the pins from an instant (ps) on, by their names: promises, or constant levels."""
 
     since: int
     shown: Sequence[Promise | Level]
@@ -43,33 +43,33 @@ class Piece(NamedTuple):
         return [what.level(ps) if promised(what) else what for what in self.shown]
 
     def look_after(self, ps: int) -> int | None:
-        """Return when to look again for an edge of a pin after an instant (ps); None: none is foreseen."""
+        """Return when to check again for an edge of a pin after an instant (ps); None: none is foreseen."""
         return earliest([what.after(ps) for what in self.shown if promised(what)])
 
     @property
     def until(self) -> int | None:
-        """The instant before which all of it holds (ps); None: for good."""
+        """Instant before which the whole piece holds (ps); None: forever."""
         return min((what.until for what in self.shown if promised(what) and what.until is not None), default=None)
 
 
 class Reading(NamedTuple):
-    """What pins make of a stretch of time: at its beginning, and at each instant at which a pin has an edge.
+    """Levels of the pins over a stretch of time: at its start, and at each instant at which a pin has an edge.
 
-    `high` is (n + 1, pins) bool, the first row being the levels before the first instant.
+    `high` is (n + 1, pins) bool; the first row has the levels before the first instant.
     """
 
     times: NDArray[np.int64]
     high: NDArray[np.bool_]
 
 
-Asked = Callable[[Reading, int], tuple[Any, Any]]  # of a command before: commands and codes, one for each instant
+Asked = Callable[[Reading, int], tuple[Any, Any]]  # from the command before: commands and codes, one per instant
 
 
 class Feed:
-    """The inputs of a motor.
+    """Inputs of a motor.
 
     Args:
-        asked: makes commands and rows of what the pins read.
+        asked: converts levels of the pins to commands and rows.
     """
 
     def __init__(self, asked: Asked) -> None:
@@ -77,7 +77,7 @@ class Feed:
         self.pieces = [Piece(0, ())]  # nothing is wired yet
 
     def show(self, since: int, shown: Sequence[Promise | Level]) -> None:
-        """Take up what the pins show from an instant (ps) on."""
+        """Use the state of the pins from an instant (ps) on."""
         if len(shown) == len(self.now.shown) and all(map(alike, shown, self.now.shown)):
             return
         if self.now.since >= since or not self.now.shown:
@@ -86,11 +86,11 @@ class Feed:
 
     @property
     def now(self) -> Piece:
-        """What the pins show at present; nothing, as long as they are not wired."""
+        """Present state of the pins; empty before they are wired."""
         return self.pieces[-1] if self.pieces else Piece(0, ())
 
     def edges(self, start: int, stop: int, command: int, code: int) -> Edges:
-        """Return the edges at start < t <= stop (ps), after what was in force at `start`."""
+        """Return the edges at start < t <= stop (ps), given the command and row at `start`."""
         import numpy as np
 
         found = []
@@ -105,7 +105,7 @@ class Feed:
         return Edges(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
     def _readings(self, start: int, stop: int) -> list[Reading]:
-        """What the pins read at start < t <= stop, piece by piece."""
+        """Return the levels of the pins at start < t <= stop, piece by piece."""
         first = max(bisect_right(self.pieces, start, key=lambda piece: piece.since) - 1, 0)
         readings = []
         for n in range(first, len(self.pieces)):
@@ -113,7 +113,7 @@ class Feed:
             if piece.since > stop or not piece.shown:
                 break
             end = min(stop, self.pieces[n + 1].since - 1) if n + 1 < len(self.pieces) else stop
-            if n > first or piece.since > start:  # what the pins read before it, they read of the piece before
+            if n > first or piece.since > start:  # the levels before it are those of the piece before
                 before = self.pieces[n - 1].levels(piece.since - 1) if n else piece.levels(piece.since)
                 readings.append(reading(piece, piece.since - 1, end, before))
             elif end > start:
@@ -121,7 +121,7 @@ class Feed:
         return readings
 
     def forget(self, before: int) -> None:
-        """Drop what was over before an instant (ps)."""
+        """Drop the past before an instant (ps)."""
         del self.pieces[: max(bisect_right(self.pieces, before, key=lambda piece: piece.since) - 1, 0)]
 
 
@@ -136,7 +136,7 @@ def changes(values: Any, before: int) -> Any:
 
 
 def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Reading:
-    """Return what the pins read at start < t <= stop, and before that; an open pin reads high."""
+    """Return the levels of the pins at start < t <= stop, and before; an open pin reads high."""
     import numpy as np
 
     edges: list[tuple[Any, Any]] = []
@@ -164,7 +164,7 @@ def reading(piece: Piece, start: int, stop: int, before: Sequence[Level]) -> Rea
 
 
 def high_of(levels: Any) -> NDArray[np.bool_]:
-    """Return which levels of edges read high, 0, 1 or None: (n,) bool."""
+    """Return which levels of edges, 0, 1 or None, read high: (n,) bool."""
     import numpy as np
 
     if isinstance(levels, np.ndarray):
@@ -173,15 +173,15 @@ def high_of(levels: Any) -> NDArray[np.bool_]:
     return np.array([level != 0 for level in levels], bool)
 
 
-# --------------------------------------------------------------------------------------------- what the pins ask for
+# ------------------------------------------------------------------------------------------------ commands from pins
 @dataclass(frozen=True)
 class Pins:
-    """Which column of a reading is which pin, and the level at which it is active; what is not read has no column."""
+    """Columns of a reading by pin, and the active level of each pin; a pin that is not read has no column."""
 
     columns: Mapping[str, tuple[int, bool]]
 
     def __call__(self, reading: Reading, name: str, otherwise: bool) -> Any:
-        """Return whether a pin is active, (n + 1,) bool; `otherwise` where it is not read."""
+        """Return whether a pin is active, (n + 1,) bool; `otherwise` if it is not read."""
         import numpy as np
 
         found = self.columns.get(name)
@@ -202,7 +202,7 @@ class Pins:
 
 
 def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
-    """Return what PULSE and DIRECTION ask for: each step is a command more, or less."""
+    """Return the function from PULSE and DIRECTION to commands: each step adds 1 to the command, or subtracts 1."""
 
     def asked(reading: Reading, command: int) -> tuple[Any, Any]:
         import numpy as np
@@ -216,10 +216,10 @@ def steps_asked(law: MotorLaw, pins: Pins) -> Asked:
 
 
 def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequence[int | None]) -> Asked:
-    """Return what phases ask for: the command nearest to the last one that has the field; without one it stays.
+    """Return the function from phases to commands: the nearest command with the same field; unchanged without a field.
 
     Args:
-        fields: for each set of phases that are on, the first one counting 1, then 2, 4 ...: the command from 0 to
+        fields: for each set of phases that are on, the first counting 1, then 2, 4 ...: the command from 0 to
             `law.cycle - 1`, or None.  These sets are the rows of the table.
     """
 
@@ -235,7 +235,7 @@ def phases_asked(law: MotorLaw, pins: Pins, names: Sequence[str], fields: Sequen
         for n, bits in enumerate(number.tolist()):
             field = fields[bits]
             turn = 0 if field is None else (field - command + half) % law.cycle - half
-            command += turn if turn != -half else 0  # to the opposite side: either way is as near, so it stays
+            command += turn if turn != -half else 0  # unchanged if opposite: both directions are as near
             commands[n] = command
         return commands, codes
 

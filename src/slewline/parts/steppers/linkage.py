@@ -1,4 +1,4 @@
-"""Where something is that a rotor moves: a shaft, a shaft behind a gear, a carriage with play."""
+"""Position of a load that a rotor moves: a shaft, a shaft after a gear, a carriage with play."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Linkage:
-    """Where something is that a rotor moves, in steps of its own.
+    """Mechanical connection of a load to a rotor; positions are in steps of the load.
 
-    `factor` steps to a full step of the motor; with `play` it stops where the rotor turns round, until so many steps
-    are taken up, and it began `offset` above the rotor.  `behind`: its place as seen from the command.
+    `factor` steps of the load make one full step of the motor.  With `play` the load stops when the rotor reverses,
+    until these steps are taken up; at the start it was `offset` above the rotor.  `behind`: the position relative to
+    the command.
     """
 
     factor: float = 1.0
@@ -23,15 +24,15 @@ class Linkage:
     behind: bool = False
 
     def begun(self, place: Any, command: Any) -> tuple[Any, ...]:
-        """Return the places of all linkages, this one last, as a run begins with the rotor at a place (full steps).
+        """Return the positions of all linkages, this one last, at the start of a run from a rotor position.
 
-        Both may be arrays where no linkage has a play.
+        Positions are in full steps, and may be arrays if no linkage has a play.
         """
         below = self.under.begun(place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, None)
 
     def follow(self, before: tuple[float, ...], place: float, command: float) -> tuple[float, ...]:
-        """Return the places of all linkages once the rotor is at a place, having gone there straight."""
+        """Return the positions of all linkages once the rotor has reached a position without reversing."""
         below = self.under.follow(before[:-1], place, command) if self.under else ()
         return *below, self._of(below[-1] if below else place, command, before[-1])
 
@@ -45,11 +46,11 @@ class Linkage:
 
     @property
     def simple(self) -> bool:
-        """Does its place follow from that of the rotor alone?"""
+        """Whether the position follows from that of the rotor alone."""
         return not self.play and (self.under is None or self.under.simple)
 
     def bound(self, place: float, rising: bool, command: float) -> tuple[float, float, bool]:
-        """Return factor, bound and direction such that it passes a place where factor times the rotor passes that."""
+        """Return factor, bound and direction: the load passes a position as factor times the rotor passes the bound."""
         pushed = place - self.offset + (command if self.behind else 0.0)
         if self.play and not rising:
             pushed -= self.play
@@ -59,7 +60,7 @@ class Linkage:
         return self.under.bound(pushed / self.factor, up, command)
 
     def gone(self, before: tuple[float, ...], rotor_before: float, rotor: Any) -> list[Any]:
-        """Return the places of all linkages, (n,) float64 each, as the rotor goes from one place to the next."""
+        """Return the positions of all linkages, (n,) float64 each, as the rotor moves from one position to the next."""
         import numpy as np
 
         below = self.under.gone(before[:-1], rotor_before, rotor) if self.under else []
@@ -77,7 +78,7 @@ class Linkage:
         return [*below, places]
 
     def followed(self, before: Sequence[Any], rotor: Any) -> list[Any]:
-        """Return what `follow` does, of many places at a time: (n,) float64 each."""
+        """Return the result of `follow` for many positions at a time: (n,) float64 each."""
         import numpy as np
 
         below = self.under.followed(before[:-1], rotor) if self.under else []

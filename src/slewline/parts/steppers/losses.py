@@ -1,10 +1,10 @@
-"""The steps that a motor loses: found in the points of its run, on request.
+"""Lost steps of a motor, found in the grid points of its run on request.
 
     lag, steps   0 . . 1 . 2 . . 4 . . . 8 . . . 12 12 12
                            ^ out of step              ^ 12 steps lost
 
-A rotor two steps (half an electrical turn) from the place of its command may go either way.  Once it has come to the
-next place that attracts it, it has lost four steps; they come in fours, since it settles nowhere else.
+A rotor two steps (half an electrical turn) from the position of its command may turn either way.  Once it has reached
+the next stable position it has lost four steps; steps are lost in fours, since it settles nowhere else.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ if TYPE_CHECKING:
     from ..motors.law import MotorLaw
     from .motor_run import Run
 
-BACK_PS = 20_000_000_000  # so long in one place, and the rotor is in step again
+BACK_PS = 20_000_000_000  # after this time in one position the rotor is in step again
 
 
 class Losses:
-    """Where a rotor has fallen out of step, and what it has lost.
+    """Times at which a rotor was out of step, and the steps lost.
 
     Attributes:
-        lost: full steps up to the last question, more than 0: the rotor is behind.
+        lost: full steps up to the last query; positive: the rotor lags.
     """
 
     def __init__(self, run: Run) -> None:
         self.run = run
         self.lost = 0
-        self._done = run.stretches[0].first.t - 1  # a hand may be on it in its first instant
+        self._done = run.stretches[0].first.t - 1  # it may be held by hand in its first instant
         self._since: int | None = None  # it has been out of step from this instant on
-        self._far: tuple[int, float] | None = None  # since when it is half way to the next place, and its speed then
+        self._far: tuple[int, float] | None = None  # when half way to the next stable position, and the speed then
         self._held = False  # at a hard stop
-        self._settled: tuple[int, int] | None = None  # where it has been since when, while it is out of step
+        self._settled: tuple[int, int] | None = None  # its position and since when, while it is out of step
         self._last = self._done + 1, 0.0  # grid point, and the lag there
 
     def look(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """Yield what has happened up to an instant (ps), the last committed one at most: when, code and text."""
+        """Yield the events up to an instant (ps), the last committed one at most: time, code and text."""
         if ps <= self._done:
             return
         for law, columns, _ in self.run.between(self._done, ps):
@@ -56,7 +56,7 @@ class Losses:
             yield from self._back(self._settled[0] + BACK_PS)
 
     def _stops(self, law: MotorLaw, times: Any, states: Any) -> Iterator[tuple[int, str, str]]:
-        """Where it has come to a hard stop."""
+        """Yield the arrivals at a hard stop."""
         import numpy as np
 
         theta = states[:, law.names.index("theta2" if "theta2" in law.names else "theta")]
@@ -65,11 +65,11 @@ class Losses:
             if stop is not None:
                 held |= theta == stop
         for n in np.flatnonzero(held & ~np.append(self._held, held[:-1])).tolist():
-            yield int(times[n]), "hard-stop", f"the shaft runs into a stop at {theta[n] / law.motor.step:g} steps"
+            yield int(times[n]), "hard-stop", f"the shaft hits a hard stop at {theta[n] / law.motor.step:g} steps"
         self._held = bool(held[-1])
 
     def _along(self, law: MotorLaw, times: Any, lag: Any, speed: Any) -> Iterator[tuple[int, str, str]]:
-        """Go along some grid points; before one that comes more than a step after the last, it has rested."""
+        """Process a run of grid points; the rotor rested before a point that is more than a step after the last."""
         import numpy as np
 
         rests = np.flatnonzero(np.diff(times, prepend=self._last[0]) > law.step_ps).tolist()
@@ -81,7 +81,7 @@ class Losses:
                 self._last = int(times[end - 1]), float(lag[end - 1])
 
     def _rested(self, law: MotorLaw) -> Iterator[tuple[int, str, str]]:
-        """Take notice that it has come to rest at the last grid point."""
+        """Record that the rotor came to rest at the last grid point."""
         if self._since is not None:
             ps, lag = self._last
             if self._settled is not None and ps - self._settled[0] >= BACK_PS:
@@ -127,7 +127,7 @@ class Losses:
                 n, places, inside = n + run, places[run:], inside[run:]
 
     def _back(self, ps: int) -> Iterator[tuple[int, str, str]]:
-        """It is in step again."""
+        """Record that the rotor is in step again."""
         if self._settled is not None:
             _, place = self._settled
             gone = place - self.lost

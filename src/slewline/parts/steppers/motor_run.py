@@ -1,12 +1,12 @@
-"""What a motor has done, and will do as things stand: grid points, made on demand.
+"""Past and foreseen motion of a motor: grid points, made on demand.
 
     past           now                    foreseen
     grid points -->|- - - - - - - - - ->|           integrated so far: `reached`
-                   |- - -x                          the inputs turn out otherwise: what lies ahead is made again
+                   |- - -x                          an input changes unexpectedly: the future is integrated again
 
-Nothing is integrated until it is asked for.  The past never changes.  Of what lies ahead the points are dropped from
-the first edge on that comes otherwise than foreseen.  Points that were made long ago are dropped too, but for one in a
-stretch: they can be made again, and have the same bits.
+Nothing is integrated before it is queried.  The past never changes.  The foreseen points are dropped from the first
+unforeseen edge on.  Points made long ago are dropped too, except one per stretch: they can be made again, with the
+same bits.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 STRETCH = 4096  # grid points
 WHOLE = 64  # stretches whose points are kept
 NEVER_PS = 1 << 62
-AT_ONCE_PS = 20_000_000_000  # how far one question for rest looks ahead
+AT_ONCE_PS = 20_000_000_000  # how far one query for rest looks ahead
 
 
 class Stretch:
     """Grid points of one law, from `first` on.
 
     Attributes:
-        changed: `first` does not continue the stretch before: the law, or these states, were changed from outside.
+        changed: `first` does not continue the stretch before: the law or the state was changed from outside.
         times, states, commands, codes: columns of the points, as in a `MotorTrace`; None: they have been dropped.
     """
 
@@ -43,19 +43,19 @@ class Stretch:
 
     @property
     def count(self) -> int:
-        """How many points it has."""
+        """Number of points."""
         return len(self.whole[0])
 
     @property
     def whole(self) -> tuple[Any, ...]:
-        """Its columns: times, states, commands, codes."""
+        """Columns of the points: times, states, commands, codes."""
         if self.columns is None and self._edges is not None:
             trace = Integration(self.law).trace(*self._edges[:], self.last.t, self.first)
             self.columns = trace.times, trace.states, trace.commands, trace.codes
         return self.columns or ()
 
     def point(self, n: int) -> Point:
-        """Return one of its points."""
+        """Return one of the points."""
         times, states, commands, codes = self.whole
         return Point(int(times[n]), tuple(states[n].tolist()), int(commands[n]), int(codes[n]))
 
@@ -67,28 +67,28 @@ class Stretch:
         self.last = self.point(-1)
 
     def edges(self, after: int) -> Edges:
-        """Return the edges of the inputs at its points after an instant (ps)."""
+        """Return the edges of the inputs at the points after an instant (ps)."""
         times, _, commands, codes = self.whole
         changed = changes(commands, commands[0]) | changes(codes, codes[0])
         changed &= times > after
         return Edges(times[changed], commands[changed], codes[changed])
 
     def cut(self, before: int) -> None:
-        """Drop the points from an instant (ps) on, but not the first one."""
+        """Drop the points from an instant (ps) on, except the first one."""
         count = max(int(self.whole[0].searchsorted(before)), 1)
         self.columns = tuple(column[:count] for column in self.whole)
         self.last = self.point(-1)
         self._edges = None
 
     def drop(self) -> None:
-        """Drop the points: they can be made again."""
+        """Drop the points, which can be made again."""
         if self.columns is not None:
             self._edges = self.edges(self.first.t)
             self.columns = None
 
 
 def columns_of(point: Point) -> tuple[Any, ...]:
-    """Return a grid point as columns of one."""
+    """Return a grid point as columns of length 1."""
     import numpy as np
 
     ints = [np.array([value], np.int64) for value in (point.t, point.command, point.code)]
@@ -98,7 +98,7 @@ def columns_of(point: Point) -> tuple[Any, ...]:
 class RunPart(NamedTuple):
     """Some grid points of one law: columns times, states, commands, codes.
 
-    `changed`: the first of them does not continue what was before: the law or the state was changed from outside.
+    `changed`: the first point does not continue the points before: the law or the state was changed from outside.
     """
 
     law: MotorLaw
@@ -109,14 +109,14 @@ class RunPart(NamedTuple):
 class Run:
     """The motion of a rotor.
 
-    `cuts` are called with an instant (ps) when what was foreseen from there on does not come.
-    `along` is what is known along it, passings for example, by what they are of.
+    `cuts` are called with an instant (ps) when the future foreseen from there on is dropped.
+    `along` has results derived from the run, for example passings, by their subject.
 
     Args:
-        law: of motor, driver and load; `alter` may put another in its place.
-        feed: what the inputs ask for.
-        first: where it begins.
-        engine: "python", "numba", or None, as of `Integration`.
+        law: of motor, driver and load; `alter` can replace it.
+        feed: the inputs.
+        first: the starting point.
+        engine: "python", "numba", or None, as in `Integration`.
     """
 
     def __init__(self, law: MotorLaw, feed: Feed, first: Point, engine: str | None = None) -> None:
@@ -127,17 +127,17 @@ class Run:
         self.begin(law, first)
 
     def begin(self, law: MotorLaw, first: Point) -> None:
-        """Begin again, with another law, at a point in the same place: nothing has been shown yet."""
+        """Begin again with another law, at a point in the same position: nothing has been shown yet."""
         self.stretches = [Stretch(law, first)]
         self.reached = first.t  # integrated up to here
         self._integration = Integration(law, self._engine)
-        self._rests = False  # at the last point: nothing changes until the next edge
+        self._rests = False  # at the last point nothing changes until the next edge
         for cut in self.cuts:
             cut(first.t)
 
     @property
     def compiled(self) -> bool:
-        """Has everything been compiled before time passed?"""
+        """Whether everything was compiled before time passed."""
         return self._engine == "numba"
 
     @property
@@ -152,7 +152,7 @@ class Run:
             self._go_on(min(ps, self._stays() if self._rests else self.reached + STRETCH * self.law.step_ps))
 
     def _stays(self) -> int:
-        """Up to when it may rest, and no edge has come: an instant (ps) up to which few edges can have come."""
+        """Return an instant (ps) up to which the rotor may rest, with few edges."""
         now = self.feed.now
         if self.reached < now.since:
             return self.reached + AT_ONCE_PS
@@ -160,7 +160,7 @@ class Run:
         return NEVER_PS if following is None else following
 
     def _go_on(self, ps: int) -> None:
-        """Integrate up to an instant (ps), in one piece."""
+        """Integrate up to an instant (ps) in one run."""
         stretch = self.stretches[-1]
         last = stretch.last
         edges = self.feed.edges(max(last.t, self.reached), ps, last.command, last.code)
@@ -180,7 +180,7 @@ class Run:
             self.stretches[-1 - WHOLE].drop()
 
     def follow(self, seen: int) -> None:
-        """Take up what the inputs show now: drop what was foreseen otherwise after an instant (ps)."""
+        """Use the present inputs: drop the future after an instant (ps) as far as it differs."""
         if self.reached <= seen:
             return
         n = len(self.stretches) - 1
@@ -193,11 +193,11 @@ class Run:
         if differs is not None:
             altered = [it for it in self.stretches[n:] if it.changed is not None and it.first.t == differs]
             self._cut(differs, differs)
-            for stretch in altered:  # at this instant too: that counts, after what the inputs show
+            for stretch in altered:  # at this instant too: the change counts, after the inputs
                 self.alter(differs, stretch.law, **(stretch.changed or {}))
 
     def _cut(self, ps: int, since: int) -> None:
-        """Drop what lies at an instant (ps) and after it; what was seen is otherwise from `since` on."""
+        """Drop the points from an instant (ps) on; the inputs differ from `since` on."""
         while len(self.stretches) > 1 and self.stretches[-1].first.t >= ps:
             self.stretches.pop()
         self.stretches[-1].cut(ps)
@@ -206,7 +206,7 @@ class Run:
             cut(since)
 
     def alter(self, ps: int, law: MotorLaw, **states: float) -> None:
-        """Go on from an instant (ps) with another law, or other values of some states."""
+        """Continue from an instant (ps) with another law, or other values of some states."""
         self.reach(ps)
         point, state = self.at_or_before(ps), self.state(ps)
         self._cut(ps + 1, ps)
@@ -217,14 +217,14 @@ class Run:
         self.stretches.append(Stretch(law, first, states))
         self.reached = ps
 
-    # -------------------------------------------------------------------------------------------------------- questions
+    # ---------------------------------------------------------------------------------------------------------- queries
     def stretch_at(self, ps: int) -> Stretch:
-        """Return the stretch of an instant (ps) that has been reached."""
+        """Return the stretch that contains an instant (ps), already reached."""
         n = bisect_right(self.stretches, ps, key=lambda stretch: stretch.first.t) - 1
         return self.stretches[max(n, 0)]
 
     def at_or_before(self, ps: int) -> Point:
-        """Return the last grid point up to an instant (ps), or the first one that is kept."""
+        """Return the last grid point up to an instant (ps), or the first kept one."""
         self.reach(ps)
         stretch = self.stretch_at(ps)
         return stretch.point(max(int(stretch.whole[0].searchsorted(ps, "right")) - 1, 0))
@@ -252,23 +252,23 @@ class Run:
         return found
 
     def rests(self, ps: int) -> bool:
-        """Return whether nothing changes at an instant (ps), nor after it until the next edge of an input."""
+        """Return whether nothing changes at an instant (ps) or later until the next edge of an input."""
         self.reach(ps)
         return self._rests and ps >= self.stretches[-1].last.t
 
     def comes_to_rest(self, ps: int) -> int:
-        """Return when it rests, after an instant (ps), if no input has an edge until then; or when to ask again."""
+        """Return when the motor rests after an instant (ps) if no input changes before, or when to query again."""
         following = self.feed.now.look_after(ps)
         until = ps + AT_ONCE_PS if following is None else max(min(ps + AT_ONCE_PS, following), ps + 1)
         return max(self.known_to_rest, ps + 1) if self.rests(until) else until
 
     @property
     def known_to_rest(self) -> int:
-        """The instant from which on no point follows the last one: only then its losses are counted (ps)."""
+        """Instant after which no point follows (ps): losses are counted only then."""
         return self.stretches[-1].last.t + self.law.step_ps + 1
 
     def forget(self, before: int) -> None:
-        """Drop what was over before an instant (ps); what has not been integrated is still to come."""
+        """Drop the past before an instant (ps); parts not yet integrated are kept."""
         before = min(before, self.reached)
         for known in self.along.values():
             known.forget(before)
@@ -285,7 +285,7 @@ def joined(columns: Any) -> Any:
 
 
 def first_difference(one: Edges, two: Edges) -> int | None:
-    """Return the first instant (ps) at which two rows of edges differ; None: they do not."""
+    """Return the first instant (ps) at which two sequences of edges differ; None: they are equal."""
     count = min(len(one.times), len(two.times))
     differ = (
         (one.times[:count] != two.times[:count])

@@ -1,11 +1,11 @@
-"""What a rotor passes as it turns: counts on a scale, found in the points of its run.
+"""Counts that a rotor passes as it turns, found in the grid points of its run.
 
     grid points    *------*------*------*------*
-    count          3      3      4      4      3         where it differs, the picosecond is looked for in between
+    count          3      3      4      4      3         between two that differ, the picosecond is searched
                              ^             ^
 
-A `Linkage` says where something is that the rotor moves: its shaft, a shaft behind a gear, a carriage with play, or the
-rotor as seen from its command.  `Passings` are the changes of a count along it, found once and kept; a `RunCounter`
+A `Linkage` has the position of a load that the rotor moves: its shaft, a shaft after a gear, a carriage with play, or
+the rotor relative to its command.  `Passings` are the changes of a count along it, found once and kept; a `RunCounter`
 shows them on a wire (`parts/shafts/shaft_counter.py`).
 """
 
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
     from ..shafts.shaft_counter import CountScale
     from .motor_run import Run
 
-MARKS = 512  # places that are known again after the future has been cut
-FIRST_PS = 1_000_000_000  # how far ahead is looked at first; then twice as far
+MARKS = 512  # milestones kept for when the future has been cut
+FIRST_PS = 1_000_000_000  # first distance that is searched ahead; then twice as far
 MOST_PS = 100_000_000_000
-SOON = 30_000  # changes that are found in plain Python in less time than it takes to compile
-AHEAD_PS = 400_000_000_000  # how far one question looks ahead at most
+SOON = 30_000  # changes that take plain Python less time than compiling
+AHEAD_PS = 400_000_000_000  # how far one query looks ahead at most
 
 
 @dataclass(slots=True)
 class Milestone:
-    """What is known at an instant (ps): the count, and how many changes have been.
+    """Known state at an instant (ps): the count, and the number of changes so far.
 
-    `places` are those of the linkages at the last grid point: what is in between leaves no trace.
+    `places` are the positions of the linkages at the last grid point: the motion since then leaves no trace.
     """
 
     ps: int
@@ -47,7 +47,7 @@ class Milestone:
 
 @dataclass(slots=True)
 class Going:
-    """On the way along a run: the grid point and the law behind, how far the changes are found, and what is shown."""
+    """A pass along a run: the last grid point and its law, how far the changes are found, and the counts shown."""
 
     before: Point
     law: MotorLaw
@@ -66,17 +66,17 @@ class Going:
 
 
 class Passings:
-    """The changes of a count along a linkage, up to where they have been asked for.
+    """The changes of a count along a linkage, up to the last query.
 
-    Within a step of the grid they follow from its first point alone, as if it had its full length: so it makes no
-    difference where it is asked, nor where an edge ends it.  Where the rotor turns round within a step, the way
-    there and the way back are gone along one after the other.
+    Within a step of the grid they follow from its first point alone, as if it had its full length: the result depends
+    neither on the instants of queries nor on an edge that ends the step.  If the rotor reverses within a step, the
+    parts before and after the reversal are processed one after the other.
 
     Args:
         run: of the rotor.
-        linkage: what is counted along.
-        scale: counts a step, or bounds.
-        zero: counts by which the scale is turned against the place.
+        linkage: counted along it.
+        scale: counts per step, or bounds.
+        zero: offset between scale and position, in counts.
     """
 
     def __init__(self, run: Run, linkage: Linkage, scale: CountScale, zero: float = 0.0) -> None:
@@ -100,23 +100,23 @@ class Passings:
         return bisect_right(self._bounds, place)
 
     def _place(self, count: int) -> float:
-        """The lowest place with a count."""
+        """Return the lowest position with a count."""
         return (count - self._zero) / self._per_step if self._per_step else self._bounds[count - 1]
 
     @property
     def known(self) -> int:
-        """The instant (ps) up to which the changes are known."""
+        """Instant (ps) up to which the changes are known."""
         return self._marks[-1].ps
 
     def _cut(self, ps: int) -> None:
-        """Forget what was foreseen from an instant (ps) on."""
+        """Drop the foreseen changes from an instant (ps) on."""
         self._block = FIRST_PS
         while len(self._marks) > 1 and self._marks[-1].ps >= ps:
             self._marks.pop()
         mark = self._marks[-1]
         del self.times[mark.changes :], self.counts[mark.changes :]
 
-    # ------------------------------------------------------------------------------------------------- finding them
+    # ---------------------------------------------------------------------------------------------- finding changes
     def look(self, ps: int) -> None:
         """Find the changes up to an instant (ps)."""
         mark = self._marks[-1]
@@ -128,11 +128,11 @@ class Passings:
             del self._marks[1:MARKS]
 
     def place(self, ps: int) -> float:
-        """Return the place at an instant (ps)."""
+        """Return the position at an instant (ps)."""
         return self.places(ps)[-1]
 
     def places(self, ps: int) -> tuple[float, ...]:
-        """Return the places of all linkages at an instant (ps)."""
+        """Return the positions of all linkages at an instant (ps)."""
         self.look(ps)
         mark = self._marks[max(bisect_right(self._marks, ps, key=lambda mark: mark.ps) - 1, 0)]
         places, _ = self._go(mark, ps, [], [])
@@ -141,7 +141,7 @@ class Passings:
         return self.linkage.follow(places, self.run.state(ps)[0] / law.motor.step, before.command / law.micro)
 
     def _go(self, mark: Milestone, ps: int, times: list[int], counts: list[int]) -> tuple[tuple[float, ...], int]:
-        """Go from a mark to an instant (ps), and add the changes; return places at the last grid point, and count."""
+        """Find the changes from a milestone to an instant (ps); return positions at the last grid point, and count."""
         run = self.run
         run.reach(ps)
         going = Going(
@@ -158,7 +158,7 @@ class Passings:
         return going.places, going.count
 
     def _altered(self, going: Going, law: MotorLaw, point: Point) -> None:
-        """Go on from a point with another law, or in another place."""
+        """Continue from a point with another law, or in another position."""
         before = going.before
         if point.t > before.t:
             state = going.law.after(before.t, before.state, before.code, point.t - before.t)
@@ -168,7 +168,7 @@ class Passings:
         going.show(point.t, self._count(going.places[-1]))
 
     def _along(self, going: Going, columns: Any) -> None:
-        """Go along some grid points."""
+        """Process a run of grid points."""
         import numpy as np
 
         times, states, commands, _ = columns
@@ -195,7 +195,7 @@ class Passings:
         going.places = self._begun(law, going.before)
 
     def _with_play(self, going: Going, columns: Any) -> None:
-        """Go along some grid points, on a linkage that depends on the way, and on where the rotor turns round."""
+        """Process a run of grid points, on a linkage that depends on direction and on reversals."""
         import numpy as np
 
         law, first = going.law, going.before.state
@@ -203,7 +203,7 @@ class Passings:
         speed = np.append(first[1], columns[1][:, 1])
         farthest = rotor + 2e-12 * law.step_ps * speed[:-1] / step
         turns = (speed[:-1] * speed[1:] <= 0.0) & (speed[:-1] != 0.0)
-        peaks: dict[int, float] = {}  # by the step, where the rotor turns round and that makes a difference
+        peaks: dict[int, float] = {}  # step by step, if the rotor reverses and this makes a difference
         while True:
             at = sorted(peaks)
             way = np.insert(rotor, at, [peaks[n] for n in at])
@@ -231,11 +231,11 @@ class Passings:
         going.places = tuple(float(each[-1]) for each in places)
 
     def _begun(self, law: MotorLaw, point: Point) -> tuple[float, ...]:
-        """The places at a grid point, of linkages that follow from the rotor alone."""
+        """Return the positions at a grid point, of linkages that follow from the rotor alone."""
         return self.linkage.begun(point.state[0] / law.motor.step, point.command / law.micro)
 
     def _counts(self, along: Any) -> Any:
-        """The counts at places: (n,) int64."""
+        """Return the counts at some positions: (n,) int64."""
         import numpy as np
 
         if self._per_step:
@@ -243,7 +243,7 @@ class Passings:
         return np.searchsorted(np.array(self._bounds), along, "right")
 
     def _step(self, going: Going, point: Point) -> None:
-        """Go to the next grid point, and take up what is asked for from there on."""
+        """Go to the next grid point, and use its command from there on."""
         law, before = going.law, going.before
         asked, rotor = before.command / law.micro, point.state[0] / law.motor.step
         places = going.places
@@ -259,7 +259,7 @@ class Passings:
             going.show(point.t, self._count(going.places[-1]))
 
     def _turns(self, law: MotorLaw, before: Point) -> int:
-        """When the rotor turns round in the step after a grid point: ps; 0: it does not."""
+        """Return when the rotor reverses in the step after a grid point (ps); 0: it does not."""
         step, omega = law.step_ps, before.state[1]
         low, high = 0, step
         if omega == 0.0 or law.after(before.t, before.state, before.code, step)[1] * omega > 0.0:
@@ -273,7 +273,7 @@ class Passings:
         return high
 
     def _turned(self, law: MotorLaw, before: Point, span: int, places: tuple[float, ...]) -> tuple[float, ...]:
-        """The places after the rotor has turned round in the step after a grid point; the same if it has not yet."""
+        """Return the positions after the rotor has reversed in the step after a grid point, unchanged before that."""
         turn = self._turns(law, before)
         if not 0 < turn <= span:
             return places
@@ -301,7 +301,7 @@ class Passings:
     def _crossings(
         self, law: MotorLaw, before: Point, low: int, high: int, count: int, after: int
     ) -> Iterator[tuple[int, int]]:
-        """Yield the instants at which the count changes one by one, as the rotor goes one way, and the counts."""
+        """Yield the instants of single changes of the count while the rotor turns in one direction, and the counts."""
         rising, model, table = after > count, law.model, law.table
         engine = model.python
         if (len(self.times) >= SOON or self.run.compiled) and model.is_compiled:
@@ -314,7 +314,7 @@ class Passings:
             )  # fmt: skip
             yield before.t + found, n if rising else n - 1
 
-    # -------------------------------------------------------------------------------------------------------- questions
+    # ---------------------------------------------------------------------------------------------------------- queries
     def level(self, ps: int) -> int:
         """Return the count at an instant (ps)."""
         self.look(ps)
@@ -322,7 +322,7 @@ class Passings:
         return self.counts[n - 1] if n else self.first
 
     def after(self, ps: int, number: int = 1) -> When:
-        """Return the next change after an instant (ps), or a later one by its number; NotYet, or None: none comes."""
+        """Return the next change after an instant (ps), or change `number` after it; NotYet, or None: none comes."""
         self.look(ps)
         n = bisect_right(self.times, ps) + number - 1
         farthest = ps + AHEAD_PS
@@ -358,7 +358,7 @@ class Passings:
         if n < 0:
             return
         mark = self._marks[n]
-        if mark.ps < before:  # a mark beyond may be of a future that does not come
+        if mark.ps < before:  # a milestone beyond may belong to a future that does not occur
             places, count = self._go(mark, before, [], [])
             mark = Milestone(before, places, count, bisect_right(self.times, before))
         gone, self.first = mark.changes, mark.count

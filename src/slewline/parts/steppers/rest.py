@@ -1,4 +1,4 @@
-"""When a stepper has come to rest: for `bench.run_until(motor.rests)`."""
+"""The condition that a stepper has come to rest: for `bench.run_until(motor.rests)`."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ if TYPE_CHECKING:
 
 
 class RestCondition(Condition):
-    """A stepper has come to rest: nothing changes until an input does."""
+    """The condition that a stepper has come to rest: nothing changes until an input does."""
 
     def __init__(self, name: str, kernel: Kernel, run: Run) -> None:
         self.kernel, self.run, self.text = kernel, run, f"{name} at rest"
 
     def belongs(self, kernel: Kernel) -> bool:
-        """Return whether it is one of its bench."""
+        """Return whether the condition belongs to a bench."""
         return self.kernel is kernel
 
     def met(self) -> bool:
-        """Return whether it rests now, and no input promises an edge."""
+        """Return whether the motor rests now, and no input promises an edge."""
         run, seen = self.run, self.kernel.seen
         return run.rests(seen) and seen >= run.known_to_rest and run.feed.now.look_after(seen) is None
 
     def when(self) -> int | None:
-        """Return when it will rest, or an instant at which to ask again (ps)."""
+        """Return when the motor will rest, or an instant at which to query again (ps)."""
         return self.run.comes_to_rest(self.kernel.seen)

@@ -42,30 +42,31 @@ if TYPE_CHECKING:
 WINDINGS = ("i1", "i2", "i3", "i4")
 PHASES = ("phase1", "phase2", "phase3", "phase4")
 MOST_PUSHED = 1e6  # steps
-STALLS = (True, False, True)  # by how many of the bounds at -2 and 2 steps from the command lie below
+STALLS = (True, False, True)  # by the number of bounds, at -2 and 2 steps from the command, that are below the position
 
 
 class Stepper(Blockable, Part):
-    """A stepper motor with driver and load: what the pulses ask for, and what comes of it.
+    """A stepper motor with driver and load: it follows its pulses as far as its torque allows.
 
-    Its shaft turns as the equations have it (`motors/law.py`), and what sits on a shaft sits on this one: an encoder,
-    switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; from further away
-    it does not come back by itself.
+    Its shaft turns by the equations of motion (`motors/law.py`), and parts for shafts sit on it like on any other: an
+    encoder, switches, a gear, a carriage.  `stall` is low while the rotor is within two steps of its command; from
+    further away it does not return by itself.
 
-    Nothing is integrated until it is asked for, and a question changes nothing: a state is one step of the integrator
-    from the last point of a grid, which begins again at each edge of the inputs.
+    Nothing is integrated before it is queried, and a query changes nothing: a state is one step of the integrator from
+    the last point of a grid, which begins again at each edge of the inputs.
 
     Args:
         axis: of the neighbour.
         motor, driver, load: by name, as text, or as a table of figures; see [Motors](../reference/motors.md).
         inputs: "step": PULSE and DIRECTION; "phases": the phases of a chip or of a driver module.
-        steps: "full", "wave", "half", "micro 8": what a step is.
-        edge: "fall" or "rise": which edge of the pulse is a step; by default what the neighbour's pin says.
-        active: the level of a phase that is on; None: what the neighbour's pin says, else 1.
+        steps: "full", "wave", "half", "micro 8": the size of a step.
+        edge: "fall" or "rise": the step edge of the pulse; by default that of the neighbour's pin.
+        active: the level of a phase that is on; None: that of the neighbour's pin, else 1.
         step: of the integrator; None: 20 µs, and 1 µs with a chopper.
         lag: from the rotor to the edge of `stall`.
-        engine: what integrates: "python"; "numba", which compiles before time passes; None: Python, and Numba, if it is
-            installed, once that is worth while.  The bits are the same.
+        engine: of the integrator: "python"; "numba", which compiles before time passes; None: Python, and Numba, if it
+            is
+            installed, once that saves time.  The bits are the same.
     """
 
     _for_users = (
@@ -94,8 +95,8 @@ class Stepper(Blockable, Part):
         ),
         Option("driver", "object", "24 V, 1 A", "as text, or a table of its figures", check=driver_complaint),
         Option("load", "object", MappingProxyType({}), "as text, or a table of its figures", check=load_complaint),
-        Option("inputs", "choice", "step", "what drives it", choices=("step", "phases")),
-        Option("steps", "text", "full", "full, wave, half or micro 8: what a step is", like="half"),
+        Option("inputs", "choice", "step", "kind of its inputs", choices=("step", "phases")),
+        Option("steps", "text", "full", "size of a step: full, wave, half or micro 8", like="half"),
         EDGE,
         Option("active", "choice", None, "level of a phase that is on", choices=(0, 1), none=True),
         Option(
@@ -112,7 +113,7 @@ class Stepper(Blockable, Part):
             "engine",
             "choice",
             None,
-            "python; numba, compiled at once; None: python, and numba for long runs",
+            "python; numba, compiled immediately; None: python, and numba for long runs",
             choices=("python", "numba"),
             none=True,
         ),
@@ -183,7 +184,7 @@ class Stepper(Blockable, Part):
         self.add_pin("stall", "out", "high: two steps or more from its command", initial=0)
 
     def attached(self, own: str, row: Pin) -> None:
-        """Take the edge, the direction and the level that the neighbour's pin means."""
+        """Take edge, direction and active level from the neighbour's pin."""
         if own == "pulse" and row.sense is not None and self._edge is None:
             self._edge = {0: "fall", 1: "rise"}[row.sense]
         if own == "direction" and row.sense is not None:
@@ -191,41 +192,41 @@ class Stepper(Blockable, Part):
         if own in PHASES and row.sense is not None and self._active is None:
             self._active = row.sense
 
-    # ------------------------------------------------------------------------------------------------ what a user asks
+    # ----------------------------------------------------------------------------------------------- queries by a user
     @property
     def _law(self) -> MotorLaw:
-        """Motor, driver and load, as they are now."""
+        """Present law of motor, driver and load."""
         return self._run.law
 
     @property
     def place(self) -> float:
-        """Where its shaft is, in full steps clockwise from the beginning."""
+        """Position of the shaft, in full steps clockwise from the start."""
         return self.shaft.rotor.place(self.kernel.seen)
 
     @property
     def command(self) -> float:
-        """Where its driver holds it, in full steps."""
+        """Commanded position, in full steps."""
         return self._run.at_or_before(self.kernel.seen).command / self._law.micro
 
     @property
     def lag(self) -> float:
-        """How far it is behind its command, in full steps."""
+        """Lag of the rotor after its command, in full steps."""
         return self.command - self.place
 
     @property
     def speed(self) -> float:
-        """Its speed, full steps/s."""
+        """Speed of the rotor, full steps/s."""
         return self._state["omega"] / self._law.motor.step
 
     @property
     def currents(self) -> tuple[float, ...]:
-        """The currents of its windings, A."""
+        """Currents of the windings, A."""
         state = self._state
         return tuple(value for name, value in state.items() if name in WINDINGS)
 
     @property
     def lost(self) -> int:
-        """Full steps that it has lost, four at a time; less than 0: it has made too many."""
+        """Lost steps, in full steps, four at a time; negative: the rotor has made too many."""
         self.be_caught_up()
         return self._losses.lost
 
@@ -236,20 +237,20 @@ class Stepper(Blockable, Part):
 
     @property
     def rests(self) -> RestCondition:
-        """The condition that it has come to rest, for `bench.run_until`."""
+        """The condition that the motor has come to rest, for `bench.run_until`."""
         return RestCondition(self.name, self.kernel, self._run)
 
     def shows(self) -> dict[str, Any]:
-        """Return where its shaft is, in full steps, how many make a turn, and how far it is behind its command."""
+        """Return position and lag in full steps, and the steps per turn."""
         return {"angle": self.place, "per_turn": self.shaft.per_turn, "lag": self.lag}
 
     def catch_up(self) -> None:
-        """Find the steps that it has lost up to the last committed instant."""
+        """Find the steps lost up to the last committed instant."""
         for ps, code, text in self._losses.look(self.kernel.seen):
             self.finding(code, text, ps)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return what it does over time: place, lag, speed, currents."""
+        """Return the quantities over time: position, lag, speed, currents."""
         of = partial(curve, self.kernel, self._run)
         windings = [name for name in self._law.names if name in WINDINGS]
         return (
@@ -260,15 +261,15 @@ class Stepper(Blockable, Part):
         )
 
     def forget(self, before: int) -> None:
-        """Drop what was over before an instant (ps); the steps lost until then are found first."""
+        """Drop the past before an instant (ps), after finding the steps lost until then."""
         if self._run.reached >= before:
             self.be_caught_up()
         self.shaft.forget(before)
 
-    # --------------------------------------------------------------------------------------------------- a user's hands
+    # -------------------------------------------------------------------------------------------------- turning by hand
     @from_outside
     def load(self, torque: float | str) -> None:
-        """Change the torque of the load from now on: N m, or text such as "30 mNm"; against counting up."""
+        """Change the load torque from now on: N m, or text such as "30 mNm"; positive torque opposes counting up."""
         newton_metres = quantity(torque, "N m", f"{self.name}: torque")
         self.input("load", torque)
         self._alter(torque=newton_metres)
@@ -276,7 +277,7 @@ class Stepper(Blockable, Part):
 
     @from_outside
     def push(self, steps: float) -> None:
-        """Turn its shaft at once, so many full steps, less than 0: back."""
+        """Turn the shaft immediately by some full steps; negative: backwards."""
         if isinstance(steps, bool) or not isinstance(steps, int | float) or not abs(steps) < MOST_PUSHED:
             raise UsageError(f"{self.name}: push by {steps!r} steps; allowed a number up to {MOST_PUSHED:g} either way")
         self.input("push", steps)
@@ -291,7 +292,7 @@ class Stepper(Blockable, Part):
         push: float = 0.0,
         stops: tuple[Fraction | None, Fraction | None] | None = None,
     ) -> None:
-        """Go on from the last committed instant with another law, or in another place."""
+        """Continue from the last committed instant with another law, or in another position."""
         law, seen = self._law, self.kernel.seen
         if blocked is not None:
             law = replace(law, blocked=blocked)
@@ -310,7 +311,7 @@ class Stepper(Blockable, Part):
 
     # ------------------------------------------------------------------------------------------------------- its inputs
     def _begin(self) -> None:
-        """Begin at rest where the driver holds it now: the part is wired."""
+        """Begin at rest at the position that the driver now commands; the part is wired."""
         import numpy as np
 
         columns = {}
@@ -331,7 +332,7 @@ class Stepper(Blockable, Part):
             self._feed.asked = steps_asked(law, pins)
         code = int(self._feed.asked(here, 0)[1][0])
         pushes = [stretch.first.state[0] for stretch in self._run.stretches if stretch.changed is not None]
-        by = pushes[-1] if pushes else 0.0  # a hand has been on it already
+        by = pushes[-1] if pushes else 0.0  # it has already been turned by hand
         first = Point(self.kernel.now, law.at_rest(code=code), 0, code)
         self._run.begin(law, first)
         if by:
@@ -349,11 +350,11 @@ class Stepper(Blockable, Part):
         self._show_stall()
 
     def _react(self) -> None:
-        """Take up the levels of the inputs: the part is in a circle of parts, and follows them edge by edge."""
+        """Process the levels of the inputs: the part is in a circle of parts, and follows them edge by edge."""
         self._promise()
 
     def _show_stall(self) -> None:
-        """Promise `stall`; what it promises already is right as long as nothing needs to hear of it."""
+        """Promise `stall`; an existing promise remains valid as long as nothing depends on a change."""
         driver = self.drivers["stall"]
         if driver.heard or driver.promise is None:
             driver.play(self._stall())

@@ -1,4 +1,4 @@
-"""What a stepper does over time, to be drawn and asked: curves through the points of its run."""
+"""Quantities of a stepper over time, for pictures and queries: curves through the points of its run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def curve(kernel: Kernel, run: Run, name: str, unit: str, of: Callable[[MotorLaw, tuple[Any, ...]], Any]) -> Polyline:
-    """Return a quantity that follows from columns of grid points (times, states, commands, codes) and their law."""
+    """Return a quantity derived from columns of grid points (times, states, commands, codes) and their law."""
     import numpy as np
 
     def changes(start: int, stop: int) -> tuple[Any, Any]:
@@ -39,12 +39,12 @@ def curve(kernel: Kernel, run: Run, name: str, unit: str, of: Callable[[MotorLaw
 
 
 def current_of(name: str, law: MotorLaw, points: tuple[Any, ...]) -> Any:
-    """Return a current over some grid points, A: (n,) float64."""
+    """Return a current at some grid points, A: (n,) float64."""
     return points[1][:, law.names.index(name)]
 
 
 def with_jumps(law: MotorLaw, before: Point, columns: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return grid points after a point before them, twice at edges of the inputs: with the old and the new command."""
+    """Return grid points that follow a point, with edges of the inputs twice: with the old and the new command."""
     import numpy as np
 
     times, states, commands, codes = columns

@@ -1,4 +1,4 @@
-"""The shaft of a motor that is integrated, and how it turns: what sits on a shaft sits on this one unchanged."""
+"""The shaft of a motor that is integrated, and its motion: parts for shafts sit on it unchanged."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from ..shafts.shaft_counter import Counter
     from .motor_run import Run
 
-FINEST = Fraction(1, 1 << 20)  # step, of places that are told as fractions
+FINEST = Fraction(1, 1 << 20)  # step, of positions returned as fractions
 ROTOR = Linkage()
-HALF = 0.5  # count, by which an encoder is turned: at rest the rotor is not where it counts
+HALF = 0.5  # count, offset of an encoder: so the rotor does not rest where the count changes
 
 
 @dataclass(frozen=True)
 class LinkageMotion:
-    """The motion of a shaft that a rotor turns: for the rest of a run, whatever comes.
+    """The motion of a shaft that a rotor turns, valid for the rest of a run.
 
     It has the interface of a `ShaftMotion` (`parts/shafts/shaft_motion.py`).
     """
@@ -42,27 +42,27 @@ class LinkageMotion:
 
     @property
     def since(self) -> int:
-        """The instant from which on it holds (ps)."""
+        """Instant from which it is valid (ps)."""
         return self.run.stretches[0].first.t
 
     def steps_at(self, ps: int) -> Fraction:
-        """Return the place at an instant (ps), in steps, to a millionth."""
+        """Return the position at an instant (ps), in steps, to a millionth."""
         return round(Fraction(self.place(ps)) / FINEST) * FINEST
 
     def place(self, ps: int) -> float:
-        """Return the place at an instant (ps), in steps."""
+        """Return the position at an instant (ps), in steps."""
         if self.linkage.simple:
             return float(self.linkage.begun(self.run.state(ps)[0] / self.run.law.motor.step, 0.0)[-1])
         return passings_of(self.run, self.linkage, CountScale(), 0.0).place(ps)
 
     def places(self, times: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the places at instants (int64 ps), in steps: (n,) float64."""
+        """Return the positions at instants (int64 ps), in steps: (n,) float64."""
         import numpy as np
 
         return np.array([self.place(int(ps)) for ps in times])
 
     def edges(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the grid points at start < t <= stop: (n,) int64 ps, and the places there, (n,) float64 steps."""
+        """Return the grid points at start < t <= stop: (n,) int64 ps, and the positions there, (n,) float64 steps."""
         import numpy as np
 
         times, places = [np.empty(0, np.int64)], [np.empty(0)]
@@ -71,42 +71,42 @@ class LinkageMotion:
             times.append(part.columns[0])
             if self.linkage.simple:
                 places.append(self.linkage.begun(rotor, 0.0)[-1])
-            else:  # from its first point on it goes on as the rotor does
+            else:  # from its first point on it moves with the rotor
                 first = passings_of(self.run, self.linkage, CountScale(), 0.0).places(int(part.columns[0][0]))
                 places.append(self.linkage.gone(first, rotor[0], rotor)[-1])
         return np.concatenate(times), np.concatenate(places)
 
     def counter(self, scale: CountScale, lag_ps: int) -> Counter:
-        """Return what passes on a scale, `lag_ps` later."""
+        """Return the counter of this motion on a scale, shown `lag_ps` later."""
         return RunCounter(passings_of(self.run, self.linkage, scale, HALF if scale.per_step else 0.0), scale, lag_ps)
 
     def lost(self, ps: int) -> int:
-        """Return 0: what a rotor loses, its part finds."""
+        """Return 0: the part of the rotor finds the lost steps."""
         return 0
 
     def moved(self, k: int) -> int:
-        """Return 0: it has no edges."""
+        """Return 0: the motion has no edges."""
         return 0
 
     def count(self, ps: int) -> int:
-        """Return 0: it has no edges."""
+        """Return 0: the motion has no edges."""
         return 0
 
     def onward(self, ps: int) -> LinkageMotion:
-        """Return the motion from an instant (ps) on: it is the same, since a run keeps its past."""
+        """Return the motion from an instant (ps) on: the same, since a run keeps its past."""
         return self
 
     def geared(self, ratio: Fraction) -> LinkageMotion:
-        """Return the motion of a shaft that a gear drives: it turns `ratio` times as far, negative: the other way."""
+        """Return the motion of a geared shaft: `ratio` times as far; negative: in the opposite direction."""
         return replace(self, linkage=Linkage(factor=float(ratio), under=self.linkage))
 
     def played(self, here: LinkageMotion, play: Fraction, offset: Fraction) -> LinkageMotion:
-        """Return the motion of what is moved with a play, and began `offset` above this one."""
+        """Return the motion of a load that is moved with a play, and began `offset` above this motion."""
         return replace(self, linkage=Linkage(play=float(play), offset=float(offset), under=self.linkage))
 
 
 def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> Passings:
-    """Return the changes of a count along a linkage, one and the same for all that ask."""
+    """Return the changes of a count along a linkage, the same object for all callers."""
     key = linkage, scale, zero
     if key not in run.along:
         run.along[key] = Passings(run, linkage, scale, zero)
@@ -115,37 +115,37 @@ def passings_of(run: Run, linkage: Linkage, scale: CountScale, zero: float) -> P
 
 
 class RunCounter:
-    """The counts of a linkage as a wire shows them, `lag_ps` later: a counter of `parts/shafts/shaft_counter.py`."""
+    """The counts of a linkage, shown on a wire `lag_ps` later: a counter of `parts/shafts/shaft_counter.py`."""
 
     def __init__(self, passings: Passings, scale: CountScale, lag_ps: int) -> None:
         self.passings, self.scale, self.lag_ps = passings, scale, lag_ps
 
     def level(self, ps: int) -> int:
-        """Return the count that is shown at an instant (ps)."""
+        """Return the count shown at an instant (ps)."""
         return self.passings.level(ps - self.lag_ps)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps); or, of `changes`, the last, if no others are under way."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
         return later(self.passings.after(ps - self.lag_ps, changes), self.lag_ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:
-        """Return what has been shown at start < t <= stop (ps): instants, and counts from there on."""
+        """Return the changes shown at start < t <= stop (ps): instants, and counts from there on."""
         times, counts = self.passings.edges(start - self.lag_ps, stop - self.lag_ps)
         return [time + self.lag_ps for time in times], counts
 
-    way = 0  # it may turn round
+    way = 0  # it may reverse
 
     def onward(self, ps: int) -> RunCounter:
-        """Return the counter from an instant (ps) on: it is the same, since a run keeps its past."""
+        """Return the counter from an instant (ps) on: the same, since a run keeps its past."""
         return self
 
     def on(self, motion: object, now: int) -> RunCounter:
-        """Return the counter for what the shaft does from `now` (ps) on: it is the same."""
+        """Return the counter for the motion of the shaft from `now` (ps) on: the same."""
         return self
 
 
 def pushed(law: MotorLaw, state: Mapping[str, float], by: float) -> dict[str, float]:
-    """Return the places of a shaft that is turned by hand (rad), with what hangs on it; no further than to a stop."""
+    """Return the positions of a shaft turned by hand, and of its loads (rad), no further than to a stop."""
     places = {name: state[name] for name in ("theta", "theta2") if name in state}
     held = list(places.values())[-1]
     if by > 0.0 and law.load.high is not None:
@@ -160,8 +160,8 @@ class MotorShaft(Shaft):
 
     Args:
         run: of the rotor.
-        alter: changes the law of the run, or its state, at the last committed instant: hard stops, a hand that holds
-            the shaft, a push (steps).
+        alter: changes the law of the run, or its state, at the last committed instant: hard stops, a shaft blocked by
+            hand, a push (steps).
     """
 
     def __init__(self, kernel: Kernel, run: Run, alter: Callable[..., None]) -> None:
@@ -171,15 +171,15 @@ class MotorShaft(Shaft):
         self.motion = self.rotor  # type: ignore[assignment]
 
     def cut(self, ps: int) -> None:
-        """End what was foreseen at an instant (ps)."""
+        """End the foreseen motion at an instant (ps)."""
         self.on_cut(ps)
 
     def turned(self) -> None:
-        """Tell all that sit on it that the rotor goes on otherwise than foreseen."""
+        """Notify all parts on the shaft that the rotor moves differently from the foreseen motion."""
         self.on_turn()
 
     def turn(self, drive: Events, sign: int, since: int) -> None:
-        """Refuse: the rotor turns it.
+        """Refuse: the rotor turns the shaft.
 
         Raises:
             NotImplementedError: always.
@@ -187,15 +187,15 @@ class MotorShaft(Shaft):
         raise NotImplementedError("its rotor turns it")
 
     def block(self) -> None:
-        """Hold it: the rotor stands, and steps are lost."""
+        """Block the shaft: the rotor stops, and steps are lost."""
         self._alter(blocked=True)
 
     def free(self) -> None:
-        """Let it turn again, from where it is."""
+        """Free the shaft: it turns again, from its position."""
         self._alter(blocked=False)
 
     def slip(self, steps: Fraction) -> None:
-        """Refuse: a rotor slips by itself, when its load is too great.
+        """Refuse: a rotor slips by itself when its load is too great.
 
         Raises:
             UsageError: always.
@@ -203,7 +203,7 @@ class MotorShaft(Shaft):
         raise UsageError("a motor with physics slips by itself; change its load, or block it")
 
     def push(self, steps: Fraction) -> None:
-        """Turn the rotor at once, so many steps, less than 0: back."""
+        """Turn the rotor immediately by some steps; negative: backwards."""
         self._alter(push=float(steps))
 
     def stop_at(self, low: Place, high: Place) -> None:
@@ -220,5 +220,4 @@ class MotorShaft(Shaft):
         return Polyline(self.kernel, name, unit, lambda times: motion.places(times) * scale, changes, from_zero=False)
 
     def forget(self, before: int) -> None:
-        """Keep nothing of what was over before an instant (ps)."""
         self.run.forget(before)

@@ -1,1 +1,1 @@
-"""Measurements on recorded edges, and recordings compared with one another."""
+"""Measurements on recorded edges, and comparison of recordings."""

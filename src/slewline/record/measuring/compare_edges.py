@@ -5,8 +5,8 @@
     edge          0     1     2      3     4     5     6        2 is late, 4 and 5 are missing
 
 Pairs are made in order.  Two edges to the same level are a pair if neither has a better partner in the edge after the
-next one, where "better" is measured from the pair before: so a clock that is somewhat fast or slow, as every real one
-is, does not lead the pairs astray.
+next one, where "better" is measured from the pair before: so a clock that is slightly fast or slow, as every real one
+is, does not cause wrong pairs.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 NEVER = 1 << 62
 FEW, MANY = 64, 1 << 16  # pairs that are tried at a time
-PATTERN, ALIKE = 24, 3  # edges whose distances are compared, and how many places where they are alike are tried
+PATTERN, ALIKE = 24, 3  # edges whose distances are compared, and number of matching places that are tried
 CANDIDATES, PROBED = 12, 400  # edges that may be the first pair, and edges that judge it
-MAX_DRIFT = 1e-3  # of a clock against another: crystals keep to a tenth of it, resonators to half
-ENOUGH = 10  # pairs that make a drift more than chance
+MAX_DRIFT = 1e-3  # between two clocks: crystals have a tenth of it, resonators half
+ENOUGH = 10  # pairs that show that a drift is not chance
 SHOWN = 10  # rows of a text
 BECOMES = {-2: "becomes unknown", -1: "floats", 0: "falls", 1: "rises"}
 
@@ -43,7 +43,7 @@ class Difference(NamedTuple):
         edge: the index of the edge, from 0, in the model; for an extra edge, in the measured signal.
         time_ps: the instant of the edge on the time axis of the model, ps.
         level: the level after the edge.
-        late_ps: how much later the measured edge comes, ps, negative if earlier; 0 for a missing or extra edge.
+        late_ps: the delay of the measured edge, ps, negative if earlier; 0 for a missing or extra edge.
     """
 
     kind: str
@@ -68,8 +68,8 @@ class Comparison:
         shift_ps: the time that was added to the measured times, ps.
         tolerance_ps: the distance up to which a pair agrees, ps.
         pairs: the indices of the edges that belong together, (n, 2) int64: in the model, in the measured signal.
-        within: what the tolerance is, in words, such as "the sampling at 12 MHz"; "" if it was given.
-        notes: what would explain differences, a line each.
+        within: the origin of the tolerance, in words, such as "the sampling at 12 MHz"; "" if it was given.
+        notes: possible causes of differences, a line each.
     """
 
     name: str
@@ -83,7 +83,7 @@ class Comparison:
 
     @cached_property
     def late_ps(self) -> NDArray[np.int64]:
-        """How much later the measured edge of each pair comes, negative if earlier: (n,) int64 ps."""
+        """The delay of the measured edge of each pair, negative if earlier: (n,) int64 ps."""
         return self.measured[0][self.pairs[:, 1]] + self.shift_ps - self.model[0][self.pairs[:, 0]]
 
     @cached_property
@@ -108,7 +108,7 @@ class Comparison:
 
     @property
     def drift_ppm(self) -> float:
-        """How much slower the measured clock is than that of the model, in ppm: the slope of `late_ps`."""
+        """The drift of the measured clock, in ppm, positive if slower than the model's: the slope of `late_ps`."""
         return 1e6 * _slope(self.model[0][self.pairs[:, 0]], self.late_ps)
 
     @property
@@ -148,7 +148,7 @@ class Comparison:
             kinds = [f"{sum(row.kind == kind for row in self.rows)} {kind}" for kind in ("missing", "extra")]
             lines.append(f"  and {len(self.rows) - SHOWN} more; in all {', '.join(kinds)}")
         if len(self.pairs):
-            apart = f"at most {readable(self.greatest_ps)} apart, {readable(round(self.mean_ps))} in the mean"
+            apart = f"at most {readable(self.greatest_ps)} apart, {readable(round(self.mean_ps))} on average"
             drift = f", drift {self.drift_ppm:+.1f} ppm" if len(self.pairs) >= ENOUGH else ""
             lines.append(f"  {len(self.pairs)} {'pair' if len(self.pairs) == 1 else 'pairs'}: {apart}{drift}")
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
@@ -172,10 +172,10 @@ def compare_edges(
             edges to the same level coincide; "best": so that as many edges as possible coincide.
         tolerance: the distance up to which a pair agrees.
         name: the name of the signal, for the text.
-        invert: the measured levels are exchanged first, as behind an optocoupler.
+        invert: invert the measured levels first, for a signal after an optocoupler.
 
     Raises:
-        UsageError: a bus that is to be inverted, arrays of different lengths, or times that do not ascend.
+        UsageError: `invert` for a bus, arrays of different lengths, or times that do not ascend.
         TimeError: `shift` or `tolerance` is not a time.
     """
     import numpy as np
@@ -204,10 +204,10 @@ def compare_edges(
 
 
 def inverted(levels: NDArray[Any], name: str = "") -> NDArray[Any]:
-    """Return levels with 0 and 1 exchanged; what floats or is unknown remains so.
+    """Return levels with 0 and 1 exchanged; floating and unknown ones are unchanged.
 
     Raises:
-        UsageError: they are those of a bus.
+        UsageError: the levels are those of a bus.
     """
     import numpy as np
 
@@ -225,7 +225,7 @@ def _others(count: int, paired: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _slope(at: NDArray[np.int64], what: NDArray[np.int64]) -> float:
-    """The slope of a straight line through points."""
+    """Return the slope of a straight line through points."""
     if len(at) < 2:
         return 0.0
     x = at - at.mean()
@@ -242,7 +242,7 @@ def _first(model: Edges, measured: Edges) -> int:
 
 
 def _best(model: Edges, measured: Edges) -> int:
-    """Of the shifts that may be right, the one that brings the most edges near to each other."""
+    """Return the candidate shift that brings the most edges close to each other."""
     import numpy as np
 
     shifts = {
@@ -263,12 +263,12 @@ def _best(model: Edges, measured: Edges) -> int:
 
     merits = {shift: merit(shift) for shift in shifts}
     nearly = 0.95 * max(merits.values(), default=0.0)
-    nearest = [shift for shift, found in merits.items() if found >= nearly]  # a plateau looks alike everywhere
+    nearest = [shift for shift, found in merits.items() if found >= nearly]  # a plateau is the same everywhere
     return max(nearest, key=lambda shift: _near(model, measured, shift, period / 4), default=0)
 
 
 def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
-    """How many measured edges have an edge of the model within reach, those far away counting less."""
+    """Return the number of measured edges with an edge of the model within reach; distant ones count less."""
     import numpy as np
 
     count = 0.0
@@ -282,7 +282,7 @@ def _near(model: Edges, measured: Edges, shift: int, reach: float) -> float:
 
 
 def _alike(long: Edges, short: Edges) -> list[int]:
-    """Shifts with which edges at the start of the second one are as they are somewhere in the first one."""
+    """Return shifts at which the first edges of `short` match edges somewhere in `long`."""
     import numpy as np
 
     shifts: list[int] = []
@@ -305,7 +305,7 @@ def _alike(long: Edges, short: Edges) -> list[int]:
 
 # ------------------------------------------------------------------------------------------------------------- pairs
 def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
-    """Indices of the edges that belong together, (n, 2) int64."""
+    """Return the indices of the edges that belong together, (n, 2) int64."""
     import numpy as np
 
     count = min(len(model[0]), len(measured[0]))
@@ -320,7 +320,7 @@ def _pairs(model: Edges, measured: Edges) -> NDArray[np.int64]:
 
 
 def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
-    """Is all that differs between equally many edges a clock that is fast or slow, as across a long rest?"""
+    """Return whether two equally long rows of edges differ only by a fast or slow clock, as across a long rest."""
     import numpy as np
 
     if len(model) < 3:
@@ -332,7 +332,7 @@ def _drift_alone(model: NDArray[np.int64], measured: NDArray[np.int64]) -> bool:
 
 
 def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
-    """Runs of pairs: the first of each on both sides, and how many follow each other there without a gap."""
+    """Return runs of pairs: the first of each on both sides, and the number of pairs without a gap."""
     import numpy as np
 
     ends = np.array([NEVER, NEVER])
@@ -358,7 +358,7 @@ def _runs(model: Edges, measured: Edges) -> list[tuple[int, int, int]]:
 
 
 def _fits(columns: list[NDArray[np.int64]], a: int, b: int, length: int, late: int) -> NDArray[np.bool_]:
-    """Which of the next edges are pairs, as far as all before them are: (length,) bool."""
+    """Return which of the next edges are pairs, provided that all before them are: (length,) bool."""
     import numpy as np
 
     def cut(which: int, begin: int) -> NDArray[np.int64]:

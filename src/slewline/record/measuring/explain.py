@@ -1,7 +1,7 @@
-"""Signals of a recording against the model's, all of them together, and what would explain that they differ.
+"""Signals of a recording against the model's, all of them together, and possible causes of differences.
 
-A recording that is right may look wrong: behind an optocoupler it is inverted, two clips were exchanged, a filter
-delays one signal.  Each of these is tried, and named if it makes all signals agree: nothing is accepted for it.
+A correct recording may look wrong: after an optocoupler it is inverted, two clips were exchanged, a filter delays one
+signal.  Each of these is tried, and reported if it makes all signals agree, but the signals still count as different.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from .intervals import rounded
 if TYPE_CHECKING:
     from .compare_edges import Edges
 
-MOST = 12  # signals that differ of which pairs are exchanged: 66 pairs
+MOST = 12  # differing signals of which all pairs are tried: 66 pairs
 
 
 class SignalPair(NamedTuple):
-    """A signal of the model and the measured one: names, edges, is it a wire, and the levels before the edges."""
+    """A signal of the model and the measured one: names, edges, whether it is a wire, and levels before the edges."""
 
     name: str
     other: str
@@ -33,7 +33,7 @@ class SignalPair(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """What signals are compared by: the shift, the tolerance (ps), the latter in words, and which are inverted."""
+    """The terms of a comparison: the shift, the tolerance (ps), the latter in words, and the inverted signals."""
 
     shift: Time = "first"
     tolerance: int = 0
@@ -42,9 +42,9 @@ class Terms(NamedTuple):
 
 
 def compare_signals(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
-    """Compare signals; the first one that moves decides the shift of all.
+    """Compare signals; the first one with edges determines the shift of all.
 
-    Where they differ, the notes of the comparisons name what would make all of them agree.
+    If they differ, the notes of the comparisons name a cause that would make all of them agree.
     """
     found = _compared(pairs, terms)
     wrong = [index for index, one in enumerate(found) if not one.agrees]
@@ -73,7 +73,7 @@ def _compared(pairs: Sequence[SignalPair], terms: Terms) -> list[Comparison]:
 
 
 def _constant(pair: SignalPair, terms: Terms) -> tuple[str, ...]:
-    """What there is to say of a signal without edges: nothing can be compared but its level."""
+    """Return notes on a signal without edges, where only the level can be compared."""
     ours, theirs = pair.levels
     if not pair.wire or min(ours, theirs) < 0:
         return ()
@@ -86,9 +86,9 @@ def _agree(found: Sequence[Comparison]) -> bool:
 
 
 def _best_polarity(pairs: Sequence[SignalPair], terms: Terms) -> list[str] | None:
-    """The signals that are to be inverted so that all agree; None: nothing does it."""
+    """Return the signals to invert so that all agree; None: no inversion does."""
     wires = [pair for pair in pairs if pair.wire]
-    for first in wires[:1]:  # it decides the shift
+    for first in wires[:1]:  # it determines the shift
         for lead in ({*terms.invert} - {first.name}, {*terms.invert} | {first.name}):
             inverted = set(lead)
             for one in _compared(pairs, terms._replace(invert=inverted)):
@@ -109,7 +109,7 @@ def _polarity(pairs: Sequence[SignalPair], terms: Terms) -> dict[str, tuple[str,
 
 
 def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) -> dict[str, tuple[str, ...]]:
-    """Two measured signals exchanged; and inverted, too, if that alone does not do."""
+    """Return notes on two measured signals that are exchanged, and perhaps inverted as well."""
     for a, b in combinations(wrong, 2):
         tried = list(pairs)
         for here, there in ((a, b), (b, a)):
@@ -127,7 +127,7 @@ def _swapped(pairs: Sequence[SignalPair], wrong: Sequence[int], terms: Terms) ->
 
 
 def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Terms) -> Mapping[str, tuple[str, ...]]:
-    """Signals that agree but for a constant delay against the first one, or would with a greater tolerance."""
+    """Return notes on signals with a constant delay against the first one, or that only need a greater tolerance."""
     notes: dict[str, tuple[str, ...]] = {}
     for pair, one in zip(pairs, found, strict=True):
         if one.agrees:
@@ -140,8 +140,8 @@ def _delays(pairs: Sequence[SignalPair], found: Sequence[Comparison], terms: Ter
             whole = len(one.pairs) and not len(one.missing) + len(one.extra)
             by = round(float(one.late_ps.mean())) if whole else one.shift_ps - own.shift_ps
             much = readable(rounded(abs(by), 3))
-            text = f"a constant delay of {much}" if by >= 0 else f"being {much} early throughout"
-            notes[pair.name] = (f"agrees but for {text}" + (", inverted" if levels != invert else ""),)
+            text = f"a constant delay of {much}" if by >= 0 else f"being {much} early"
+            notes[pair.name] = (f"agrees except for {text}" + (", inverted" if levels != invert else ""),)
             break
         else:
             if not (len(one.missing) or len(one.extra)):

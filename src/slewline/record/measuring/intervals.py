@@ -1,7 +1,7 @@
-r"""Times between edges, and whether they keep what the data sheet prints.
+r"""Times between edges, compared with the limits in the data sheet.
 
-    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval goes from the last start before an end to that end, if no
-    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    other end lies between: here one, from the second fall to the first
+    start  ‾‾\___/‾‾\___/‾‾‾‾‾‾‾‾‾‾‾‾‾‾    an interval extends from the last start before an end to that end, without
+    end    ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___/‾‾\___/‾    another end between: here one, from the second fall to the first
                     |<-->|
 
 Everything is exact, in whole picoseconds.
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from ..recording.recorder import Levels, Probe
     from ..recording.traces import Trace
 
-    Spans: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64]]  # begins and ends
+    Spans: TypeAlias = tuple[NDArray[np.int64], NDArray[np.int64]]  # starts and ends
 
 CHANGES = ("falls", "rises", "changes", "appears", "vanishes")
 
 
 class SignalEdges(NamedTuple):
-    """What one pin or bus did: edges as Recorder.edges gives them, the level before the first, and is it a bus?"""
+    """The edges of one pin or bus, as returned by Recorder.edges, the level before, and whether it is a bus."""
 
     times_ps: NDArray[np.int64]
     levels: Levels
@@ -42,7 +42,7 @@ class SignalEdges(NamedTuple):
 
     @classmethod
     def of(cls, probe: Probe, recorder: Recorder, start: int, stop: int) -> SignalEdges:
-        """Return what a recorded net or pin did at start <= t <= stop (ps).
+        """Return the edges of a recorded net or pin at start <= t <= stop (ps).
 
         Raises:
             NotRecorded, TimeError: as `Recorder.edges`.
@@ -53,7 +53,7 @@ class SignalEdges(NamedTuple):
 
     @classmethod
     def of_trace(cls, trace: Trace, start: int, stop: int) -> SignalEdges:
-        """Return what was measured in a window (ps): the signal floats where nothing is known."""
+        """Return the measured edges in a window (ps); where nothing is known the signal floats."""
         import numpy as np
 
         since, until = max(start, trace.since), min(stop, trace.until)
@@ -91,7 +91,7 @@ class SignalEdges(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """An edge as it is asked for: "hostwrite rises", "pulse falls 3" (the third one), or a pin alone: any change."""
+    """A specified edge: "hostwrite rises", "pulse falls 3" (the third one), or a pin alone: any change."""
 
     pin: str
     change: str
@@ -99,10 +99,10 @@ class Edge(NamedTuple):
 
     @classmethod
     def read(cls, text: str) -> Edge:
-        """Return the edge of a text.
+        """Return the edge that a text specifies.
 
         Raises:
-            UsageError: it is none.
+            UsageError: the text does not specify one.
         """
         pin, *rest = (text.split() if isinstance(text, str) else []) or [""]
         change = rest.pop(0) if rest and rest[0] in CHANGES else "changes"
@@ -115,7 +115,7 @@ class Edge(NamedTuple):
         return cls(pin, change, int(number))
 
     def find(self, signal: SignalEdges, after: int, include: bool) -> int | None:
-        """Return the instant of the edge after another instant (ps), or at it; None: there is none."""
+        """Return the first such edge after an instant (ps), or, with `include`, at it; None: there is none."""
         import numpy as np
 
         if signal.bus and self.change in ("falls", "rises"):
@@ -126,7 +126,7 @@ class Edge(NamedTuple):
 
 
 def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> Spans:
-    """Return start and end of every interval: (m,) int64, ps; `strict`: none is 0 long, a start after an end."""
+    """Return start and end of every interval: (m,) int64, ps; with `strict`, none of length 0."""
     import numpy as np
 
     last = np.searchsorted(starts, ends, "left" if strict else "right") - 1
@@ -137,14 +137,14 @@ def pairs(starts: NDArray[np.int64], ends: NDArray[np.int64], strict: bool) -> S
 
 
 def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
-    """Return start and end of every interval that a limit is about: (m,) int64, ps.
+    """Return start and end of every interval to which a limit applies: (m,) int64, ps.
 
     Args:
-        signals: gives what a pin did, by its name on the sheet.
+        signals: returns the edges of a pin, by its name in the sheet.
     """
     (first, begins), (second, ends) = limit.start.split(), limit.end.split()
-    answer = limit.least is None and limit.most is None  # a host may ask again at the instant of the answer
-    never = limit.most is not None and limit.most < 0  # the end must come first; at one instant it is 0 in front
+    answer = limit.least is None and limit.most is None  # a host may send another request at the instant of the answer
+    never = limit.most is not None and limit.most < 0  # the end must come first; at the same instant the interval is 0
     starts = signals(first).edges(begins)
     for pin, level in limit.before:
         starts = starts[signals(pin).levels_at(starts - 1) == level]
@@ -156,14 +156,14 @@ def intervals(limit: Limit, signals: Callable[[str], SignalEdges]) -> Spans:
 
 
 def rounded(ps: int, digits: int) -> int:
-    """Return a time with so many digits."""
+    """Return a time rounded to `digits` digits."""
     power = int(10 ** max(len(str(ps)) - digits, 0))
     return (ps + power // 2) // power * power
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """A limit with the crystal of a chip: at least, typically, at most so many ps."""
+    """A limit with the crystal of a chip: minimum, typical and maximum time in ps."""
 
     limit: Limit
     least: int | None
@@ -172,11 +172,11 @@ class Bound:
 
     @classmethod
     def of(cls, limit: Limit, crystal_hz: int) -> Bound:
-        """Return the limit as it holds with a crystal (Hz)."""
+        """Return a limit for a crystal (Hz)."""
         return cls(limit, *limit.at(crystal_hz))
 
     def kept(self, shortest: int, longest: int) -> bool | None:
-        """Return whether times from the shortest to the longest (ps) are within it; None: it is only a typical time."""
+        """Return whether times from shortest to longest (ps) are within the limit; None: it is only typical."""
         if self.least is None and self.most is None:
             return None
         return (self.least is None or shortest >= self.least) and (self.most is None or longest <= self.most)
@@ -211,7 +211,7 @@ class Interval:
 
     @property
     def kept(self) -> bool | None:
-        """Whether the interval is within the limits of the data sheet; None if there are none."""
+        """True if the interval is within the limits of the data sheet, False if not; None if there are none."""
         found = [bound.kept(self.ps, self.ps) for bound in self.bounds]
         return None if all(kept is None for kept in found) else False not in found
 
@@ -238,8 +238,8 @@ class Checked:
         longest_ps: the longest of them, ps; None if there is none.
         violations: the instants at which the intervals that violate the limit begin, ps.
         missing: the pin that was not recorded; "" if none is missing.
-        doubt_ps: how much the times may be off, ps: of a measured recording its sampling period.  A violation is one
-            that this does not explain.
+        doubt_ps: the uncertainty of the times, ps: for a measured recording its sampling period.  A violation is longer
+            than that.
     """
 
     chip: str
@@ -255,7 +255,7 @@ class Checked:
     def of(
         cls, chip: str, bound: Bound, begins: NDArray[np.int64], ends: NDArray[np.int64], doubt_ps: int = 0
     ) -> Checked:
-        """Return what the intervals of a limit, begins and ends (m,) int64 ps, show of it."""
+        """Return the check of a limit against intervals, given by start and end (m,) int64 ps."""
         if not len(begins):
             return cls(chip, bound)
         lasts = ends - begins
@@ -272,7 +272,7 @@ class Checked:
 
     @property
     def kept(self) -> bool | None:
-        """Was it kept?  None: nothing was measured, or the sheet has only what is typical."""
+        """True if the limit was kept; None: nothing was measured, or the sheet has only a typical time."""
         if self.shortest_ps is None or self.longest_ps is None:
             return None
         sure = self.bound.kept(self.shortest_ps, self.longest_ps)
@@ -280,7 +280,7 @@ class Checked:
 
     @property
     def doubtful(self) -> bool:
-        """Whether it may have been violated by less than the times may be off."""
+        """True if the limit may have been violated, by less than the uncertainty of the times."""
         return bool(
             self.kept
             and self.doubt_ps
@@ -289,7 +289,7 @@ class Checked:
 
     @property
     def verdict(self) -> str:
-        """Whether it was kept, in words."""
+        """The result in words: kept, violated, or not measured."""
         if self.missing:
             return f"{self.missing} not recorded"
         if not self.count:
@@ -297,7 +297,7 @@ class Checked:
         if self.kept is None:
             return "typical"
         if self.kept:
-            return f"kept, to {duration(self.doubt_ps)}" if self.doubtful else "kept"
+            return f"kept, within {duration(self.doubt_ps)}" if self.doubtful else "kept"
         times = f"{len(self.violations)} times, first" if len(self.violations) > 1 else "once,"
         return f"VIOLATED {times} at {duration(self.violations[0])}, by the {self.bound.limit.keeper}"
 
@@ -326,7 +326,7 @@ class TimingTable(Sequence[Checked]):
         return f"<TimingTable: {len(self)} limits, {len(self.violated)} violated>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the limits of which something was measured."""
+        """Return the table for a notebook: the limits for which times were measured."""
         return card(repr(self)[1:-1], table(HEADS, [_cells(row) for row in self.rows if row.count], right=(3, 4, 5)))
 
     def __str__(self) -> str:

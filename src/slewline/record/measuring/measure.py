@@ -1,6 +1,6 @@
-"""Measurements on arrays of instants: what tests and plots ask of steps and edges.  Pure functions.
+"""Measurements on arrays of instants, for tests and plots of steps and edges.  Pure functions.
 
-Instants are int64 picoseconds, ascending.  A clock whose period is no whole number of picoseconds makes equal
+Instants are int64 picoseconds, ascending.  A clock whose period is not a whole number of picoseconds makes equal
 intervals differ by one, so "the same interval" means: the same to a picosecond.
 """
 
@@ -49,8 +49,8 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
     """Return the runs of steps at a constant rate.
 
     Returns:
-        The step with which each run begins (m,) int64, and its intervals (m,) int64: run i spans the intervals of steps
-            first[i] to first[i] + count[i] - 1.
+        The step with which each run begins (m,) int64, and the number of its intervals (m,) int64: run i spans the
+            intervals of steps first[i] to first[i] + count[i] - 1.
 
     Raises:
         UsageError: the instants do not ascend.
@@ -65,9 +65,9 @@ def runs(times_ps: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int
 
 
 def pulses(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return begin and end of each pulse at a level: (m,) int64 ps, of those that begin and end within the edges given.
+    """Return start and end of each pulse at a level: (m,) int64 ps, if both are within the given edges.
 
-    One that begins or ends where the signal is unknown has no known width, and is left out.
+    A pulse that begins or ends where the signal is unknown has no known width, and is left out.
     """
     import numpy as np
 
@@ -83,7 +83,7 @@ def pulse_widths(times_ps: NDArray[np.int64], levels: Levels, level: int = 0) ->
 
 
 def glitches(times_ps: NDArray[np.int64], shorter_than_ps: int) -> NDArray[np.intp]:
-    """Return the edges that are too close before the next one: indices (m,)."""
+    """Return the edges that are followed too closely by the next one: indices (m,)."""
     import numpy as np
 
     return np.flatnonzero(np.diff(times_ps) < shorter_than_ps)
@@ -106,8 +106,8 @@ def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Measure
 
     Args:
         times_ps: instants of the steps, (n,) int64 ps, ascending.
-        rounding_ps: what the instants are rounded to: of a measured recording what its times are multiples of
-            (`timescale_ps`); intervals of one rate differ by so much.
+        rounding_ps: the unit to which the instants are rounded, `timescale_ps` of a measured recording; intervals of
+            the same rate differ by up to this.
 
     Raises:
         UsageError: fewer than two steps, or instants that do not ascend.
@@ -133,13 +133,13 @@ def ramp(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Measure
 
 @dataclass(frozen=True, slots=True)
 class Jitter:
-    """How unevenly steps come at a constant rate.
+    """The unevenness of steps at a constant rate.
 
     Attributes:
-        steps: how many steps were looked at: the longest stretch at one rate.
+        steps: the number of steps measured: the longest stretch at one rate.
         rate_sps: their rate, steps/s.
-        rms_ps: the root mean square of their distances from an even row, ps.
-        greatest_ps: the greatest of these distances, ps.
+        rms_ps: the root mean square of their deviations from equal intervals, ps.
+        greatest_ps: the greatest of these deviations, ps.
     """
 
     steps: int
@@ -148,17 +148,17 @@ class Jitter:
     greatest_ps: float
 
 
-STEADY = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # how much intervals of one rate may differ, tried one after the other
+STEADY = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # the relative difference of intervals of one rate, tried in order
 STRETCH = 12  # intervals of it, at least
-LONGER = 1.5  # so many times as long it is no more where more is allowed
+LONGER = 1.5  # a stretch that grows by less with more tolerance is final
 
 
 def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitter | None:
-    """Return how unevenly steps come where their rate is constant; None: there is no such stretch.
+    """Return the jitter of steps where their rate is constant; None: there is no such stretch.
 
     Args:
         times_ps: instants of the steps, (n,) int64 ps, ascending.
-        rounding_ps: what the instants are rounded to, as for `ramp`.
+        rounding_ps: the unit to which the instants are rounded, as for `ramp`.
 
     Raises:
         UsageError: instants that do not ascend.
@@ -177,7 +177,7 @@ def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitte
         bounds = np.flatnonzero(even[1:] != even[:-1]).reshape(-1, 2)
         begin, end = bounds[np.argmax(bounds[:, 1] - bounds[:, 0])].tolist()
         if last - first >= STRETCH and end - begin < LONGER * (last - first):
-            break  # else it was one of the pieces into which a greater jitter parts a stretch
+            break  # else it was a piece of a stretch with more jitter
         first, last = begin, end
     if last - first < STRETCH:
         return None
@@ -189,12 +189,12 @@ def jitter(times_ps: NDArray[np.int64], rounding_ps: int = ROUNDING_PS) -> Jitte
 
 @dataclass(frozen=True, slots=True)
 class Skew:
-    """How much later the steps of an axis come than those of another one that they belong to.
+    """The delay between corresponding steps of two axes.
 
     Attributes:
-        pairs: how many steps belong together.
-        median_ps: how much later the second axis steps, ps; negative: earlier.
-        greatest_ps: the greatest distance from that, ps.
+        pairs: the number of corresponding steps.
+        median_ps: the median delay of the second axis, ps; negative: earlier.
+        greatest_ps: the greatest deviation from that, ps.
     """
 
     pairs: int
@@ -203,9 +203,9 @@ class Skew:
 
 
 def skew(first_ps: NDArray[np.int64], second_ps: NDArray[np.int64]) -> Skew | None:
-    """Return how much later steps of a second axis come than the nearest ones of a first; None: none are near.
+    """Return the delay of the steps of a second axis after the nearest ones of a first; None: none are near.
 
-    Steps belong together if they are nearer to each other than a quarter of the shortest interval of either axis.
+    Steps correspond if they are nearer to each other than a quarter of the shortest interval of either axis.
     """
     import numpy as np
 

@@ -1,10 +1,10 @@
 """A measured pin over the model's: where the two differ, and for how long.
 
-    model     ‾‾‾|_____|‾‾‾‾‾‾‾|_____|‾‾‾      a late edge is a stretch as long as it is late,
-    measured  ‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      a missing pulse one as long as the pulse
+    model     ‾‾‾|_____|‾‾‾‾‾‾‾|_____|‾‾‾      for a late edge the stretch is as long as its delay,
+    measured  ‾‾‾‾|_____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾      for a missing pulse as long as the pulse
                  #     #       ######
 
-What floats, or is not known, can be measured as either level: nothing is compared there.
+A floating or unknown signal can be measured as either level: it is not compared.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class LevelTrace(Protocol):
-    """Edges, (n,) int64 ps, the levels from them on, (n,), and the level before the first: a trace, or a signal."""
+    """Edges, (n,) int64 ps, the levels after them, (n,), and the level before the first: a trace, or a signal."""
 
     @property
     def times_ps(self) -> NDArray[np.int64]:
@@ -35,7 +35,7 @@ class LevelTrace(Protocol):
 
     @property
     def levels(self) -> Levels:
-        """Levels from the edges on: (n,)."""
+        """Levels after the edges: (n,)."""
 
     @property
     def level(self) -> int:
@@ -43,10 +43,10 @@ class LevelTrace(Protocol):
 
 
 def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
-    """Return what is drawn over pins, by their names.
+    """Return the traces to draw over pins, by the names of the pins.
 
     Raises:
-        UsageError: it is something else.
+        UsageError: the argument is anything else.
     """
     if over is not None and not isinstance(over, Mapping):
         raise UsageError(f"over={over!r}: expected pins and traces, such as {{'x.slew': measured.trace('slew')}}")
@@ -57,10 +57,10 @@ def checked(over: Mapping[str, Trace] | None) -> Mapping[str, Trace]:
 
 
 def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
-    """Return what is drawn over a pin or a bus.
+    """Return the trace to draw over a pin or a bus.
 
     Raises:
-        UsageError: one of the two is a bus, the other one is not.
+        UsageError: one of the two is a bus, and the other one is not.
     """
     if trace is not None and trace.bus != bus:
         kinds = ("a bus", "one pin") if bus else ("one pin", "a bus")
@@ -69,12 +69,12 @@ def fitting(name: str, bus: bool, trace: Trace | None) -> Trace | None:
 
 
 def differing(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
-    """Return the stretches of a window (ps) in which a pin is measured otherwise: begins and ends, (k, 2) int64 ps."""
+    """Return the stretches of a window (ps) in which a measured pin differs: starts and ends, (k, 2) int64 ps."""
     import numpy as np
 
     start, stop = max(start, measured.since), min(stop, measured.until)
     both = np.concatenate([model.times_ps, measured.times_ps])
-    inside = np.sort(both[(start < both) & (both < stop)], kind="stable")  # two ascending rows are soon merged
+    inside = np.sort(both[(start < both) & (both < stop)], kind="stable")  # two ascending rows are merged quickly
     times = np.concatenate([[start], inside, [max(start, stop)]])
     one, other = (
         np.append(each.level, each.levels)[np.searchsorted(each.times_ps, times[:-1], side="right")]
@@ -87,19 +87,19 @@ def differing(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDAr
 
 
 def marked(model: LevelTrace, measured: Trace, start: int, stop: int) -> NDArray[np.int64]:
-    """Return those of these stretches that are longer than the tolerance."""
+    """Return the stretches of `differing` that are longer than the tolerance."""
     found = differing(model, measured, start, stop)
     return found[found[:, 1] - found[:, 0] > measured.tolerance_ps]
 
 
 def told(pins: Iterable[tuple[str, LevelTrace, Trace | None]], start: int, stop: int) -> list[str]:
-    """Return a line on how well pins and what is drawn over them agree in a window (ps); none without such a pin."""
+    """Return a line on the agreement of pins with the traces drawn over them in a window (ps); empty without any."""
     notes = [f"{name} {_agreement(model, over, start, stop)}" for name, model, over in pins if over is not None]
     return [f"Dashed: measured: {'; '.join(notes)}"] if notes else []
 
 
 def _agreement(model: LevelTrace, measured: Trace, start: int, stop: int) -> str:
-    """How much later measured edges come at most, and how many are missing or extra; an edge outside does not count."""
+    """Return the greatest delay, and the numbers of missing and extra edges, in words; edges outside do not count."""
     start, stop = max(start, measured.since), min(stop, measured.until)
     if stop <= start:
         return "covers none of this window"
@@ -119,7 +119,7 @@ def _agreement(model: LevelTrace, measured: Trace, start: int, stop: int) -> str
         ("missing", found.missing, found.pairs[:, 0]),
         ("extra", found.extra, found.pairs[:, 1]),
     ):
-        if len(pairs):  # before the first pair and after the last one, the other edge may lie outside
+        if len(pairs):  # before the first pair and after the last one, the other edge may be outside
             alone = alone[(pairs[0] < alone) & (alone < pairs[-1])]
         if len(alone):
             notes.append(f"{len(alone)} edge{'s' * (len(alone) > 1)} {kind}")

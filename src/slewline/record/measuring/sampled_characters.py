@@ -1,4 +1,4 @@
-"""The characters on a serial line, from its recorded edges: what a receiver at its rate and format takes."""
+"""The characters on a serial line, from its recorded edges, as a receiver with its rate and format takes them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterForm
     """Return the characters in a signal, which begins with the line at rest.
 
     Args:
-        stop: the end of the signal (ps); a character that is not over by then, its last stop bits apart, is left out.
+        stop: the end of the signal (ps); a character that is not complete by then, except its last stop bits, is left
+            out.
         clock: of sixteen times the baud rate.
-        mark: the level at which the line rests.
+        mark: the level of the line at rest.
     """
     import numpy as np
 
@@ -40,6 +41,6 @@ def characters(signal: SignalEdges, stop: int, clock: Clock, word: CharacterForm
 
 
 def shown(byte: int) -> str:
-    """Return a byte as a picture shows it: a character, the abbreviation of a control character, or two hex digits."""
+    """Return a byte for a picture: a character, the abbreviation of a control character, or two hex digits."""
     names = {13: "CR", 10: "LF", 27: "ESC", 3: "ETX", 32: "SP"}
     return names.get(byte) or (chr(byte) if 32 < byte < 127 else f"{byte:02X}")

@@ -1,6 +1,6 @@
 """The layout of a timing diagram: time in inches, quiet stretches cut short, arrows on lines of their own.
 
-Nothing is drawn here.  Everything is laid out in inches, from the lower left corner.
+Nothing is drawn here.  All places are in inches, from the lower left corner.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from ..style import duration
 # inches
 LANE, SWING, WORDS, ROW, TOP, BOTTOM, RIGHT = 0.34, 0.2, 0.17, 0.2, 0.42, 0.42, 0.2
 LETTER = 0.0088  # width of a letter, per point
-QUIET = 8  # a stretch is quiet if it is so many times as long as most stretches between edges
+QUIET = 8  # a stretch is quiet if it is this many times as long as most stretches between edges
 EDGE, NOTE = 0.12, 0.17  # where titles begin; a line of notes
 SMALL, LARGE = 7.5, 8.5  # points
 
 
 class LaneText(NamedTuple):
-    """Something that is written over a lane, from one instant to another (ps): a character; `wrong`: it is faulty."""
+    """A text over a lane, from one instant to another (ps): a character; `wrong`: it is faulty."""
 
     start: int
     end: int
@@ -35,10 +35,10 @@ class LaneText(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """A pin or a bus in a diagram, and what was measured of it.
+    """A pin or a bus in a diagram, with its measured trace if there is one.
 
-    `pin` is its full name, `label` the text next to it; `says` returns what a value of a bus means, from the value and
-    the instant (ps) at which it ends.
+    `pin` is its full name, `label` the text next to it; `says` returns the meaning of a value of a bus, from the value
+    and the instant (ps) at which it ends.
     """
 
     pin: str
@@ -51,10 +51,10 @@ class Lane:
 
 @dataclass(frozen=True, slots=True)
 class Diagram:
-    """What a timing diagram shows of a window (ps).
+    """The contents of a timing diagram in a window (ps).
 
-    `measured` are arrows with times; `causes` curved arrows from an edge to the one that it causes; `quiet` is how long
-    a stretch without edges must be to be cut short: None, as it fits; 0, none is.
+    `measured` are arrows with times; `causes` curved arrows from an edge to the one that it causes; `quiet` is the
+    minimum length of a stretch without edges that is cut short: None, chosen to fit; 0, none is.
     """
 
     title: str
@@ -67,7 +67,7 @@ class Diagram:
 
     @property
     def description(self) -> str:
-        """What it shows, in words."""
+        """A description of the diagram, in words."""
         names = ", ".join(lane.label for lane in self.lanes)
         times = "".join(f" From {each.start} to {each.end}: {each}." for each in self.measured)
         compared = "".join(f" {line}." for line in self.compared)
@@ -75,12 +75,12 @@ class Diagram:
 
     @property
     def compared(self) -> list[str]:
-        """How well the lanes agree with what is drawn over them, in a line; none without such a lane."""
+        """The agreement of lanes with the traces drawn over them, in a line; empty without such a lane."""
         return told(((lane.label, lane.signal, lane.over) for lane in self.lanes), self.start, self.stop)
 
 
 class TimeScale:
-    """Time to inches: linear, but for the stretches that are cut short: `cuts`, each drawn `room` long (ps)."""
+    """Time to inches: linear, except for the stretches that are cut short: `cuts`, each drawn `room` long (ps)."""
 
     def __init__(self, diagram: Diagram, left: float, right: float) -> None:
         import numpy as np
@@ -115,7 +115,7 @@ class TimeScale:
         self.ps_per_inch = shown / (right - left)
 
     def __call__(self, times: Any) -> Any:
-        """Return where instants (ps) are drawn: float64 inches, shape as given."""
+        """Return the places of instants (ps): float64 inches, shape as given."""
         import numpy as np
 
         return np.interp(np.asarray(times, np.int64) - self.start, self._times, self._places)
@@ -134,19 +134,19 @@ class Arrow(NamedTuple):
     first: float
     second: float
     text: str
-    place: float  # the middle of the text, or where it begins next to the arrow
+    place: float  # the middle of the text, or its start next to the arrow
     beside: str  # "left", "right", or "" for above it
     row: int
 
     @property
     def under(self) -> int:
-        """The lower one of its lanes."""
+        """The number of the lower of its two lanes."""
         return max(self.lanes)
 
 
 @dataclass(frozen=True, slots=True)
 class DiagramLayout:
-    """Where everything is: the top of the lanes, the foot of each, the arrows, and notes under the title."""
+    """The places of all elements: the top of the lanes, the foot of each, the arrows, and notes under the title."""
 
     height: float
     top: float
@@ -180,7 +180,7 @@ class DiagramLayout:
 
 
 def lanes_of(interval: Interval, lanes: Sequence[Lane]) -> tuple[int, int]:
-    """Return the numbers of the lanes of its two edges."""
+    """Return the numbers of the lanes of the two edges of an interval."""
     names = [lane.pin for lane in lanes]
     return names.index(interval.start.split()[0]), names.index(interval.end.split()[0])
 
@@ -191,7 +191,7 @@ def _placed(
     scale: TimeScale,
     taken: dict[tuple[int, int], list[tuple[float, float]]],
 ) -> Arrow:
-    """An arrow on the first line under its lanes on which it and its text are alone."""
+    """Return an arrow on the first line under its lanes that has room for it and its text."""
     first, second = (float(place) for place in scale([interval.start_ps, interval.end_ps]))
     for text in _labels(interval):
         wide = len(text) * LETTER * SMALL
@@ -212,7 +212,7 @@ def _placed(
 
 
 def _labels(interval: Interval) -> tuple[str, ...]:
-    """What can be written at an arrow, the fullest first: the time, what is printed, whether that is kept."""
+    """Return possible texts for an arrow, the longest first: the time, the limit, whether it is kept."""
     text = f"{interval.symbol} = {duration(interval.ps) if interval.ps else 0}"
     limits = "; ".join(str(bound) for bound in interval.bounds)
     verdict = "" if interval.kept is None else ": kept" if interval.kept else ": violated"

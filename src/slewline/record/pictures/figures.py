@@ -1,7 +1,7 @@
-r"""Figures: what axes did, in one column of panels, and below them their pins; over one time axis.
+r"""Figures: the motions of axes, in one column of panels, and below them their pins; over one time axis.
 
-title                                                  a `Paper` measures all of it in inches, so that a picture
-slope S = 240, number N = 700      (notes)              of any number of panels looks the same
+title                                                  a `Paper` measures all of it in inches, so that pictures
+slope S = 240, number N = 700      (notes)              look the same with any number of panels
 ── x   ╌╌ y                        (legend)
 ▾ G            ▾ limit             (flags)
  1  2  3                           (phases)
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 # inches
 HEIGHTS = {"velocity": 2.3, "position": 1.45}
-OTHER_HEIGHT, STILL = 1.15, 0.7  # STILL: of velocities that are 0 throughout
+OTHER_HEIGHT, STILL = 1.15, 0.7  # STILL: of constant zero velocities
 GAP, HEADING, EDGE, BOTTOM, LINE, LETTER = 0.10, 0.27, 0.16, 0.50, 0.165, 0.0665
 MARGIN = 0.006  # of the window, left free at its ends
 LEFT, MAX_LEFT, NARROW_LEFT, BESIDE = 0.92, 1.4, 0.62, 0.1
-NARROW = 6.0  # a picture that is narrower has less next to its panels
+NARROW = 6.0  # a narrower picture has less next to its panels
 
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a picture shows: a window (ps, in the time of the picture) of tracks and traces."""
+    """The contents of a picture: a window (ps, in the time of the picture) of tracks and traces."""
 
     title: str
     tracks: Sequence[Track]
@@ -50,7 +50,7 @@ class Contents:
     stop: int
     notes: Sequence[str] = ()
     cursors: Sequence[int] = ()
-    zero_is: str = ""  # what instant 0 is, if it is not that of the bench
+    zero_is: str = ""  # the meaning of instant 0, if it is not that of the bench
     marks: bool = True
 
 
@@ -59,7 +59,7 @@ def _picture_class() -> type[Figure]:
     from matplotlib.figure import Figure
 
     class Picture(Figure):
-        """A figure that is drawn in our look, whatever the configuration is at that time."""
+        """A figure that is drawn in the style of slewline, independent of the present configuration."""
 
         dark = False
         description = ""
@@ -69,7 +69,7 @@ def _picture_class() -> type[Figure]:
                 super().draw(renderer)
 
         def _repr_png_(self) -> bytes:
-            """What a notebook shows."""
+            """Return the picture for a notebook."""
             from io import BytesIO
 
             buffer = BytesIO()
@@ -80,7 +80,7 @@ def _picture_class() -> type[Figure]:
 
 
 def new_picture(width: float, height: float, dark: bool = False) -> Figure:
-    """Return an empty figure of so many inches that keeps our look; call it under `styled`."""
+    """Return an empty figure of a size in inches, in the style of slewline; call it under `styled`."""
     picture = _picture_class()(figsize=(width, height), facecolor=palette(dark).ground)
     picture.dark = dark  # type: ignore[attr-defined]
     return picture
@@ -88,7 +88,7 @@ def new_picture(width: float, height: float, dark: bool = False) -> Figure:
 
 # ------------------------------------------------------------------------------------------------------------- layout
 class Paper:
-    """A figure that is measured in inches from its upper left corner."""
+    """A figure with places in inches from its upper left corner."""
 
     def __init__(self, width: float, height: float, dark: bool) -> None:
         self.width, self.height = width, height
@@ -113,7 +113,7 @@ class Paper:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A panel to be drawn: its curves (none: it has the pins), heading, height, and room above it, in inches."""
+    """A panel to be drawn: its curves (empty: it has the pins), heading, height, and room above it, in inches."""
 
     curves: Sequence[TrackCurve]
     heading: str
@@ -122,7 +122,7 @@ class Panel:
 
 
 class FigureLayout:
-    """Where everything is in a picture."""
+    """The places of all elements of a picture."""
 
     def __init__(self, contents: Contents, width: float) -> None:
         self.contents, self.width = contents, width
@@ -145,7 +145,7 @@ class FigureLayout:
         self.panels = self._panels(curves)
 
     def _longest_rate(self) -> int:
-        """Letters of the longest name of a rate, several names of one in a row."""
+        """Return the number of letters of the longest name of a rate, with all names of equal rates in a row."""
         named: dict[float, list[str]] = {}
         in_force = ((track, rates) for track in self.contents.tracks for _, rates in track.rates())
         for track, rates in {id(rates): (track, rates) for track, rates in in_force}.values():  # motions may share them
@@ -155,7 +155,7 @@ class FigureLayout:
         return max((len(rate_lines.rate_text(names, rate)) for rate, names in named.items()), default=0)
 
     def _names(self) -> list[str] | None:
-        """Names of pins as they are next to their lanes; None: they do not fit there."""
+        """Return the names of pins for the space next to their lanes; None: they do not fit there."""
         least, most = (NARROW_LEFT, NARROW_LEFT) if self.narrow else (LEFT, MAX_LEFT)
         for letters in range(int((least - BESIDE) / LETTER), int((most - BESIDE) / LETTER) + 1):
             names = [lanes.wrapped(trace.name, letters) for trace in self.contents.traces]
@@ -164,11 +164,11 @@ class FigureLayout:
         return None
 
     def _longest_name(self) -> int:
-        """Letters of the longest line of these names."""
+        """Return the number of letters of the longest line of these names."""
         return max((len(line) for name in self.names or () for line in name.split("\n")), default=0)
 
     def _legend(self) -> list[list[tuple[float, int, str]]]:
-        """Rows of entries: where, number of the track, name."""
+        """Return rows of entries: place, number of the track, name."""
         rows: list[list[tuple[float, int, str]]] = []
         at = self.width
         for index in self.named:
@@ -205,7 +205,7 @@ class FigureLayout:
 
     @property
     def height(self) -> float:
-        """Of the whole picture."""
+        """Height of the whole picture."""
         return self.head + sum(panel.above + panel.height for panel in self.panels) + BOTTOM
 
 
@@ -216,7 +216,7 @@ def figure(
     """Return a picture, or draw into axes of the caller: one for each panel, or a single one for the first panel.
 
     Raises:
-        UsageError: no matplotlib, a width that is none, an empty window, nothing to show, or too few axes.
+        UsageError: no matplotlib, an invalid width, an empty window, nothing to show, or too few axes.
     """
     if contents.stop <= contents.start or not (contents.tracks or contents.traces):
         raise UsageError(f"{contents.title}: nothing to draw: the picture has no length, or no axis and no pin")
@@ -292,7 +292,7 @@ def _draw_into(layout: FigureLayout, ax: Any, colours: Palette) -> Figure:
 
 
 def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: bool) -> None:
-    """Draw everything into its panels, of which there may be only the first."""
+    """Draw everything into its panels; there may be only the first."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     contents, axis = layout.contents, layout.axis
@@ -322,9 +322,9 @@ def _draw(made: Sequence[Axes], layout: FigureLayout, colours: Palette, whole: b
     last.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(round(value, 9))))
 
 
-# ------------------------------------------------------------------------------------------------------ for the blind
+# -------------------------------------------------------------------------------------------------------- description
 def description_of(picture: Figure) -> str:
-    """Return a sentence or two on what a picture shows, for readers who cannot see it."""
+    """Return a sentence or two that describe a picture, for readers who cannot see it."""
     return str(getattr(picture, "description", ""))
 
 

@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-HIGH = 0.6  # of a lane: how much higher a 1 is than a 0
+HIGH = 0.6  # of a lane: height of a 1 above a 0
 LANE, NAMED_LANE = 0.27, 0.36  # inches; the second with its name above the line
-BYTE_SHARE = 0.03  # of the window: what a byte needs to be written
-APART = 0.009  # of the window: what must lie between two bands
+BYTE_SHARE = 0.03  # of the window: width for the text of a byte
+APART = 0.009  # of the window: least distance of two bands
 STRIPES_PER_INCH = 40
-TICK = 0.09  # of a lane: how high a tick is below a stretch in which two traces differ
-MARKS = 2000  # stretches in a row that can be told apart
-MEASURED: Any = (0, (3, 2))  # dashes of what is drawn over
+TICK = 0.09  # of a lane: height of a tick below a stretch in which two traces differ
+MARKS = 2000  # stretches in a row that can be distinguished
+MEASURED: Any = (0, (3, 2))  # dashes of a trace over another
 
 
 def wrapped(name: str, letters: int) -> str | None:
-    """Return a name in one or two lines of at most so many letters; None if it does not fit."""
+    """Return a name in one or two lines of at most `letters` letters; None if it does not fit."""
     if len(name) <= letters:
         return name
     breaks = [at + 1 for at, letter in enumerate(name) if letter in "_."]
@@ -73,7 +73,7 @@ def _draw_lane(panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base
 def _draw_trace(
     panel: Axes, trace: Trace, axis: TimeAxis, colours: Palette, base: float, high: float, over: bool = False
 ) -> None:
-    """Draw what is known of a trace; `over`: as what is drawn over another."""
+    """Draw the known part of a trace; `over`: in the style of a trace over another one."""
     import numpy as np
     from matplotlib.collections import PolyCollection
 
@@ -106,7 +106,7 @@ def _draw_trace(
 
 
 def _stripes(panel: Axes) -> int:
-    """Return how many lines with gaps next to them a panel can show."""
+    """Return the number of lines with gaps next to them that a panel can show."""
     across = panel.get_position().width * panel.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
     return min(max(int(STRIPES_PER_INCH * across), 1), outlines.STRIPES)
 
@@ -114,7 +114,7 @@ def _stripes(panel: Axes) -> int:
 def _draw_differing(
     panel: Axes, name: str, stretches: NDArray[np.int64], axis: TimeAxis, colours: Palette, base: float, high: float
 ) -> None:
-    """Mark stretches: shaded, and a tick below the lane, which is seen however short they are."""
+    """Mark stretches: shaded, with a tick below the lane, which is visible however short they are."""
     import numpy as np
     from matplotlib.collections import PolyCollection
 
@@ -131,12 +131,12 @@ def _draw_differing(
 
 
 def boxes(ends: Any, base: float, high: float) -> list[list[tuple[float, float]]]:
-    """Return boxes from begins to ends, (n, 2), so high above a base."""
+    """Return boxes between starts and ends, (n, 2), `high` above a base."""
     return [[(a, base), (b, base), (b, base + high), (a, base + high)] for a, b in ends]
 
 
 def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: float) -> None:
-    """A line of dashes half way up while nothing drives."""
+    """Draw a dashed line at half height where the pin floats."""
     import numpy as np
 
     floating = np.flatnonzero(levels[:-1] == FLOATING)
@@ -147,9 +147,9 @@ def _draw_floating(panel: Axes, times: Any, levels: Any, color: str, middle: flo
 def _draw_bus(
     panel: Axes, times: Any, levels: Any, colours: Palette, base: float, high: float, span: float, over: bool = False
 ) -> None:
-    """Boxes with their bytes, as far as these have room; a line in the middle while nothing drives.
+    """Draw boxes with their bytes, if there is room for them, and a line in the middle where the bus floats.
 
-    Of what is drawn over, the outlines alone.
+    For a trace over another one, draw only the outlines.
     """
     from matplotlib.collections import PolyCollection
 

@@ -1,4 +1,4 @@
-"""What happens in a picture: commands, findings, limits and home as flags on top, phases shaded, cursors as lines."""
+"""Events in a picture: commands, findings, limits and home as flags on top, phases shaded, cursors as lines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 FLAG_ROW, PHASE_ROW = 0.155, 0.155  # inches
 ROWS = 3  # of flags
 LETTER = 0.063  # inches, of a flag's text
-LINES = 24  # flags, above which only alarms have lines through the panels
+LINES = 24  # with more flags, only alarms have lines through the panels
 SIDE_BY_SIDE = 0.12  # inches that two flags need
 URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 
@@ -25,7 +25,7 @@ URGENT = {"finding": 0, "limit": 1, "home": 2, "command": 3}
 class Flag:
     """A mark in its place: `at` in units of the time axis; row 0 is the lowest, None: there is no room for its text.
 
-    One that is not `shown` would cover the text of another.  At the right end a text is left of its flag.
+    A flag that is not `shown` would cover the text of another.  At the right end a text is left of its flag.
     """
 
     at: float
@@ -37,14 +37,14 @@ class Flag:
 
 
 def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag]:
-    """Return the flags of what happened in the window; those that would hide each other thinned.
+    """Return the flags of events in the window, without flags that would hide others.
 
-    What begins a motion stays rather than another command, such as a load just before it.
+    A command that begins a motion takes precedence over another one, such as a load just before it.
 
     Args:
         width: of the panels, inches.
     """
-    marks: dict[tuple[int, str, str], bool] = {}  # does it begin a motion?
+    marks: dict[tuple[int, str, str], bool] = {}  # whether it begins a motion
     for track in tracks:
         start, stop = track.window(axis)
         happened = [(motion.time_ps, "command", motion.text, True) for motion in track.motions]
@@ -78,7 +78,7 @@ def flags_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[Flag
 
 
 def rows_of(flags: Sequence[Flag]) -> int:
-    """Return how many rows flags take."""
+    """Return the number of rows of flags."""
     return max((1 + (flag.row or 0) for flag in flags), default=0)
 
 
@@ -86,7 +86,7 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
     """Draw flags over the first panel, and a line from each down through all of them.
 
     Args:
-        above: how far above the panel the lowest row is, inches.
+        above: the height of the lowest row above the panel, inches.
     """
     color = {"command": colours.command, "home": colours.home}
     for flag in flags:
@@ -112,7 +112,7 @@ def draw_flags(panels: Sequence[Axes], flags: Sequence[Flag], colours: Palette, 
 def phases_of(tracks: Sequence[Track], axis: TimeAxis, width: float) -> list[tuple[float, float, str]]:
     """Return the phases in the window, in units of the time axis, if all tracks have the same.
 
-    Where most of them are too short for their names (in panels of so many inches), they would only be stripes: none.
+    If most of them are too short for their names, in panels of `width` inches, return none: they would only be stripes.
     """
     several = {
         tuple((begin - track.zero, end - track.zero, text) for begin, end, text in track.phases) for track in tracks
@@ -146,12 +146,12 @@ def draw_phases(
 
 
 def _need(text: str) -> float:
-    """Inches that the name of a phase takes."""
+    """Return the width of the name of a phase, in inches."""
     return 0.04 + LETTER * len(text)
 
 
 def _per_inch(axis: TimeAxis, width: float) -> float:
-    """How much time there is in an inch, in units of the time axis."""
+    """Return the time per inch, in units of the time axis."""
     return float(axis.scaled(axis.stop) - axis.scaled(axis.start)) / width
 
 

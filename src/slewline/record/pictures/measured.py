@@ -1,13 +1,13 @@
-"""What measured steps tell of an axis, as quantities that a picture draws over the model's.
+"""Quantities of an axis derived from measured steps, which a picture draws over the model's.
 
     position            ____         velocity     _________
               _________|                         |         |____
        ______|         .          ______.________|         .    .
       0      1         2    steps       0        1         2    3
 
-All that is known of a measured step is when it began: the velocity is 1 / interval up to the next one, and nothing is
-known before the first step and after the last one.  An interval in which the direction turns is a rest, and so is one
-that is more than REST times as long as one next to it: no ramp slows down so much from a step to the next.
+A measured step has only its start time: the velocity is 1 / interval up to the next one, and it is unknown before the
+first step and after the last one.  An interval in which the direction changes is a rest, and so is one that is more
+than REST times as long as one next to it: no ramp decelerates that much from a step to the next.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ REST = 10
 
 
 class Measured(Quantity):
-    """A quantity that is known at some instants, (n,) int64 ps, and held from each to the next; unknown before."""
+    """A quantity with values at some instants, (n,) int64 ps, each held until the next one; unknown before."""
 
     held = True
 
@@ -37,7 +37,7 @@ class Measured(Quantity):
         self.from_zero = name != "position"
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the values at instants (ps), any order: float64, shape as `times_ps`; NaN where none is known."""
+        """Return the values at instants (ps), any order: float64, shape as `times_ps`; NaN where unknown."""
         import numpy as np
 
         found: NDArray[np.float64] = np.append(np.nan, self.values)[np.searchsorted(self.times_ps, times_ps, "right")]
@@ -57,7 +57,7 @@ def velocity(steps: Steps) -> Measured:
     import numpy as np
 
     lasts = np.diff(steps.times_ps)
-    nearby = np.append(lasts, np.iinfo(np.int64).max)  # the last interval has one after it that is never shorter
+    nearby = np.append(lasts, np.iinfo(np.int64).max)  # the last interval is followed by one that is never shorter
     shortest = np.minimum(nearby[1:], np.append(nearby[-1], lasts)[:-1])
     rests = (lasts // REST > shortest) | (steps.directions[1:] != steps.directions[:-1])
     speeds = np.where(rests, 0.0, steps.directions[:-1] * (PS_PER_S / lasts))
@@ -72,7 +72,7 @@ def position(steps: Steps) -> Measured:
 
 
 def track(name: str, steps: Steps, begins: int) -> Track:
-    """Return measured steps as a track of a picture, in which the first of them is at an instant (ps).
+    """Return measured steps as a track of a picture, with the first of them at the instant `begins` (ps).
 
     Raises:
         UsageError: there is no step, or their times do not ascend.

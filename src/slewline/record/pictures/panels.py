@@ -1,7 +1,7 @@
 """Curves in a picture: quantities of several axes and runs in one panel, over one time axis.
 
 Tracks (tracks.py) of one quantity share a panel, unless one of them would be a flat line next to
-another: then they get panels of their own.
+another: then they have panels of their own.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
 
-FLAT = 25  # so many times smaller than the panel, a curve shows nothing
-SCALED_FROM = 1_000_000  # numbers at a panel that are written in millions ...
+FLAT = 25  # a curve that is this many times smaller than the panel is not legible
+SCALED_FROM = 1_000_000  # numbers at a panel that are shown in millions ...
 POWERS = {6: "10⁶ ", 9: "10⁹ ", 12: "10¹² ", 15: "10¹⁵ "}
 IDEAL_POINTS = 300
-DENSE = 1000  # points, of which peaks are thinner than a line: round, they all are as high as they should be
-PIECE = 250  # points of such a line, or of the area below it, that are drawn at a time
+DENSE = 1000  # points with peaks thinner than a line: round joins keep their height
+PIECE = 250  # points of such a line, or of the area below it, drawn at a time
 
 
 def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[list[TrackCurve]]:
-    """Return the curves of each panel: a quantity after the other, and apart what would be flat next to the rest."""
+    """Return the curves of each panel, quantity by quantity; curves that would be flat next to others are separate."""
     kinds: dict[tuple[str, str], list[TrackCurve]] = {}
     for number_, track in enumerate(tracks):
         start, stop = track.window(axis)
@@ -42,7 +42,7 @@ def curves_of(tracks: Sequence[Track], axis: TimeAxis, columns: int) -> list[lis
 
 
 def _to_the_end(outline: Outline, stop: int) -> Outline:
-    """The outline with a last point at the end of the window."""
+    """Return the outline with a last point at the end of the window."""
     import numpy as np
 
     if not len(outline.times_ps) or outline.times_ps[-1] >= stop:
@@ -51,7 +51,7 @@ def _to_the_end(outline: Outline, stop: int) -> Outline:
 
 
 def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
-    """Curves that can be read in one panel, in groups."""
+    """Return curves in groups that are legible in one panel."""
     groups: list[list[TrackCurve]] = []
     for curve in curves:
         for group in groups:
@@ -67,21 +67,21 @@ def _apart(curves: Sequence[TrackCurve]) -> list[list[TrackCurve]]:
 
 
 def named_by_legend(tracks: Sequence[Track], panels: Iterable[Sequence[TrackCurve]]) -> list[int]:
-    """Return the numbers of the tracks that a legend names: axes, and parts that share a panel; [] instead of one."""
+    """Return the numbers of the tracks in the legend: axes, and parts that share a panel; [] instead of only one."""
     shared = {curve.number for curves in panels for curve in curves if len(curves) > 1}
     named = [number for number, track in enumerate(tracks) if not track.part or number in shared]
     return named if len(named) > 1 else []
 
 
 def heading(curves: Sequence[TrackCurve], several: bool) -> str:
-    """Return what a panel shows, with its unit; `several`: and whose, for there is another such panel."""
+    """Return the quantity of a panel, with its unit; with `several`, also its owner, as there is another such panel."""
     quantity = curves[0].quantity
     whose = f" of {', '.join(curve.track.name for curve in curves)}" if several else ""
     return f"{quantity.name.capitalize().replace('_', ' ')}{whose}, {POWERS.get(_power(curves), '')}{quantity.unit}"
 
 
 def still(curves: Sequence[TrackCurve]) -> bool:
-    """Return whether these are velocities of what never moves."""
+    """Return whether these are velocities that are always zero."""
     return curves[0].quantity.name == "velocity" and all(curve.reach == (0, 0) for curve in curves)
 
 
@@ -104,7 +104,7 @@ def draw_curves(
 
     Args:
         height: of the panel, inches.
-        named: the numbers of the tracks that the legend names, if it does: lines and colours tell these apart.
+        named: the numbers of the tracks in the legend, if there is one: lines and colours distinguish them.
         beside: names of rates are next to the panel, not over their lines.
     """
     for curve in reversed(curves):
@@ -154,7 +154,7 @@ def _draw_curve(panel: Axes, curve: TrackCurve, axis: TimeAxis, colours: Palette
 
 
 def _limits(curves: Sequence[TrackCurve], axis: TimeAxis, above: float) -> tuple[float, float]:
-    """The values at the lower and the upper end of a panel: the curves, the rates next to them, and some room.
+    """Return the values at the lower and the upper end of a panel: the curves, the rates next to them, and a margin.
 
     `above` is the share of the panel that a name over the highest rate takes.
     """
@@ -195,8 +195,8 @@ def _draw_scale(panel: Axes, power: int, height: float, whole: bool) -> None:
 def dense_line() -> type[Line2D]:
     """Return the class of a line of thousands of points.
 
-    It is drawn in pieces, for the renderer sorts a path as a whole; a piece ends at the point where the next one
-    begins, and ends are round, or there would be gaps.
+    It is drawn in pieces, as the renderer sorts a path as a whole; a piece ends at the point where the next one begins,
+    and ends are round, to avoid gaps.
     """
     import numpy as np
     from matplotlib.lines import Line2D
@@ -220,13 +220,13 @@ def dense_line() -> type[Line2D]:
 def time_grid(colours: Palette) -> LineCollection:
     """Return lines at the ticks of the time axis, for a panel that has no other use for ticks.
 
-    Ticks are the dearest thing in a picture: each is five artists, and takes 2 ms.
+    Ticks are the most expensive element of a picture: each has five artists, and takes 2 ms.
     """
     from matplotlib.collections import LineCollection
 
     class TimeGrid(LineCollection):
         def draw(self, renderer: Any) -> None:
-            panel = cast("Axes", self.axes)  # it is drawn in one
+            panel = cast("Axes", self.axes)  # it is drawn as a whole
             self.set_segments([[(place, 0), (place, 1)] for place in panel.xaxis.get_majorticklocs()])
             self.set_transform(panel.get_xaxis_transform())
             super().draw(renderer)
@@ -253,5 +253,5 @@ def draw_ideals(panel: Axes, curves: Sequence[TrackCurve], axis: TimeAxis, colou
 
 
 def columns_of(width: float) -> int:
-    """Return how many columns a panel of so many inches is drawn with."""
+    """Return the number of columns of a panel that is `width` inches wide."""
     return round(width * 110)

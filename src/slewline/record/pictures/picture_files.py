@@ -1,9 +1,9 @@
-"""Pictures as files: PNG, SVG and PDF, the same bytes every time; an SVG tells a screen reader what it shows."""
+"""Pictures as files: PNG, SVG and PDF, the same bytes every time; an SVG has a description for screen readers."""
 
 from __future__ import annotations
 
 import sys
-from html import escape  # that of xml.sax loads what can fetch a document from the net
+from html import escape  # the one in xml.sax loads code that can fetch documents from the network
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SUFFIXES = (".svg", ".png", ".pdf")
-QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tenth more bytes
+QUICK: dict[str, Any] = {"png": {"pil_kwargs": {"compress_level": 3}}}  # a tenth more bytes than the best level
 
 
 def save(figure: Figure, path: str | Path, title: str, description: str, dark: bool = False) -> None:
-    """Write a figure into a file; its suffix chooses the form, and an existing file is replaced whole or not at all.
+    """Write a figure into a file in the format of its suffix; an existing file is replaced completely or not at all.
 
     Args:
-        title: what the picture is called, as metadata (and to a screen reader, in an SVG).
-        description: a sentence or two on what it shows, for readers who cannot see it.
+        title: the title of the picture, as metadata (and for a screen reader, in an SVG).
+        description: a sentence or two that describe it, for readers who cannot see it.
 
     Raises:
         UsageError: an unknown suffix, or a path that cannot be written.
@@ -54,7 +54,7 @@ def drawn(figure: Figure, kind: str, title: str, description: str, dark: bool = 
 
 
 def show(figure: Figure) -> None:
-    """Show a figure in the notebook that runs this, or in a window until it is closed.
+    """Show a figure in the present notebook, or in a window until it is closed.
 
     Raises:
         UsageError: there is no screen for a window.
@@ -78,6 +78,6 @@ def show(figure: Figure) -> None:
 
 
 def _described(svg: bytes, description: str) -> bytes:
-    """An SVG that a screen reader takes for one picture, with its description."""
+    """Return an SVG that is one picture for a screen reader, with its description."""
     svg = svg.replace(b"<svg ", b'<svg role="img" ', 1)
     return svg.replace(b"</title>", b"</title>\n <desc>" + escape(description, quote=False).encode() + b"</desc>", 1)

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
     from .tracks import TrackCurve
 
-MAX_DASHED = 300  # dashed lines in a row that can be told apart
+MAX_DASHED = 300  # dashed lines in a row that can be distinguished
 RATE_HEIGHT = 0.165  # inches, of a rate's name
 
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A rate as it is drawn: signed, and while it was in force: begins and ends (n, 2) int64 ps, in the picture."""
+    """A rate in a picture: signed, and while it was in force: starts and ends (n, 2) int64 ps."""
 
     name: str
     value: float
@@ -32,8 +32,8 @@ class Rate:
 def rates_of(curve: TrackCurve, axis: TimeAxis) -> Iterator[Rate]:
     """Yield the rates that were in force in the window.
 
-    A rate is in force from the start of its motion until the axis rests or another takes its place.  It is drawn on the
-    side to which it moved.
+    A rate is in force from the start of its motion until the axis rests or another rate replaces it.  It is drawn on
+    the side of the direction of motion.
     """
     import numpy as np
 
@@ -84,7 +84,7 @@ def draw_rates(
 
 
 def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
-    """Spans in order, (n, 2), those that are not farther apart than that made one."""
+    """Return spans in order, (n, 2), joined where the gap is at most `apart`."""
     import numpy as np
 
     begins, ends = spans[np.argsort(spans[:, 0], kind="stable")].T
@@ -94,7 +94,7 @@ def _joined(spans: NDArray[np.int64], apart: int) -> NDArray[np.int64]:
 
 
 def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, height: float) -> None:
-    """Names of rates at the right end of a panel, moved apart where they would meet; those without room left out."""
+    """Write names of rates at the right end of a panel, moved apart to avoid overlap, as far as there is room."""
     low, high = panel.get_ylim()
     apart = (high - low) * RATE_HEIGHT / height
     shown = sorted(names)
@@ -104,7 +104,7 @@ def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, 
     for index in range(1, len(places)):
         places[index] = max(places[index], places[index - 1] + apart)
     over = places[-1] - high if places else 0.0
-    for index in reversed(range(len(places))):  # and down again from the top
+    for index in reversed(range(len(places))):  # and back from the top
         ceiling = high if index == len(places) - 1 else places[index + 1] - apart
         places[index] = min(places[index], ceiling) if over > 0 else places[index]
     for rate, place in zip(shown, places, strict=True):
@@ -116,19 +116,19 @@ def _write_beside(panel: Axes, names: dict[float, list[str]], colours: Palette, 
 
 
 def rate_text(names: Sequence[str], rate: float) -> str:
-    """Return what is written at a rate: "VEL = 65 536, 3 052 steps/s"."""
+    """Return the text next to a rate: "VEL = 65 536, 3 052 steps/s"."""
     return f"{_joint(names)}, {number(round(rate) if abs(rate) >= 100 else rate, 6)} steps/s"
 
 
 def _joint(names: Iterable[str]) -> str:
-    """Names of one rate, with thin spaces in their numbers."""
+    """Return the names of one rate, with thin spaces in their numbers."""
     return re.sub(r"\b\d{5,}\b", lambda digits: number(int(digits[0])), ", ".join(names))
 
 
 def _write_over(
     panel: Axes, names: dict[float, list[str]], begins: dict[float, float], colours: Palette, height: float
 ) -> None:
-    """Names of rates over the begins of their lines, as far as these are not too close to each other."""
+    """Write names of rates over the starts of their lines, unless these are too close to each other."""
     low, high = panel.get_ylim()
     apart, last = (high - low) * RATE_HEIGHT / height, float("-inf")
     for rate in sorted(names):

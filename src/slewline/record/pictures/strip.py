@@ -1,4 +1,4 @@
-"""The picture of one parameter: which values hold, which fail, and the way of a search among them.
+"""The picture of one parameter: the values that hold or fail, and the path of a search among them.
 
 holds   | | | |         | |    | | | | | | | |
 fails          | | | | |   | |                 value
@@ -29,9 +29,9 @@ ROW = 0.21  # inches, of one value that was tried
 
 @dataclass(frozen=True, slots=True)
 class StripPicture:
-    """Values of one parameter, ascending, whether each holds, and a search: the indices it tried, and its answer.
+    """Values of one parameter, ascending, whether each holds, and a search: the indices it tried, and its result.
 
-    There are two values at least, all of them above 0.
+    There are at least two values, all of them above 0.
     """
 
     title: str
@@ -43,7 +43,7 @@ class StripPicture:
 
     @property
     def description(self) -> str:
-        """What is to be seen, in words."""
+        """A description of the picture, in words."""
         found = f"{sum(self.holds)} of {len(self.holds)} values of {self.name} hold."
         if self.answer is None:
             return found
@@ -51,7 +51,7 @@ class StripPicture:
         return f"{found} Tried: {tried}. Answer: {self.values[self.answer]:.0f}, which {self.says(self.answer)}."
 
     def says(self, n: int) -> str:
-        """What becomes of the nth value."""
+        """Return the result for the nth value, in words."""
         return "holds" if self.holds[n] else "fails"
 
 
@@ -72,7 +72,7 @@ def draw(picture: StripPicture, width: str | float = "page", dark: bool = False)
         width: "page", "phone", or inches.
 
     Raises:
-        UsageError: a width that is none, or no matplotlib.
+        UsageError: an invalid width, or no matplotlib.
     """
     with styled(dark) as colours:
         from matplotlib.figure import Figure

@@ -1,4 +1,4 @@
-"""A drawing in fewer bytes: staircases take most of a picture, and each of their lines needs one short number."""
+"""Smaller drawings: staircases are most of a picture, and each of their lines needs one short number."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ WHERE = re.compile(rb' ([xy])="(-?[0-9.]+)"')
 
 
 def compact(svg: bytes) -> bytes:
-    """Return the same drawing with short paths: points to a hundredth, each line by how far it goes.
+    """Return the same drawing with short paths: points to a hundredth, each line by its length.
 
-    Many dots that look the same have their style once, and all text its font.
+    Equal dots share one style, and all text its font.
     """
     svg = UPRIGHT.sub(b"", PATH.sub(lambda found: b' d="%s"' % _shorter(found[1].decode()).encode(), svg))
     fonts = set(FONT.findall(svg))
@@ -25,7 +25,7 @@ def compact(svg: bytes) -> bytes:
 
 
 def _once(found: re.Match[bytes]) -> bytes:
-    """A group of dots with the style of all of them."""
+    """Return a group of dots with one style for all of them."""
     group, space, first, style, others, end = found.groups()
     dots = first + b"/>" + others.replace(b' style="%b"' % style, b"")
     dots = WHERE.sub(lambda at: b' %b="%b"' % (at[1], _number(_hundredths(at[2].decode())).encode()), dots)
@@ -33,7 +33,7 @@ def _once(found: re.Match[bytes]) -> bytes:
 
 
 def _shorter(path: str) -> str:
-    """The data of a path of straight lines; with a curve in it, as it is."""
+    """Return the data of a path of straight lines, shortened; unchanged if it has a curve."""
     words = path.split()
     if not {word for word in words if word.isalpha()} <= {"M", "L", "z"}:
         return path
@@ -63,12 +63,12 @@ def _hundredths(number: str) -> int:
 
 
 def _number(hundredths: int) -> str:
-    """A number as short as it can be: 7.13, .5, -.02."""
+    """Return a number in its shortest form: 7.13, .5, -.02."""
     sign, (whole, parts) = "-" * (hundredths < 0), divmod(abs(hundredths), 100)
     return f"{sign}{whole or ''}.{parts:02}".rstrip("0") if parts else f"{sign}{whole}"
 
 
 def _next(hundredths: int) -> str:
-    """A number behind another one: a minus parts them already."""
+    """Return a number that follows another one: a minus separates them already."""
     text = _number(hundredths)
     return text if text.startswith("-") else f" {text}"

@@ -1,6 +1,6 @@
-r"""Timing diagrams: a window of recorded pins, drawn as a data sheet draws it.
+r"""Timing diagrams: a window of recorded pins, drawn in the style of data sheets.
 
-/WRITE  ‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾ \ \ ‾‾‾‾‾      one lane a pin, measured times under the lower of their two lanes,
+/WRITE  ‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾ \ \ ‾‾‾‾‾      one lane per pin, measured times under the lower of their two lanes,
               |<--->| 80 ns     / /           long quiet stretches cut short where the zigzag is
 DATA    -----<  4A 'J'  >------ \ \ -----
 """
@@ -49,13 +49,13 @@ if TYPE_CHECKING:
 
     Runs: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64], list[tuple[int, int]]]
 
-TAIL, STEEP = 0.08, 0.045  # inches: how far levels run on at both ends of the window; the width of an edge
+TAIL, STEEP = 0.08, 0.045  # inches: extension of levels at both ends of the window; the width of an edge
 LEVEL = 3  # times the width of an edge: a narrower level would be a triangle
 CAPITAL = 0.012  # inches: the width of a letter of a name, per point
 DENSE, FEWEST = 0.02, 6  # edges closer than this (inches) are a band, if there are as many
 TINY = 6.5  # points
 TITLE, NEXT = 0.1, 0.2  # inches: the width of a letter of the title, and from one of its lines to the next
-TICK = 0.03  # inches: how high a tick is below a stretch in which two signals differ
+TICK = 0.03  # inches: height of a tick below a stretch in which two signals differ
 
 
 def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> Figure:
@@ -65,14 +65,14 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
         width: "page", "phone", or inches.
 
     Raises:
-        UsageError: no lanes, an empty window, a width that is none, or no matplotlib.
+        UsageError: no lanes, an empty window, an invalid width, or no matplotlib.
     """
     if diagram.stop <= diagram.start or not diagram.lanes:
         raise UsageError(f"nothing to draw from {readable(diagram.start)} to {readable(diagram.stop)}")
     with styled(dark) as colours:
         page = inches(width)
         left = 0.16 + max(len(lane.label) for lane in diagram.lanes) * CAPITAL * LARGE
-        scale = TimeScale(diagram, left + TAIL, page - RIGHT - TAIL)  # at both ends the levels run on
+        scale = TimeScale(diagram, left + TAIL, page - RIGHT - TAIL)  # the levels extend beyond both ends
         layout = DiagramLayout.of(diagram, scale)
         title = wrap(diagram.title, int((page - 0.24) / TITLE)) or [""]
         height = layout.height + NEXT * (len(title) - 1)
@@ -85,7 +85,7 @@ def draw(diagram: Diagram, width: str | float = "page", dark: bool = False) -> F
 
 
 class Drawing:
-    """A diagram while it is drawn; time is across, all in inches."""
+    """A diagram in progress; time runs to the right, all places are in inches."""
 
     def __init__(self, axes: Axes, colours: Palette, diagram: Diagram, scale: TimeScale, layout: DiagramLayout) -> None:
         self.axes, self.colours, self.diagram, self.scale, self.layout = axes, colours, diagram, scale, layout
@@ -93,7 +93,7 @@ class Drawing:
         self.centres = [float(scale(list(cut)).mean()) for cut in scale.cuts]
 
     def draw(self, title: Sequence[str]) -> None:
-        """Draw all of it; the title in lines."""
+        """Draw the whole diagram; `title` has one line per element."""
         above = self.layout.height - 0.2
         for row, line in enumerate(reversed(title)):
             self._text(EDGE, above + NEXT * row, line, size=11, weight="bold", ha="left")
@@ -122,7 +122,7 @@ class Drawing:
 
     # ----------------------------------------------------------------------------------------------------------- lanes
     def _runs(self, signal: SignalEdges, since: int, until: int) -> Runs:
-        """Places of the edges with both ends of what is known, the levels from each on, and which edges are bands."""
+        """Return the places of the edges and of both ends of the known part, the level after each, and the bands."""
         import numpy as np
 
         start, stop = max(self.diagram.start, since), min(self.diagram.stop, until)
@@ -143,7 +143,7 @@ class Drawing:
         self._levels(self._runs(lane.signal, -EVER, EVER), foot, trace, f"{trace}60")
 
     def _levels(self, runs: Runs, foot: float, color: str, band: str, **how: Any) -> None:
-        """Levels and their edges, and bands where these are dense."""
+        """Draw levels and their edges, and bands where these are dense."""
         places, levels, bands = runs
         begin = 0
         for first, last in [*bands, (len(places) - 1, len(places) - 1)]:
@@ -156,7 +156,7 @@ class Drawing:
     def _edges(
         self, places: NDArray[np.float64], levels: NDArray[np.int64], foot: float, color: str, **how: Any
     ) -> None:
-        """Levels with slanted edges between them, as one line; upright ones where a level is narrow, as of a bit."""
+        """Draw levels with slanted edges between them, as one line; edges of a narrow level are vertical."""
         import numpy as np
 
         heights = foot + SWING * np.where(levels == FLOATING, 0.5, levels)
@@ -167,7 +167,7 @@ class Drawing:
         self._line(across, np.repeat(heights, 2), color, **how)
 
     def _over(self, lane: Lane, trace: Trace, foot: float) -> None:
-        """What was measured, over a lane; stretches in which it differs are shaded, with a tick below each."""
+        """Draw a measured trace over a lane; stretches in which it differs are shaded, with a tick below each."""
         from matplotlib.collections import PolyCollection
 
         start, stop, alarm = self.diagram.start, self.diagram.stop, self.colours.alarm
@@ -190,7 +190,7 @@ class Drawing:
             self._line([a, a, b, b, a], [low, high, high, low, low], self.colours.measured, 0.9, **how)
 
     def _bus(self, lane: Lane, foot: float) -> None:
-        """Hexagons with values; a line in the middle while nothing drives; a band where there is no room for them."""
+        """Draw hexagons with values, a line in the middle where the bus floats, and a band where there is no room."""
         places, levels, bands = self._runs(lane.signal, -EVER, EVER)
         hidden = {n for first, last in bands for n in range(first, last)}
         color = self.colours.bus
@@ -214,7 +214,7 @@ class Drawing:
             self.axes.fill(across, _box(foot), facecolor=f"{color}60", edgecolor=color, linewidth=0.9)
 
     def _value(self, lane: Lane, value: int, end: int, a: float, b: float, foot: float) -> None:
-        """The value of a bus and what it means, as far as there is room."""
+        """Write the value of a bus and its meaning, as space permits."""
         plain = f"{value:02X}"
         meant = lane.says(value, end) if lane.says else ""
         a, b = max(pairwise([a, *(at for at in self.centres if a < at < b), b]), key=lambda piece: piece[1] - piece[0])
@@ -229,7 +229,7 @@ class Drawing:
             self._text(a, foot + SWING + 0.06, meant, TINY, color=self.colours.bus, ha="left", bbox=box, zorder=6)
 
     def _words(self, lane: Lane, foot: float) -> None:
-        """Decoded characters over a line, each as long as it lasts."""
+        """Write decoded characters over a line, each as wide as its duration."""
         for word in lane.words:
             a, b = self.scale([word.start, word.end]).tolist()
             a, b = max(a, self.scale.left - TAIL), min(b, self.scale.right + TAIL)
@@ -244,7 +244,7 @@ class Drawing:
 
     # ------------------------------------------------------------------------------------------------------------ time
     def _time(self) -> None:
-        """Ticks under the lanes, or, where stretches are cut short, the length of a piece of time."""
+        """Draw ticks under the lanes, or, where stretches are cut short, a scale bar of time."""
         from matplotlib.ticker import MaxNLocator
 
         colours, scale, diagram = self.colours, self.scale, self.diagram
@@ -272,7 +272,7 @@ class Drawing:
         self._text(a + long + 0.08, y, note, color=colours.soft, ha="left")
 
     def _cut(self, place: float, ps: int) -> None:
-        """A zigzag from top to bottom where a stretch is cut short, and how much longer it is than drawn."""
+        """Draw a zigzag from top to bottom where a stretch is cut short, with the time that is cut out."""
         import numpy as np
 
         top, foot = self.layout.top + 0.05, BOTTOM - 0.04
@@ -287,7 +287,7 @@ class Drawing:
 
     # ---------------------------------------------------------------------------------------------------------- arrows
     def _arrow(self, arrow: Arrow) -> None:
-        """A dimension line with its text, and thin lines up to the two edges."""
+        """Draw a dimension line with its text, and thin lines up to the two edges."""
         colours, feet = self.colours, self.layout.feet
         kept = arrow.interval.kept
         color = colours.soft if kept is None else colours.home if kept else colours.alarm
@@ -307,7 +307,7 @@ class Drawing:
         self._text(arrow.place, y, arrow.text, color=color, ha=align, bbox=box, zorder=6)
 
     def _cause(self, cause: Interval) -> None:
-        """A curved arrow from an edge to what it brings about."""
+        """Draw a curved arrow from an edge to its effect."""
         first, second = (self.layout.feet[n] + SWING / 2 for n in lanes_of(cause, self.diagram.lanes))
         a, b = self.scale([cause.start_ps, cause.end_ps]).tolist()
         bent = f"arc3,rad={0.25 if first > second else -0.25}"
@@ -321,6 +321,6 @@ def _box(foot: float) -> list[float]:
 
 
 def _round(ps: int) -> int:
-    """The longest of 1, 2, 5, 10 ... ps that is not longer."""
+    """Return the longest of 1, 2, 5, 10 ... ps that is not longer than `ps`."""
     power = int(10 ** (len(str(ps)) - 1))
     return next(n * power for n in (5, 2, 1) if n * power <= ps)

@@ -1,4 +1,4 @@
-"""What an axis did, as a picture tells it: a track, and the curves of its quantities."""
+"""The motions of an axis for a picture: a track, and the curves of its quantities."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from ..style import TimeAxis
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """What one axis did in one run.
+    """The motions of one axis, or the activity of a part, in one run.
 
     Args:
-        quantities: what is drawn, a panel each.
-        motions: those in the window, with the rates that were in force.
-        marks: what happened, findings included.
-        phases: stretches with a label, begin and end in ps.
-        ideals: what is drawn over the motions, and how far they leave it.
+        quantities: the quantities to draw, a panel each.
+        motions: the motions in the window, with the rates that were in force.
+        marks: events, findings included.
+        phases: stretches with a label, start and end in ps.
+        ideals: the ideals drawn over the motions, with the deviations from them.
         zero: the instant of the run that is 0 in the picture, ps.
-        since, until: the first and the last instant that is known, ps.
+        since, until: the first and the last known instant, ps.
         over: it was measured, and is drawn over the others.
-        words: what parameters mean, by name, as far as that adds to it.
-        part: it is what a part did, not an axis: the heading of its panel names it, unless it shares one.
+        words: the meaning of parameters, by name, where it adds to the name.
+        part: it belongs to a part rather than an axis: the heading of its panel names the part, unless the panel is
+            shared.
     """
 
     name: str
@@ -43,12 +44,12 @@ class Track:
     words: Mapping[str, str] = field(default_factory=dict)
 
     def called(self, rate: str) -> str:
-        """Return a rate by its name, with what this means: "R = 80 (rate)"."""
+        """Return a rate by its name, with its meaning: "R = 80 (rate)"."""
         parameter, _, value = rate.partition(" = ")
         return f"{rate} ({self.words[parameter]})" if value and parameter in self.words else rate
 
     def rates(self) -> list[tuple[int, Mapping[str, float]]]:
-        """Return which rates were in force from which instants on."""
+        """Return the rates in force, each set with the instant from which on it was."""
         return [each for motion in self.motions for each in ((motion.time_ps, motion.rates), *motion.changes)]
 
     def window(self, axis: TimeAxis) -> tuple[int, int]:
@@ -59,7 +60,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class TrackCurve:
-    """A quantity of a track as it is drawn; `number` is that of its track: colour and line."""
+    """A quantity of a track in a picture; `number` is that of its track, which determines colour and line."""
 
     number: int
     track: Track
@@ -77,14 +78,14 @@ class TrackCurve:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """The lowest and the highest value, and zero where a quantity shows as its distance from it."""
+        """The lowest and the highest value, and zero if the picture of the quantity includes it."""
         low, high = self.ends
         return (min(low, 0.0), max(high, 0.0)) if self.from_zero else (low, high)
 
     def rest_before(self) -> int:
-        """Return how many points lie before the first load, if the axis has not moved by then.
+        """Return the number of points before the first load, if the axis has not moved by then.
 
-        A register may hold anything before it is loaded: that must not press the motion flat.
+        A register may have any value before it is loaded: that must not flatten the curve of the motion.
         """
         import numpy as np
 
@@ -93,5 +94,5 @@ class TrackCurve:
 
     @property
     def from_zero(self) -> bool:
-        """Does it show as its distance from zero?"""
+        """True if the picture of the quantity includes zero."""
         return self.quantity.from_zero

@@ -1,10 +1,10 @@
-r"""The picture of a tuned ramp: what holds in the grid, torque against its limit, and how far the rotor lags.
+r"""The picture of a tuned ramp: the results in the grid, torque against its limit, and the lag of the rotor.
 
     v |. . x x        T |\_ pull-out       lag |    _
       |. * x x          | o\_               |  _/ \_ _
       |_______ a        |_o___\__ rate      |_/_____v__ time
 
-The curve is a hint.  What is drawn in the map was simulated.
+The curve is only a guide.  The points in the map were simulated.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ HOLDS, FAILS, FAILS_NOMINALLY, REFUSED = range(4)
 SAYS = ("holds", "fails when perturbed", "fails as it is", "refused by the chip")
 PANEL = 2.7  # inches
 ROW = 0.19  # inches, of a line in the legend
-MOST_CELLS = 500  # that have room for a number
+MOST_CELLS = 500  # with room for a number
 CAPTION = "The curve is not the judge: every move was simulated, and some far below it lose steps."
 
 
 @dataclass(frozen=True, slots=True)
 class GridMap:
-    """A map over two parameters: states (rows, columns), the number of the killer in each cell, 0 for none."""
+    """A map over two parameters: states (rows, columns), the number of the cause of failure per cell, 0 for none."""
 
     names: tuple[str, str]
     columns: Sequence[object]
@@ -45,7 +45,7 @@ class GridMap:
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What a ramp demands: rates (n,) steps/s, torques (n,) N m, a point a step."""
+    """The demand of a ramp: rates (n,) steps/s, torques (n,) N m, a point per step."""
 
     name: str
     rates: NDArray[np.float64]
@@ -55,7 +55,7 @@ class Demand:
 
 @dataclass(frozen=True, slots=True)
 class TorqueCurve:
-    """Pull-out torque over rate, (n,) steps/s and N m; the least and most under perturbations; the resonance, Hz."""
+    """Pull-out torque over rate, (n,) steps/s and N m; minimum and maximum under perturbations; the resonance, Hz."""
 
     rates: NDArray[np.float64]
     torques: NDArray[np.float64]
@@ -67,7 +67,7 @@ class TorqueCurve:
 
 @dataclass(frozen=True, slots=True)
 class LagCurve:
-    """How far a rotor is behind its command: (n,) int64 ps, (n,) full steps."""
+    """The lag of a rotor after its command: (n,) int64 ps, (n,) full steps."""
 
     name: str
     times_ps: NDArray[np.int64]
@@ -77,7 +77,7 @@ class LagCurve:
 
 @dataclass(frozen=True, slots=True)
 class TuningPicture:
-    """All of it; without a map where the grid has one place."""
+    """All elements of the picture; without a map if the grid has only one cell."""
 
     title: str
     grid: GridMap | None
@@ -86,7 +86,7 @@ class TuningPicture:
 
     @property
     def description(self) -> str:
-        """What is to be seen, in words."""
+        """A description of the picture, in words."""
         found = []
         if self.grid is not None:
             states = [state for row in self.grid.states for state in row]
@@ -108,7 +108,7 @@ def draw(picture: TuningPicture, width: str | float = "page", dark: bool = False
         width: "page", "phone", or inches.
 
     Raises:
-        UsageError: a width that is none, or no matplotlib.
+        UsageError: an invalid width, or no matplotlib.
     """
     with styled(dark) as colours:
         from matplotlib.figure import Figure

@@ -1,1 +1,1 @@
-"""What nets did, as it is kept, thinned out to be drawn, and written as columns."""
+"""The recorded history of nets, reduced for pictures, and written as columns."""

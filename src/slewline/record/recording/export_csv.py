@@ -4,7 +4,7 @@
     1200000,x.db,z                                 5300000,x,1,1,42
     1200000,x.slew,0                               5300000,y,1,-1,7
 
-Lines end with LF.  A level is 0 or 1, on a bus 0 to 255, and z where nothing drives; a direction is 1 or -1.
+Lines end with LF.  A level is 0 or 1, on a bus 0 to 255, and z where it floats; a direction is 1 or -1.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ...core.motion.axis import Steps
 from ..whole_file import WholeFile
 from .recorder import FLOATING, Probe, Recorder, chunks, net_of
 
-ROWS = 1 << 16  # how many lines are made at a time
+ROWS = 1 << 16  # lines made at a time
 
 
 def save_edges(path: str | Path, nets: Mapping[str, Probe], recorder: Recorder, start: int, stop: int) -> None:

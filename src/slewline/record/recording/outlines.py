@@ -1,7 +1,7 @@
-"""What a picture draws of a pin: lines where edges can be told apart, bands where they cannot.
+"""The reduced trace of a pin for a picture: lines where edges can be distinguished, bands where they cannot.
 
-An hour of PULSE has 70 million edges, of which a picture shows a few hundred: a log is asked for the first ones in each
-stripe of the picture, and expanded nowhere but at the end of a band.
+An hour of PULSE has 70 million edges, of which a picture shows a few hundred: only the first ones in each stripe of the
+picture are read from a log, which is expanded only at the end of a band.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     Outline = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 STRIPES = 300  # of a picture, as wide as a line and the gap next to it
-DENSE = 2  # edges in a stripe, above which a trace is a band
+DENSE = 2  # with more edges in a stripe, a trace is a band
 
 
 def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     """Return as many of the recorded edges at start < t <= stop (ps) as a picture needs.
 
-    `logic` makes the same of them as of all: of a stripe with more than DENSE edges the first ones, and where a band
-    ends the last one.
+    `logic` has the same result as for all edges: they are the first ones of a stripe with more than DENSE edges, and
+    the last one where a band ends.
 
     Raises:
         NotRecorded, TimeError: as `Recorder.edges`.
@@ -38,7 +38,7 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
     known = max(start, recorder.since(probe)) + 1
     begins = [max(begin, known) for begin in column_edges(start, stop, STRIPES)]
     found: list[tuple[int, int]] = []
-    band: tuple[int, int, int] | None = None  # what the last edge of the stripe before is asked by, if that is dense
+    band: tuple[int, int, int] | None = None  # to find the last edge of the stripe before, if that is dense
     for begin, over in pairwise([*begins, stop + 1]):
         ahead = list(islice(recorder.each_edge(probe, begin, over - 1), DENSE + 1))
         dense = len(ahead) > DENSE
@@ -53,7 +53,7 @@ def edges(recorder: Recorder, probe: Probe, start: int, stop: int) -> Edges:
 
 
 def _last_edge(recorder: Recorder, probe: Probe, start: int, stop: int, width: int) -> tuple[int, int]:
-    """The last edge of a window, which has one; it is looked for so far before the end, then farther."""
+    """Return the last edge of a window, which has one; search `width` before the end first, then farther."""
     times, levels = recorder.edges(probe, max(start, stop - width), stop)
     while not len(times):
         width *= 4
@@ -71,14 +71,14 @@ def logic(
     until: int | None = None,
     stripes: int | None = None,
 ) -> tuple[Outline, NDArray[np.int64]]:
-    """Return a trace: the line where single edges can be told apart, and bands where they cannot.
+    """Return a trace: the line where single edges can be distinguished, and bands where they cannot.
 
     Args:
         times, levels: edges, (n,) int64 ps and (n,).
         level: before the first edge.
         start, stop: the window, ps.
-        since, until: what is known of the trace (ps), if not all of the window; nothing is drawn outside.
-        stripes: as many as a narrow picture has, at most STRIPES, which a page has.
+        since, until: the known part of the trace (ps), if not all of the window; nothing is drawn outside.
+        stripes: the number of stripes, at most STRIPES, which is that of a page; fewer in a narrow picture.
 
     Returns:
         Instants (m,) int64 and levels (m,) float64 from there to the next, NaN inside a band; the bands, (k, 2) int64.

@@ -1,13 +1,13 @@
-"""The recorder: what a net did, kept as it was driven, expanded into edges on request.
+"""The recorder: the history of a net, stored as it was driven, expanded into edges on request.
 
 A net's log is a list of (instant, level or promise) entries, and an entry holds until the next one.  So a million
-steps of an endless move are one entry, and edges are made only of the window that is asked for:
+steps of an endless move are one entry, and edges are made only for the window requested:
 
     log      (0, 1)      (5 µs, promise of a train)           (9 µs, 0)
     net      1111111111111111|_|1|_|1|_|1|_|1|_|1|____________________________
     edges                    ^ ^ ^ ^ ^ ^ ^ ^ ^ ^ ^
 
-Rules of this file: nothing past the last committed instant is read; the level with which a log begins is no edge.
+Rules of this file: nothing after the last committed instant is read; the level at the start of a log is not an edge.
 Levels are 0 and 1, on a bus 0 to 255, and FLOATING where nothing drives and nothing pulls.
 """
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Wires(NamedTuple):
-    """A bus of which every wire is asked for: its levels are 256 times the driven wires, plus those that are high."""
+    """A bus queried wire by wire: its levels are 256 times the driven wires, plus the wires that are high."""
 
     net: Net
 
@@ -46,14 +46,14 @@ class Wires(NamedTuple):
         return self.net.name
 
 
-Probe: TypeAlias = Net | Terminal | Wires  # what can be asked about: a net, or a pin (also one wire of a bus)
+Probe: TypeAlias = Net | Terminal | Wires  # a net, or a pin (also one wire of a bus)
 
 FLOATING = -1
-LEVELS = frozenset((int, tuple, type(None)))  # types of entries that are no promises
+LEVELS = frozenset((int, tuple, type(None)))  # types of entries that are not promises
 TRIM_FROM = 1024  # entries; shorter logs are not worth trimming
-CHUNK_EDGES = 1 << 17  # what an export expands at a time
+CHUNK_EDGES = 1 << 17  # time that an export expands in one piece
 FIRST_CHUNK_PS = 10**10
-LONGEST_CHUNK_PS = 10**12  # bounds what a burst after a long silence can cost
+LONGEST_CHUNK_PS = 10**12  # limits the cost of a burst after a long silence
 
 
 class EdgeLog(list[tuple[int, Any]]):
@@ -77,14 +77,14 @@ class EdgeLog(list[tuple[int, Any]]):
             self.trim(entry[0])
 
     def trim(self, now: int) -> None:
-        """Drop what is older than asked for, save the entry that holds just before that: an edge has two sides."""
+        """Drop entries beyond the time to keep, except the one that holds just before it: an edge has two sides."""
         if self.keep_ps is not None:
             del self[: max(bisect_left(self, (now - self.keep_ps,)) - 1, 0)]
             self.full = max(2 * len(self), TRIM_FROM)
 
 
 class TextLog:
-    """The texts of a hook from now on, with their instants; of one instant the last one."""
+    """The texts of a hook from now on, with their instants; of several at one instant the last one."""
 
     def __init__(self, kernel: Kernel, hook: Hook[[str]], keep_ps: int | None) -> None:
         self.kernel, self.log = kernel, EdgeLog(keep_ps)
@@ -105,12 +105,12 @@ class TextLog:
 
 
 class Recorder:
-    """Switches the logs of nets on and answers questions about their past."""
+    """Records nets, and answers queries about their past."""
 
     def record(self, probe: Probe, keep_ps: int | None = None) -> None:
-        """Keep what a net does from now on; None: all of it, else the last `keep_ps`.
+        """Record a net from now on: the last `keep_ps` of it, or, with None, all of it.
 
-        A net that is recorded already goes on being recorded, with the new `keep_ps`.
+        A net that is recorded already is recorded further, with the new `keep_ps`.
         """
         net = net_of(probe)
         if isinstance(net.log, EdgeLog):
@@ -119,10 +119,10 @@ class Recorder:
         net.log = EdgeLog(keep_ps)
         net.log.append((net.kernel.seen, _present(net)))
         if net.promise is not None and len(net.drivers) > 1:
-            net.follow()  # several drivers: only the net itself knows what their promises add up to
+            net.follow()  # several drivers: only the net itself can combine their promises
 
     def since(self, probe: Probe) -> int:
-        """Return the first instant (ps) about which the recorder can be asked.
+        """Return the first instant (ps) that can be queried.
 
         Raises:
             NotRecorded: the net is not recorded.
@@ -138,7 +138,7 @@ class Recorder:
         return log
 
     def level(self, probe: Probe, ps: int) -> int:
-        """Return the level at an instant (ps), edges at that instant included; FLOATING where nothing drives.
+        """Return the level at an instant (ps), edges at that instant included; FLOATING where nothing drives it.
 
         After the last committed instant, the level is the one at that instant.
 
@@ -156,7 +156,7 @@ class Recorder:
 
         Returns:
             Times (n,) int64, ps, ascending; levels after the edges (n,) int8, FLOATING where nothing drives.  On a bus
-                the levels are int16, 0 to 255; an undriven wire of it reads 1, unless none is driven.
+                the levels are int16, 0 to 255; an undriven wire of it reads 1, unless all are undriven.
 
         Raises:
             NotRecorded: the net is not recorded, or no longer that far back.
@@ -171,7 +171,7 @@ class Recorder:
         return real_edges(*_expanded(probe, log[first:last], start, stop), before)
 
     def each_edge(self, probe: Probe, start: int, stop: int) -> Iterator[tuple[int, int]]:
-        """Yield what `edges` returns one by one, time (ps) and level, for a few of many.
+        """Yield the edges of `edges` one by one, time (ps) and level, for callers that need only a few.
 
         Raises:
             NotRecorded, TimeError: as `edges`.
@@ -193,11 +193,11 @@ class Recorder:
                 time = ask_at(what.after(time)) if _promised(what) else None
 
     def _window(self, probe: Probe, start: int, stop: int) -> tuple[EdgeLog, int]:
-        """The log of a window, and the end of it as far as something is known."""
+        """Return the log for a window, and the end of the window, at most the last committed instant."""
         log = self._log(probe, start)
         stop = min(stop, net_of(probe).kernel.seen)
         if stop >= 1 << 63:
-            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); ask for an earlier window")
+            raise TimeError("an array of picoseconds ends after 106 days (2^63 ps); request an earlier window")
         return log, stop
 
     def _log(self, probe: Probe, start: int) -> EdgeLog:
@@ -206,19 +206,19 @@ class Recorder:
         if start < since:
             remedy = f"call bench.record({probe.name!r}) earlier"
             if log.keep_ps is not None:
-                remedy += f", or with more than keep={readable(log.keep_ps)!r}"
+                remedy += f", or with a longer keep than {readable(log.keep_ps)!r}"
             raise NotRecorded(f"{probe.name} at {readable(start)}: recorded from {readable(since)} on; {remedy}")
         return log
 
 
 def chunks(expand: Sequence[Callable[[int, int], Any]], start: int, stop: int, unit: int = 1) -> Iterator[list[Any]]:
-    """Yield what changes at start <= t <= stop, in consecutive windows: one array would not hold an hour.
+    """Yield the changes at start <= t <= stop, in consecutive windows: one array would be too large for an hour.
 
     The length of a window follows the density of the one before.  All but the last end with a whole `unit` (ps).
 
     Args:
         expand: functions of a window (start, stop), such as the edges of a net; each returns times and values.
-        start, stop: ps; nothing after the last committed instant.
+        start, stop: ps, not after the last committed instant.
         unit: ps.
     """
     length = FIRST_CHUNK_PS
@@ -237,7 +237,7 @@ def net_of(probe: Probe) -> Net:
 
 
 def width_of(probe: Probe) -> int:
-    """Return how many wires a probe shows: 8 for a whole bus, else 1."""
+    """Return the number of wires of a probe: 8 for a whole bus, else 1."""
     return 1 if isinstance(probe, Terminal) and probe.bit is not None else net_of(probe).width
 
 
@@ -247,7 +247,7 @@ def _promised(what: Any) -> bool:
 
 
 def _present(net: Net) -> Any:
-    """The log entry of this instant: the promise where one driver alone makes the level, else the level."""
+    """Return the log entry of this instant: a promise if one driver alone determines the level, else the level."""
     driving = [driver for driver in net.drivers if driver.promise is not None or driver.level is not None]
     if len(driving) == 1 and driving[0].promise is not None:
         return driving[0].promise
@@ -259,7 +259,7 @@ def _level(what: Any, ps: int) -> Any:
 
 
 def _code(probe: Probe, level: Any) -> int:
-    """A level as a number in the arrays.  What a promise leaves floating rests on tie and pull."""
+    """Return a level as a number in the arrays; where a promise floats, tie and pull determine the level."""
     net = net_of(probe)
     if level is None:
         level = net.tie if net.tie is not None else net.pull
@@ -282,17 +282,17 @@ def columns(probe: Probe, times: Any, levels: Any) -> Edges:
     dtype: Any = np.int8 if width_of(probe) == 1 else np.int32 if isinstance(probe, Wires) else np.int16
     if isinstance(levels, list):
         codes = {level: _code(probe, level) for level in set(levels)}
-        if any(code is not level for level, code in codes.items()):  # of one wire that never floats none is
+        if any(code is not level for level, code in codes.items()):  # not for one wire that never floats
             levels = [*map(codes.__getitem__, levels)]
     return np.asarray(times, np.int64), np.asarray(levels, dtype)
 
 
 def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop: int) -> Edges:
-    """What some entries, the first of which may hold since long ago, put on the net at start <= t <= stop."""
+    """Return the edges of some entries at start <= t <= stop; the first entry may begin long before."""
     import numpy as np
 
     sinces, whats = [since for since, _ in entries], [what for _, what in entries]
-    if LEVELS.issuperset(map(type, whats)):  # of a dialogue most are; what held before is no edge
+    if LEVELS.issuperset(map(type, whats)):  # most entries of a dialogue are; the level before is not an edge
         return columns(probe, sinces, whats)
     times: list[int] = []
     levels: list[Any] = []
@@ -311,7 +311,7 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
             times.append(since)
             levels.append(what.level(since))
         ahead = what.edges(max(since, start - 1), following - 1)
-        if isinstance(ahead[0], list):  # so few that an array of their own costs more than they do
+        if isinstance(ahead[0], list):  # too few to be worth an array
             times += ahead[0]
             levels += ahead[1]
         elif len(ahead[0]):
@@ -322,7 +322,7 @@ def _expanded(probe: Probe, entries: Sequence[tuple[int, Any]], start: int, stop
 
 
 def real_edges(times: NDArray[np.int64], levels: Levels, before: int) -> Edges:
-    """Return the edges that change something: of equal times the last one, and of equal neighbours the first one.
+    """Return the edges that are changes: the last of equal times, and the first of equal neighbours.
 
     Args:
         times: (n,) int64 ps, ascending, equal ones allowed.

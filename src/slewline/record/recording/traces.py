@@ -1,4 +1,4 @@
-"""What a picture draws of one pin: of a recorded one, or of a signal of a file."""
+"""The trace of one pin in a picture: of a recorded pin, or of a signal in a file."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ EVER = 1 << 62
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What one pin does: edges as Recorder.edges gives them, and the level before the first; a bus shows its bytes.
+    """The edges of one pin, as returned by Recorder.edges, and the level before the first; a bus shows its bytes.
 
     Args:
-        since, until: what is known of it, ps; nothing is drawn before and after.
-        tolerance_ps: up to this length a difference from what it is drawn over is none.
-        over: what was measured of the same pin: it is drawn over it, and where they differ is marked.
+        since, until: the known part, ps; nothing is drawn before and after.
+        tolerance_ps: differences up to this length from the trace below it are not marked.
+        over: the measured trace of the same pin: it is drawn over it, and differences are marked.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Trace:
     def of(cls, name: str, probe: Probe, recorder: Recorder, start: int, stop: int, over: Trace | None = None) -> Trace:
         """Return the trace of a recorded net or pin in a window (ps): as many of its edges as a picture needs.
 
-        If something is drawn over it, all of its edges: each may differ.
+        If a trace is drawn over it, it has all of its edges, since each may differ.
         """
         since, until = max(start, recorder.since(probe)), min(stop, net_of(probe).kernel.seen)
         edges = recorder.edges(probe, since + 1, stop) if over else outlines.edges(recorder, probe, start, stop)
@@ -54,12 +54,12 @@ class Trace:
         return cls(name, *edges, level, bus, since, until, over=over)
 
     def shifted(self, by: int) -> Trace:
-        """Return the same so many ps later."""
+        """Return the trace delayed by `by` ps."""
         over = self.over.shifted(by) if self.over else None
         return replace(self, times_ps=self.times_ps + by, since=self.since + by, until=self.until + by, over=over)
 
     def within(self, start: int, stop: int) -> Trace:
-        """Return what of it lies in a window (ps): of a file, which knows no window."""
+        """Return the part of a trace in a window (ps), for one of a file, which has no window."""
         import numpy as np
 
         first, last = np.searchsorted(self.times_ps, (start, stop), side="right").tolist()
@@ -67,7 +67,7 @@ class Trace:
         return replace(self, times_ps=self.times_ps[first:last], levels=self.levels[first:last], level=level)
 
     def levels_at(self, times_ps: Sequence[int]) -> list[int]:
-        """Return the levels at some instants (ps), edges there included; FLOATING where nothing is known."""
+        """Return the levels at some instants (ps), edges there included; FLOATING where unknown."""
         import numpy as np
 
         at = np.array(times_ps, np.int64)

@@ -1,4 +1,4 @@
-"""The head of a table of levels or voltages: names, units, the rate, and in which line the numbers begin.
+"""The head of a table of levels or voltages: names, units, the rate, and the line in which the numbers begin.
 
 It differs from program to program:
 
@@ -9,9 +9,9 @@ Time,Channel A                        oscilloscopes: names, then units
 (ms),(V)
 X,CH1,Start,Increment                 or a number of each sample, and the time between two
 Sequence,Volt,-6.0e-03,1.0e-06
-Record Length,2500,,-5.0e-05,3.30     or the head beside the first rows
+Record Length,2500,,-5.0e-05,3.30     or the head next to the first rows
 Source,CH1,,-4.0e-05,3.28
--5.0e-05,3.30                         or nothing: times are what rises from row to row
+-5.0e-05,3.30                         or nothing: a column that rises from row to row is time
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MOST_COLUMNS = 1024
 ENOUGH = 3  # rows that show a rise
 LONG = 100  # characters of a cell of the head that count
 DIGITS = 12  # after the decimal point: picoseconds of a second
-TIMES = {  # by what heads call them, ps
+TIMES = {  # by their names in heads, ps
     **dict.fromkeys(("s", "sec", "second", "seconds"), Fraction(PS_PER_S)),
     **dict.fromkeys(("ms", "millisecond", "milliseconds"), Fraction(10**9)),
     **dict.fromkeys(("us", "µs", "μs", "microsecond", "microseconds"), Fraction(10**6)),
@@ -52,7 +52,7 @@ _NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,](\d*))?|[.,]\d+)([eE][+-]?\d+)?\s*")
 
 @dataclass(slots=True)
 class CsvHead:
-    """What the head of a table says.
+    """The information in the head of a table.
 
     `columns` are those of signals, by name; `time` is the column of times, None if rows are one `period` apart.  A time
     is a number of `factor` ps, to `unit` ps.
@@ -69,7 +69,7 @@ class CsvHead:
 
 
 class HeadLines(NamedTuple):
-    """What comes before the numbers, cell by cell; the channels that a comment names, and the first row of numbers."""
+    """The lines before the numbers, cell by cell; the channels that a comment names, and the first row of numbers."""
 
     texts: list[list[str]]
     channels: list[str]
@@ -82,11 +82,11 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
 
     Args:
         lines: the first lines of the file.
-        timescale: the unit of its times, or the time between two rows, ps; None: as the file says.
+        timescale: the unit of its times, or the time between two rows, ps; None: as stated in the file.
 
     Raises:
         WaveformError: no row of numbers.
-        UsageError: nothing says how far apart the rows are, or in which unit times are.
+        UsageError: neither the file nor `timescale` states the time between rows, or the unit of the times.
     """
     head = CsvHead()
     texts, channels, first, sigrok = _preamble(path, head, lines)
@@ -119,7 +119,7 @@ def read_head(path: str, lines: list[str], timescale: int | None) -> CsvHead:
 
 
 def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
-    """Read what comes before the numbers; `head` gets the delimiter, a rate, and in which line the numbers begin."""
+    """Read the lines before the numbers; set the delimiter, the rate, and the first line of numbers in `head`."""
     sigrok = False
     texts: list[list[str]] = []
     channels: list[str] = []
@@ -146,7 +146,10 @@ def _preamble(path: str, head: CsvHead, lines: list[str]) -> HeadLines:
 
 
 def _columns(signals: list[int], names: list[str], channels: list[str], own: list[list[str]]) -> dict[str, int]:
-    """The columns of the signals by name: of channels, of the preamble where heads do not differ, or D0, D1 ..."""
+    """Return the columns of the signals by name.
+
+    Names are those of the columns, if these differ, else of channels or of the preamble, else D0, D1 ...
+    """
     alike = len({names[n] for n in signals}) < len(signals) or all(_said(names[n]) for n in signals)
     if own and alike and not channels:
         channels = [name for name in own[-1] if name]
@@ -166,13 +169,13 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _numbers(cells: list[str]) -> bool:
-    """Are all of them numbers, but for empty ones, and one at least?"""
+    """Return whether all non-empty cells are numbers, and there is at least one."""
     filled = [cell for cell in cells if cell]
     return bool(filled) and all(_NUMBER.fullmatch(cell) for cell in filled)
 
 
 def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
-    """Count the rows beside which there is a head up to column `begin`, and let the table begin with them."""
+    """Count the rows with a head next to them, up to column `begin`, and let the table begin with them."""
     count = 0
     while begin and head.lines and _numbers(_cells(lines[head.lines - 1], head.delimiter)[begin:]):
         head.lines, count = head.lines - 1, count + 1
@@ -180,7 +183,7 @@ def _beside(head: CsvHead, lines: list[str], begin: int) -> int:
 
 
 def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
-    """The first column, if there is another one and it has fractions that rise from row to row: times."""
+    """Return the first column if it has fractions that rise from row to row, so is time, and is not the only one."""
     at = [cells[known[0]].replace(",", ".") for row in rows if len(cells := _cells(row, delimiter)) > known[-1]]
     found = [float(cell) for cell in at if _NUMBER.fullmatch(cell)]
     rises = len(found) >= ENOUGH and all(one < other for one, other in pairwise(found))
@@ -188,7 +191,7 @@ def _rising(rows: list[str], delimiter: str, known: list[int]) -> int | None:
 
 
 def _split(cell: str) -> tuple[str, str]:
-    """A name, and its unit: "CH1 (V)", "t / s", "C1 in V"."""
+    """Return a name and its unit: from "CH1 (V)", "t / s", "C1 in V"."""
     if (bracket := _UNIT.fullmatch(cell)) is not None:
         return bracket[1].strip(), bracket[2].strip()
     for mark in ("/", " in "):
@@ -199,12 +202,12 @@ def _split(cell: str) -> tuple[str, str]:
 
 
 def _said(cell: str) -> bool:
-    """Is it a unit, and no name?"""
+    """Return whether a cell is a unit rather than a name."""
     return cell.strip("()[] ").lower() in NOTHING | TIMES.keys()
 
 
 def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
-    """The names of the columns, and their units, if they have a line of their own."""
+    """Return the names of the columns, and their units, if they have a line of their own."""
     rows = [cells + [""] * (count - len(cells)) for cells in texts[-2:] if len(cells) > 1 or count == 1]
     if rows and all(_said(cell) or _NUMBER.fullmatch(cell) for cell in rows[-1]):
         return (rows[0] if len(rows) > 1 else rows[-1]), rows[-1]
@@ -212,21 +215,21 @@ def _names(texts: list[list[str]], count: int) -> tuple[list[str], list[str]]:
 
 
 def _increment(head: CsvHead, names: list[str], texts: list[list[str]]) -> None:
-    """The time between two samples, in a column of its own that only the line of units has."""
+    """Read the time between two samples from a separate column, which only has a value in the line of units."""
     for n, name in enumerate(names):
         if name.lower() == "increment" and n < len(texts[-1]):
             head.rate = head.rate or _inverse(texts[-1][n])
 
 
 def _inverse(text: str) -> Fraction | None:
-    """The rate (Hz) of a time between two samples, in seconds; None: it is no such time."""
+    """Return the rate (Hz) of a time between two samples, in seconds; None: not such a time."""
     text = text.replace(",", ".")
     likely = _NUMBER.fullmatch(text) is not None and 1 / PS_PER_S <= float(text) <= 1000
     return 1 / Fraction(text) if likely else None
 
 
 def _rate_of(cells: list[str]) -> Fraction | None:
-    """The rate (Hz) in a line of the preamble: "Sample Interval,4.0e-09", "Sample Rate,1 MHz"."""
+    """Return the rate (Hz) in a line of the preamble: "Sample Interval,4.0e-09", "Sample Rate,1 MHz"."""
     key, value = cells[0].lower().rstrip(": "), next(filter(None, cells[1:]), "")
     if key in ("sample interval", "sampling period"):
         return _inverse(value)
@@ -240,7 +243,7 @@ def _time_column(names: list[str], units: list[str]) -> int | None:
 
 
 def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool, timescale: int | None) -> None:
-    """How long a unit of the times is, and how finely they are written."""
+    """Determine the unit of the times, and their resolution."""
     said = [heads[1].strip("()[] "), _split(heads[0])[1], heads[0]]
     unit = next((TIMES[each.lower()] for each in said if each.lower() in TIMES), None)
     if timescale is not None:
@@ -252,7 +255,7 @@ def _scale(head: CsvHead, heads: tuple[str, str], rows: list[str], sigrok: bool,
         unit = TIMES["s"]
     head.factor = unit
     steps = int(PS_PER_S / unit / head.rate) if head.rate else 0
-    if sigrok and head.rate and steps:  # libsigrok counts in whole units, of which a period has a fraction more
+    if sigrok and head.rate and steps:  # libsigrok counts in whole units; a period is a fraction longer
         head.factor = head.unit = PS_PER_S / head.rate / steps
         return
     column = head.time or 0

@@ -1,8 +1,8 @@
 """Reads tables (CSV) of levels, as logic analysers export them, and of voltages, as oscilloscopes do.
 
 A row may be a change, or one of a million samples: a file is read in blocks, and only changes are kept.  Voltages
-become levels by a threshold, with some hysteresis: noise on a slow edge is no edge.  The threshold is in the middle of
-the two voltages between which a signal goes, wherever its spikes go.
+become levels by a threshold with hysteresis, so that noise on a slow edge does not count as edges.  The threshold is
+the middle of the two voltages between which a signal switches, regardless of its spikes.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 
 BLOCK = 1 << 20  # bytes
 HYSTERESIS = 0.1  # of the swing of a signal, to both sides of the threshold
-ROWS = 16  # of which it shows that they are samples
+ROWS = 16  # number that shows whether they are samples
 BINS = 256  # from the lowest voltage of a signal to its highest
 NEAR = 4  # bins to both sides count as the same voltage
-APART = 32  # bins between the two levels of a signal at least: spikes of three times its swing leave so much
-MOST = 0.9  # of the samples that are not at rest: what goes beyond these is a spike
-HUGE = 1e30  # no voltage, and no reading of a converter
+APART = 32  # least number of bins between two levels: the remainder with spikes of three times the swing
+MOST = 0.9  # of the samples that are not at rest: samples beyond are spikes
+HUGE = 1e30  # neither a voltage nor a reading of a converter
 QUIET_V = 0.5  # a signal that swings less does not move
 SHOWN = 60  # characters of a line in a message
-ENDS = b"\x1a\0\r\n\t "  # of files: of DOS, of what was padded
+ENDS = b"\x1a\0\r\n\t "  # of files: of DOS files, of padded files
 
 
 def read_csv(
@@ -45,13 +45,13 @@ def read_csv(
     Args:
         path: the file, for messages.
         file: the same, open.
-        timescale: the unit of its times, or the time between two rows, ps; None: as the file says.
-        torn: ignore what follows the last end of line.
-        threshold_v: the voltage from which a level is 1; None: in the middle of the two levels that each signal has.
+        timescale: the unit of its times, or the time between two rows, ps; None: as stated in the file.
+        torn: ignore text after the last end of line.
+        threshold_v: the voltage from which on a level is 1; None: the middle of the two levels of each signal.
 
     Raises:
         WaveformError: the content cannot be read; the message has the line.
-        UsageError: nothing says how far apart the rows are.
+        UsageError: the time between rows is not stated.
     """
     beginning = _plain(file.read(BLOCK)).decode("utf-8", "replace").rstrip("\n").split("\n")
     head = read_head(str(path), beginning[: PREAMBLE + 1], timescale)
@@ -66,13 +66,13 @@ def read_csv(
 
 
 def _plain(block: bytes) -> bytes:
-    """Lines that end in a line feed, whatever they ended in, and no byte order mark."""
+    """Return lines with line feeds as line ends, and without a byte order mark."""
     block = block.removeprefix(BOM)
     return block.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in block else block
 
 
 class TableRows:
-    """The rows of a table, block by block; each time from the first one on."""
+    """The rows of a table, block by block; each iteration starts at the first one."""
 
     def __init__(self, path: str, file: BinaryIO, head: CsvHead, torn: bool) -> None:
         self.path, self.file, self.head, self.torn = path, file, head, torn
@@ -89,7 +89,9 @@ class TableRows:
             end = block.rfind(b"\n") + 1 if more or self.torn else len(block)
             block, rest = block[:end], block[end:]
             if len(rest) > MAX_LINE:
-                raise WaveformError(f"{self.path}: a line of more than {MAX_LINE} bytes; is it a table (CSV)?")
+                raise WaveformError(
+                    f"{self.path}: a line of more than {MAX_LINE} bytes; check that it is a table (CSV)"
+                )
             if not more:
                 block = block.rstrip(ENDS)
             while skip and block:
@@ -126,14 +128,14 @@ class TableRows:
                 raise self.error(number + int(row) + 1, line, what)
 
     def _wrong(self, block: bytes, number: int) -> WaveformError:
-        """Which line it is that has no numbers."""
+        """Return the error for the first line without numbers."""
         for row, line in enumerate(block.split(b"\n"), number + 1):
             cells = line.decode("latin-1").split(self.head.delimiter)
             try:
                 for n in self.used if line.strip() else ():
                     float(cells[n])
             except (ValueError, IndexError):
-                return self.error(row, line, "expected a number in each column; is the file cut off or damaged?")
+                return self.error(row, line, "expected a number in each column; the file may be cut off or damaged")
         return self.error(number + 1, block[:SHOWN], "expected rows of numbers")
 
     def error(self, number: int, line: bytes, what: str) -> WaveformError:
@@ -144,7 +146,7 @@ class TableRows:
 def levels_in(
     table: TableRows, lowest: NDArray[np.float64], highest: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the low and the high voltage between which each signal goes, spikes left out: two (signals,) float64.
+    """Return the low and the high voltage between which each signal switches, without spikes: two (signals,) float64.
 
     Args:
         lowest, highest: of each signal, (signals,) V.
@@ -164,10 +166,10 @@ def levels_in(
 
 
 def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
-    """Where a signal rests most of the time, and how far it goes from there, but for its spikes: bins, the lower first.
+    """Return the most frequent level of a signal and its other one, without spikes: bins, the lower first.
 
     Args:
-        seen: how many samples are in each bin, (BINS,).
+        seen: the number of samples in each bin, (BINS,).
     """
     import numpy as np
 
@@ -180,7 +182,7 @@ def _levels(seen: NDArray[np.int64]) -> tuple[int, int]:
 
 
 class Thresholds:
-    """From which voltage on each signal is 1, and up to which it is 0."""
+    """The voltage from which on each signal is 1, and the one up to which it is 0."""
 
     def __init__(self, low: NDArray[np.float64], high: NDArray[np.float64], given: float | None) -> None:
         import numpy as np
@@ -194,10 +196,10 @@ class Thresholds:
 
 
 class TableChanges:
-    """The changes in a table, as `Waveforms` takes them.
+    """The changes in a table, in the form for `Waveforms`.
 
-    `analog`: it has voltages, or anything but 0 and 1; from `lowest` to `highest`.  `rate`: that of rows which are
-    equally far apart, Hz.
+    `analog`: it has voltages, or anything but 0 and 1; from `lowest` to `highest`.  `rate`: that of rows at equal
+    intervals, Hz.
     """
 
     def __init__(self, head: CsvHead, table: TableRows, thresholds: Thresholds | None) -> None:
@@ -222,7 +224,7 @@ class TableChanges:
             if wrong.any():
                 row = int(np.argmax(wrong))
                 shown = ", ".join(f"{value:g}" for value in block[row]).encode()
-                raise table.error(number + row + 1, shown, "a time before the one above, or no finite number")
+                raise table.error(number + row + 1, shown, "a time before the one above, or not a finite number")
             if not rows:
                 first = min(float(times[0]), 0.0)  # times before the trigger are negative: the record begins at 0
             at = self._picoseconds(table, times - first)

@@ -1,7 +1,7 @@
 """Reads value change dumps (IEEE 1364): our own, those of simulators, and those of logic analysers.
 
-A file is read in blocks, so that a long one needs little more memory than its edges.  What cannot be read is an error
-with file, line and what was expected; nothing is guessed.
+A file is read in blocks, so that a long one needs little more memory than its edges.  Unreadable content is an error
+with file, line and expected content; nothing is guessed.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from .waveforms import Waveforms
 
 BLOCK = 1 << 20  # bytes: this and the words of a block fit into a processor's cache
 LONGEST, WORD = 1 << 28, 1 << 24  # bytes of declarations, of millions of variables; of a word, of a wide vector
-PEEK = 4096  # bytes in which a binary file has a zero
+PEEK = 4096  # bytes in which a binary file must have a zero
 CUT_OFF = "it was cut off; torn=True, or --torn, reads what is before the cut"
-FORMATS = {  # how files begin that are often taken for a VCD file
+FORMATS = {  # first bytes of files that are often taken for a VCD file
     b"\x1f\x8b": "compressed (gzip); unpack it with gunzip",
     b"BZh": "compressed (bzip2); unpack it with bunzip2",
     b"\xfd7zXZ": "compressed (xz); unpack it with unxz",
@@ -51,7 +51,7 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
     Args:
         path: the file.
         timescale: the unit of time, for a file that does not declare one.
-        torn: accept a file that was cut off: what follows its last end of line is ignored.
+        torn: accept a file that was cut off: text after its last end of line is ignored.
 
     Raises:
         UsageError: the file cannot be opened, or `timescale` is missing or contradicts the file.
@@ -69,7 +69,7 @@ def read_vcd(path: str | Path, *, timescale: Time | None = None, torn: bool = Fa
 
 
 def read_opened(path: str | Path, file: BinaryIO, unit: int | None, torn: bool) -> Waveforms:
-    """Return the waveforms in an open VCD file, or in what a program writes.
+    """Return the waveforms in an open VCD file, or in the output of a program.
 
     Args:
         path: the file, for messages.
@@ -85,7 +85,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
     head = _head(path, file)
     header, at = read_header(FilePlace(path, head))
     if not header.variables:
-        raise WaveformError(f"{path}: declares no variable ($var); is it cut off, or another kind of file?")
+        raise WaveformError(f"{path}: declares no variable ($var); it may be cut off, or another kind of file")
     if not (header.whole or torn):
         raise FilePlace(path, head).error(len(head.rstrip()) - 1, f"the file ends among its declarations: {CUT_OFF}")
     changes = Changes(path, header, _unit(path, header.unit, unit))
@@ -95,12 +95,12 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
         more, block = bool(block), rest + block
         if b"\r" in block and b"\n" not in block:
             block = block.replace(b"\r", b"\n")  # of an old Macintosh
-        end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # what follows may go on
+        end = max(block.rfind(b"\n"), block.rfind(b" ") if more else -1) + 1  # the rest may continue
         taken = changes.feed(FilePlace(path, block[:end], lines)) if end else 0
         lines, rest = lines + block.count(b"\n", 0, taken), block[taken:]
         if len(rest) > WORD:
             raise FilePlace(path, rest[:BLOCK], lines).error(
-                0, f"goes on for more than {WORD} bytes; is it a VCD file?"
+                0, f"is longer than {WORD} bytes; check that it is a VCD file"
             )
     if rest.strip() and not torn:
         raise FilePlace(path, rest, lines).error(
@@ -111,7 +111,7 @@ def _read(path: str, file: BinaryIO, unit: int | None, torn: bool) -> tuple[Head
 
 
 def _head(path: str, file: BinaryIO) -> bytes:
-    """The beginning of a file, with all its declarations."""
+    """Return the beginning of a file, with all its declarations."""
     head = bytearray(file.read(BLOCK).removeprefix(BOM))
     if not head.strip():
         raise WaveformError(f"{path}: is empty; nothing was written, or the writer has not finished")
@@ -119,7 +119,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
         if head.startswith(begin):
             raise WaveformError(f"{path}: not a VCD file: {what}")
     if b"\0" in head[:PEEK] and not head.lstrip().startswith(b"$"):
-        raise WaveformError(f"{path}: a binary file, which is no recording that can be read; export VCD or CSV instead")
+        raise WaveformError(f"{path}: a binary file, not a readable recording; export VCD or CSV instead")
     first = bytes(head[: head.find(b"\n")])
     if b"," in first and b"$" not in first:
         raise WaveformError(
@@ -131,7 +131,7 @@ def _head(path: str, file: BinaryIO) -> bytes:
         seen = max(len(head) - 100, 0)
         head += more
         if len(head) > LONGEST:
-            raise WaveformError(f"{path}: no $enddefinitions in {LONGEST} bytes; is it a VCD file?")
+            raise WaveformError(f"{path}: no $enddefinitions in {LONGEST} bytes; check that it is a VCD file")
     return bytes(head)
 
 

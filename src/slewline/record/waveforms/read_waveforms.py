@@ -1,4 +1,4 @@
-"""Reads a recording, whatever wrote it: VCD, a table (CSV), or a session of sigrok (.sr), which sigrok-cli converts."""
+"""Reads a recording in any supported format: VCD, a table (CSV), or a session of sigrok (.sr), via sigrok-cli."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .read_csv import read_csv
 from .read_vcd import FORMATS, read_opened, read_vcd
 from .waveforms import Waveforms
 
-PEEK = 4096  # bytes that show what a file is
+PEEK = 4096  # bytes that show the format of a file
 TOOL = "sigrok-cli"
-LONGEST_S = 600  # so long a conversion may take
+LONGEST_S = 600  # longest time of a conversion
 SHOWN = 20  # characters of a name, and names, in a message
 _CHANNEL = re.compile(r"(probe|analog)\d+=(.*)")
 
@@ -32,21 +32,21 @@ def read_waveforms(
 ) -> Waveforms:
     """Return the waveforms in a file of a logic analyser, an oscilloscope or a simulator: VCD, CSV or .sr.
 
-    The content decides which it is.  A session of PulseView or sigrok-cli (.sr) is converted by sigrok-cli, which must
-    be installed.  A table has a column for each signal; its first one has the times, unless the file states a sample
-    rate.  Times before the trigger are counted from the start of the recording.
+    The content determines the format.  A session of PulseView or sigrok-cli (.sr) is converted by sigrok-cli, which
+    must be installed.  A table has a column for each signal; its first one has the times, unless the file states a
+    sample rate.  Times before the trigger are counted from the start of the recording.
 
     Args:
         path: the file.
-        timescale: the unit of time, for a file that does not declare one; of a table without times, the time between
+        timescale: the unit of time, for a file that does not declare one; for a table without times, the time between
             two rows.
-        torn: accept a file that was cut off: what follows its last end of line is ignored.
-        threshold: of voltages, that from which a level is 1, such as "1.4 V"; by default, for each signal, the middle
-            between its two levels, spikes left out.
+        torn: accept a file that was cut off: text after its last end of line is ignored.
+        threshold: for voltages, the one from which on a level is 1, such as "1.4 V"; by default, for each signal, the
+            middle between its two levels, without spikes.
 
     Raises:
-        UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not say how far
-            apart its rows are; or `threshold` is no voltage.
+        UsageError: the file cannot be opened, is a session and sigrok-cli is not installed, or does not state the time
+            between its rows; or `threshold` is not a voltage.
         TimeError: `timescale` is not a time.
         WaveformError: the content cannot be read; the message has line, reason and remedy.
     """
@@ -67,10 +67,10 @@ def read_waveforms(
 
 
 def volts_of(threshold: str | float) -> float:
-    """Return a threshold as volts: of 1.4, of "1.4 V" or of "700 mV".
+    """Return a threshold in volts: from 1.4, "1.4 V" or "700 mV".
 
     Raises:
-        UsageError: it is no voltage.
+        UsageError: it is not a voltage.
     """
     given = threshold.replace("v", "V") if isinstance(threshold, str) else threshold
     try:
@@ -84,7 +84,7 @@ def volts_of(threshold: str | float) -> float:
 
 
 def _is_table(beginning: bytes) -> bool:
-    """Is it a table?  A VCD file begins with a declaration."""
+    """Return whether the beginning of a file is that of a table; a VCD file begins with a declaration."""
     text = beginning.removeprefix(BOM).lstrip()
     if text.startswith(b"META "):
         text = text.partition(b"\n")[2].lstrip()
@@ -95,13 +95,13 @@ def _is_table(beginning: bytes) -> bool:
 
 
 class WireChanges:
-    """What sigrok-cli writes as VCD, without the lines of text that it writes for voltages: "A0: 3.30 V DC"."""
+    """The VCD output of sigrok-cli, without the lines of text that it adds for voltages: "A0: 3.30 V DC"."""
 
     def __init__(self, file: BinaryIO, voltages: list[str]) -> None:
         self.file, self.others = file, tuple(f"{name}: ".encode() for name in voltages)
 
     def read(self, size: int) -> bytes:
-        """Return the next bytes, some more than `size` of them; none at the end."""
+        """Return the next bytes, slightly more than `size` of them; empty at the end."""
         if not self.others:
             return self.file.read(size)
         lines, length = [], 0
@@ -113,10 +113,10 @@ class WireChanges:
 
 
 def _channels(path: str | Path) -> tuple[list[str], list[str]]:
-    """Return the names of the wires in a session, and of its voltages; none if it does not say.
+    """Return the names of the wires in a session, and of its voltages; empty if they are not listed.
 
     Raises:
-        WaveformError: it is no session.
+        WaveformError: the file is not a session.
     """
     import zipfile
 
@@ -127,16 +127,16 @@ def _channels(path: str | Path) -> tuple[list[str], list[str]]:
                 with archive.open("metadata") as file:
                     said = file.read(PEEK * 16)
     except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError):
-        return [], []  # sigrok-cli says what is wrong with it
+        return [], []  # sigrok-cli reports the error
     if not there:
-        raise WaveformError(f"{path}: a ZIP archive, and no session of sigrok; save a spreadsheet as CSV")
+        raise WaveformError(f"{path}: a ZIP archive, but not a session of sigrok; save a spreadsheet as CSV")
     lines = said.decode("utf-8", "replace").splitlines()
     named = [match.groups() for line in lines if (match := _CHANNEL.fullmatch(line.strip()))]
     return [name for kind, name in named if kind == "probe"], [name for kind, name in named if kind == "analog"]
 
 
 def _session(path: str | Path, torn: bool) -> Waveforms:
-    """A session, as sigrok-cli writes it."""
+    """Return a session, converted by sigrok-cli."""
     own = {".dsl": "export VCD or CSV in DSView", ".sal": "export CSV in Logic 2"}
     if Path(path).suffix.lower() in own:
         raise WaveformError(f"{path}: a session of another program; {own[Path(path).suffix.lower()]}")
@@ -151,7 +151,7 @@ def _session(path: str | Path, torn: bool) -> Waveforms:
     wires, voltages = _channels(path)
     if voltages and not wires:
         shown = ", ".join(name[:SHOWN] for name in voltages[:SHOWN])
-        raise WaveformError(f"{path}: a session with voltages alone ({shown}); export CSV in PulseView")
+        raise WaveformError(f"{path}: a session with only voltages ({shown}); export CSV in PulseView")
     with tempfile.TemporaryFile() as errors:
         process = lifeline.start([tool, "-i", os.path.abspath(path), "-O", "vcd"], os.environ, errors)
         limit = threading.Timer(LONGEST_S, process.kill)

@@ -1,10 +1,10 @@
-"""How often a recording was sampled: what its times can be off by, which is seldom the unit in which they are written.
+"""The sampling of a recording: the uncertainty of its times, which is seldom the unit in which they are written.
 
     $comment Acquisition with 2/2 channels at 12 MHz $end       the period is 83.3 ns
     $timescale 100 ps $end                                      the unit is finer
 
-The rate is in the file, or it shows in the instants: all of them are whole periods apart.  A few instants are on many
-grids by chance, so a grid counts only if chance is out of the question; of those that count it is the coarsest.
+The rate is stated in the file, or follows from the instants: all of them are whole periods apart.  A few instants fit
+many grids by chance, so a grid counts only if chance can be excluded; of all such grids the coarsest one is used.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-# Of analysers and oscilloscopes: rates whose period is no whole number of the units in which files count.
+# Of analysers and oscilloscopes: rates whose period is not a whole number of the usual units in files.
 MANTISSAS = ("1", "1.2", "1.25", "1.5", "1.6", "2", "2.4", "2.5", "3", "3.2", "4", "4.8", "5", "6", "6.25", "6.4",
              "7.5", "8", "9.6")  # fmt: skip
 RATES_HZ = sorted(Fraction(digits) * 10**power for digits in MANTISSAS for power in range(3, 10))
-FEW = 64  # intervals on which every grid is tried; on all of them only those that fit these
-CHANCE = 1e-6  # how likely a grid may be by chance
-LENGTHS = 6  # different intervals that a grid has at least: a steady wave is on the grid of its own period
-FINE = 4  # so many units a period has at least, where it is no whole number of them
+FEW = 64  # intervals on which every grid is tried; only grids that fit these are tried on all
+CHANCE = 1e-6  # the greatest probability that a grid is chance
+LENGTHS = 6  # least number of different intervals: a steady wave fits the grid of its own period
+FINE = 4  # least number of units in a period that is not a whole number of them
 LONG = 200  # characters of a comment in which a rate is looked for
 SIZES = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9}
 
@@ -35,7 +35,7 @@ _RATE = re.compile(r"(?:\bat|sample\s*rate\s*:?)\s*(\d{1,12}(?:\.\d{1,9})?)\s*([
 
 
 class Sampling(NamedTuple):
-    """How often a file was sampled.
+    """The sampling of a file.
 
     Attributes:
         period: the time between two samples, ps.
@@ -49,7 +49,7 @@ class Sampling(NamedTuple):
 
     @property
     def resolution_ps(self) -> int:
-        """How late an edge may be in the file at most, ps: a period, and the rounding of what is no whole unit."""
+        """The greatest delay of an edge in the file, ps: a period, and the rounding to whole units."""
         whole = self.period % self.unit == 0
         return max(-(-(self.period if whole else self.period + self.unit) // 1), 1)
 
@@ -66,7 +66,7 @@ def frequency(hz: Fraction) -> str:
 
 
 def rate_in(text: str) -> Fraction | None:
-    """Return the rate (Hz) that a comment of a file states: "Acquisition with 2/2 channels at 12 MHz"; None: none."""
+    """Return the rate (Hz) stated in a comment: "Acquisition with 2/2 channels at 12 MHz"; None: it states none."""
     match = _RATE.search(" ".join(text[-LONG:].split()))
     hz = Fraction(match[1]) * SIZES[match[2].lower()] if match else Fraction(0)
     return hz if 0 < hz <= PS_PER_S else None
@@ -75,12 +75,13 @@ def rate_in(text: str) -> Fraction | None:
 def sampling_of(
     instants: Callable[[], NDArray[np.int64]], unit: Fraction, rate: Fraction | None, exact: bool
 ) -> Sampling:
-    """Return how often a file was sampled.
+    """Return the sampling of a file.
 
     Args:
-        instants: returns those of all changes, ps, ascending; called if the file does not state enough.
+        instants: returns the instants of all changes, ps, ascending; called if the file does not state enough.
         unit: the unit in which they were written, ps.
-        rate: what the file states, Hz.  One as fine as the unit may be that of a conversion: a grid counts more.
+        rate: the rate stated in the file, Hz.  One as fine as the unit may be that of a conversion: a grid then takes
+            precedence.
         exact: the instants were not sampled, but computed, and rounded to the unit.
     """
     if exact:
@@ -94,7 +95,7 @@ def sampling_of(
 
 
 def _grid(times_ps: NDArray[np.int64], unit: Fraction) -> Fraction | None:
-    """The coarsest grid that cannot be chance; None: there is none."""
+    """Return the coarsest grid that cannot be chance; None: there is none."""
     import numpy as np
 
     since = times_ps - times_ps[:1]
@@ -106,7 +107,7 @@ def _grid(times_ps: NDArray[np.int64], unit: Fraction) -> Fraction | None:
     common = int(np.gcd.reduce(np.rint(since / float(unit)).astype(np.int64)))
     fitting = [common * unit] if common > 1 and FINE ** -len(lengths) < CHANCE else []
     for period in tried:
-        near = min(1.0, float(2 * unit / period))  # the part of all instants that is so near to it
+        near = min(1.0, float(2 * unit / period))  # the share of all instants that are this close to it
         for part in (since[: FEW + 1], since):
             off = np.abs(part - np.rint(part / float(period)) * float(period))
             if len(off) and off.max() > unit:

@@ -1,4 +1,4 @@
-r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their like.
+r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and similar programs.
 
     #1200                  time, in units of the timescale
     0!                     one wire: level and identifier
@@ -7,11 +7,11 @@ r"""Value change dumps (IEEE 1364), for GTKWave, PulseView, Surfer and their lik
     sP\x20300 $            a string: the command in progress
 
 Times are rounded down to the timescale.  Of several changes of a variable inside one unit the last one counts; a glitch
-that is over within its unit is not in the file, and is counted as lost.  Changes of one instant are under one time.
-The same run gives the same bytes, whether written at once or in parts.
+within one unit is not in the file, and is counted as lost.  Changes of one instant are under one time.  The same run
+produces the same bytes, whether written as a whole or in parts.
 
-A file of wires is read by everybody.  libsigrok 0.5.2 refuses a file with a bus in it, so a bus is written as its
-wires unless the user asks for it; it skips reals in silence and strings with a warning each.
+All programs read a file of wires.  libsigrok 0.5.2 refuses a file with a bus in it, so a bus is written as its wires
+unless the user requests it; it skips reals silently and strings with a warning each.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ if TYPE_CHECKING:
 
 TIMESCALES = {f"{n} {unit}": n * UNITS[unit] for unit in ("ps", "ns", "us", "ms", "s") for n in (1, 10, 100)}
 ID_FIRST, ID_COUNT = 33, 94  # identifiers are made of the printable characters
-# A reader that skips a string takes its identifier for the next thing in the file: these begin with nothing of that.
+# A reader that skips a string takes its identifier for the next item in the file: no item begins like these.
 MISREAD = frozenset("#$01xXzZuUwWlLhH-bBrRsSpP")
 ESCAPES = str.maketrans({" ": "\\x20", "\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"})
 
 
 class VcdStream(WholeOrNothing):
-    """A VCD file that grows with virtual time: `write_until` appends what has happened since the last call.
+    """A VCD file that grows with virtual time: `write_until` appends all changes since the last call.
 
     The file begins with the values at `start` and is put in place by `close`.  As a context manager it closes, or
     discards when the block raises.
@@ -57,7 +57,7 @@ class VcdStream(WholeOrNothing):
         timescale: one of TIMESCALES.
         start: ps; None: now.
         buses: "bits": a bus as its wires; "whole": as one variable; "both".
-        values: what is in the file besides the nets: quantities and texts.
+        values: further content of the file: quantities and texts.
         comments: written at the head of the file.
 
     Raises:
@@ -93,27 +93,27 @@ class VcdStream(WholeOrNothing):
             self._first.append(len(texts) + 1)  # FLOATING, which is -1, comes first
             texts += _levels(variable, name)
         self._table = ChangeTexts(texts)
-        self._now: list[Any] = []  # the values written last; none before the first unit is over
+        self._now: list[Any] = []  # the values written last; empty until the first unit is complete
         self._said = self._reached // self.unit  # the last time written, in units
         self._next = (self._said + 1) * self.unit  # from this instant on, nothing is written yet
         self.lost = 0
-        """How many changes of wires are not in the file, because others followed in the same unit."""
+        """Number of wire changes that are not in the file, because others followed in the same unit."""
         self._file = WholeFile(path)
 
     @property
     def window(self) -> tuple[int, int]:
-        """From when until when the file tells, ps."""
+        """The first and the last instant in the file, ps."""
         return self._start, self._reached
 
     def write_until(self, ps: int) -> None:
-        """Append the changes up to an instant (ps); a unit of the file that is not over waits for the next call."""
+        """Append the changes up to an instant (ps); an incomplete unit of the file waits for the next call."""
         self._reached = max(self._reached, min(ps, self._kernel.seen))
         over = (self._reached + 1) // self.unit * self.unit
         if over >= self._next:
             self._append(over - 1)
 
     def close(self) -> None:
-        """Append what is left and, as the end, the instant of the last call; put the file in place."""
+        """Append the remaining changes and, as the end, the instant of the last call; put the file in place."""
         self._append(self._reached)
         end = self._reached // self.unit
         if end > self._said:
@@ -136,7 +136,7 @@ class VcdStream(WholeOrNothing):
         self._next = max(self._next, stop + 1)
 
     def _begin(self, ps: int) -> None:
-        """The head of the file; the values are those at the end of the first unit."""
+        """Write the head of the file; the values are those at the end of the first unit."""
         self._now = [value for source in self._sources for value in source.values_at(self._start)]
         if ps > self._start:
             self._settled([source.changes(self._start + 1, ps) for source in self._sources])
@@ -150,7 +150,7 @@ class VcdStream(WholeOrNothing):
         return f"{real(value) if kind == 'real' else string(value)} {self._ids[number]}\n"
 
     def _settled(self, changes: list[Changes]) -> list[tuple[NDArray[np.int64], Any]]:
-        """Of every variable the units in which it changes, and its value at the end of each."""
+        """Return, for every variable, the units in which it changes, and its value at the end of each."""
         settled: list[tuple[NDArray[np.int64], Any]] = []
         for source, (times, values) in zip(self._sources, changes, strict=True):
             for column in source.split(values):
@@ -168,7 +168,7 @@ class VcdStream(WholeOrNothing):
     def _last(
         self, times: NDArray[np.int64], values: NDArray[Any], number: int, shared: bool
     ) -> tuple[NDArray[np.int64], NDArray[Any], int]:
-        """The last changes of the units, and how many others there are; `shared`: not all times are changes."""
+        """Return the last changes of the units, and the number of the others; `shared`: not all times are changes."""
         before = self._now[number]
         if shared:
             times, values = real_edges(times, values, before)
@@ -176,7 +176,7 @@ class VcdStream(WholeOrNothing):
         return units, kept, len(times) - len(units)
 
     def _merged(self, changes: list[Changes]) -> tuple[ChangeTexts, NDArray[np.int64], NDArray[np.int64]]:
-        """A table of lines; units and codes of all changes of a chunk, by time, then in the order of the file."""
+        """Return a table of lines; units and codes of all changes of a chunk, by time, then in order of the file."""
         import numpy as np
 
         more: list[str] = []
@@ -199,7 +199,7 @@ class VcdStream(WholeOrNothing):
             key += codes
             keys.append(key)
         merged = np.concatenate(keys)
-        merged.sort(kind="stable")  # a few ascending rows, one a variable: merging them is much faster than sorting
+        merged.sort(kind="stable")  # a few ascending rows, one per variable: merging them is much faster than sorting
         codes = merged & ((1 << table.bits) - 1)
         merged >>= table.bits
         merged += base
@@ -215,10 +215,10 @@ def write_vcd(
     timescale: str = "1 ns",
     **options: Any,
 ) -> VcdStream:
-    """Write what happened at start <= t <= stop (ps, as far as the last committed instant) to a VCD file.
+    """Write the changes at start <= t <= stop (ps, up to the last committed instant) to a VCD file.
 
-    The window is expanded in pieces, so a long one needs no more memory than a short one.  `options` and what is raised
-    are those of VcdStream.
+    The window is expanded in pieces, so a long one needs no more memory than a short one.  `options` and exceptions are
+    those of VcdStream.
 
     Returns:
         The stream, closed: `lost` counts the changes the timescale hides.
@@ -237,7 +237,7 @@ def unit_of(timescale: str) -> int:
     """Return the picoseconds of a timescale.
 
     Raises:
-        UsageError: a VCD file has no such timescale.
+        UsageError: VCD files have no such timescale.
     """
     if timescale not in TIMESCALES:
         raise UsageError(f"timescale {timescale!r}: allowed {', '.join(TIMESCALES)}")
@@ -245,7 +245,7 @@ def unit_of(timescale: str) -> int:
 
 
 def identifier(number: int) -> str:
-    """Return the short name of variable `number` in the file: "!" for 0, and so on, longer when those run out."""
+    """Return the short name of variable `number` in the file: "!" for 0, and so on, then longer ones."""
     text = ""
     while True:
         number, character = divmod(number, ID_COUNT)
@@ -256,7 +256,7 @@ def identifier(number: int) -> str:
 
 
 def identifiers(variables: Iterable[Variable]) -> list[str]:
-    """Return the short names of all variables; those of strings look like nothing else in the file."""
+    """Return the short names of all variables; those of strings cannot be confused with anything else in the file."""
     names = map(identifier, count())
     return [
         next(name for name in names if variable.kind != "string" or name[0] not in MISREAD) for variable in variables
@@ -264,18 +264,18 @@ def identifiers(variables: Iterable[Variable]) -> list[str]:
 
 
 def real(bits: int) -> str:
-    """Return a real as the file has it: exact, as short as can be."""
+    """Return a real as text for the file: exact, in its shortest form."""
     (value,) = unpack("<d", pack("<q", bits))
     return f"r{value!r}".removesuffix(".0")
 
 
 def string(text: str) -> str:
-    r"""Return a text as the file has it: ASCII in one word; viewers show \x20 as a blank."""
+    r"""Return a text for the file: ASCII in one word; viewers show \x20 as a blank."""
     return "s" + ascii_of(text.translate(ESCAPES))
 
 
 def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.int64], list[str]]:
-    """Texts of one unit in one: none is lost."""
+    """Return the texts of each unit joined to one, so that none is lost."""
     import numpy as np
 
     together: dict[int, str] = {}
@@ -285,7 +285,7 @@ def _joined(units: NDArray[np.int64], texts: Sequence[str]) -> tuple[NDArray[np.
 
 
 def _levels(variable: Variable, name: str) -> list[str]:
-    """The lines of all levels that a wire or bus can have, floating first; of others none."""
+    """Return the lines of all possible levels of a wire or bus, floating first; empty for other variables."""
     if variable.kind != "wire":
         return []
     if variable.size == 1:
@@ -294,7 +294,7 @@ def _levels(variable: Variable, name: str) -> list[str]:
 
 
 def _header(variables: Iterable[Variable], names: Iterable[str], timescale: str, comments: Iterable[str]) -> str:
-    """Everything up to $enddefinitions.  No date: the same run gives the same bytes."""
+    """Return everything up to $enddefinitions, without a date: the same run produces the same bytes."""
     tree: dict[str, Any] = {}
     for variable, identifier in zip(variables, names, strict=True):
         name = variable.name

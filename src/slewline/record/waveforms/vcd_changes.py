@@ -1,12 +1,12 @@
-"""The changes in a VCD file, block by block: all words of a block are looked at together, as arrays of bytes.
+"""The changes in a VCD file, block by block: all words of a block are processed together, as arrays of bytes.
 
     #1200            time
     0!               level and identifier
     b1010 "          value and identifier, as two words; r and s likewise
 
-A file is a row of words; lines are a habit.  So the words of a block are found first, then sorted into kinds by their
-first character.  The word after a b, an r or an s is an identifier, whatever it begins with; and of several words in
-succession that begin like values every second one is an identifier.
+A file is a sequence of words; lines are only a convention.  So the words of a block are found first, then sorted into
+kinds by their first character.  The word after a b, an r or an s is an identifier, whatever it begins with; and of
+several successive words that begin like values every second one is an identifier.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-BEFORE = -1  # the time of what precedes the first time
+BEFORE = -1  # the time of values before the first time
 KEYWORDS = frozenset((b"$dumpvars", b"$dumpall", b"$dumpon", b"$dumpoff", b"$end", b"$vcdclose"))
 CONTROLS = bytes({*range(32), 127} - set(b"\t\n\v\f\r"))
 ESCAPES = {"t": "\t", "n": "\n", "r": "\r", "\\": "\\"}
@@ -46,7 +46,7 @@ _NOT_BLANK = re.compile(rb"[^\t\n\v\f\r ]")
 
 
 class Changes:
-    """Collects the changes of the variables of a header; `feed` it with blocks, then ask for `series`.
+    """Collects the changes of the variables of a header; `feed` it with blocks, then call `series`.
 
     `unit` is the picoseconds that the times of the file count.
     """
@@ -67,17 +67,17 @@ class Changes:
         self._dtype: Any = np.int8 if widest < 8 else np.int16 if widest < 16 else np.int64
         self._index: Any = np.uint16 if len(self.order) < 1 << 16 else np.int64  # of two bytes: sorted by radix
         self._parts: list[list[tuple[Any, Any, Any]]] = [[], [], []]  # of each kind: times, variables, values
-        self.begin: int | None = None  # the first time in the file, 0 if something precedes it
+        self.begin: int | None = None  # the first time in the file, 0 if there are values before it
         self.end = BEFORE  # the last one so far
 
     # --------------------------------------------------------------------------------------------------- one block
     def feed(self, place: FilePlace) -> int:
-        """Take the changes of a block that ends with a whole word; returns how many of its bytes were taken.
+        """Process the changes of a block that ends with a whole word; return the number of bytes processed.
 
-        What is left is the beginning of something that goes on in the next block.
+        The remaining bytes are the beginning of an item that continues in the next block.
 
         Raises:
-            WaveformError: something in it is no change.
+            WaveformError: an item that is not a change.
         """
         import numpy as np
 
@@ -91,7 +91,7 @@ class Changes:
         bounds = np.flatnonzero(solid[1:] != solid[:-1])
         begins, ends = bounds[::2], bounds[1::2]
         kinds = kinds_of_letters()[letters[begins]]
-        if mark_identifiers(kinds):  # a value whose identifier is still to come
+        if mark_identifiers(kinds):  # a value whose identifier follows
             taken = int(begins[-1])
             begins, ends, kinds = begins[:-1], ends[:-1], kinds[:-1]
         words = WordBounds(place, text, letters, begins, ends)
@@ -114,7 +114,7 @@ class Changes:
                 raise words.error(number, f"{quoted(word)} among the changes; allowed {known}")
 
     def _times(self, words: WordBounds, kinds: NDArray[np.int8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """The time before the block and those in it, and for each word which of these holds there."""
+        """Return the time before the block and those in it, and for each word the index of its time."""
         import numpy as np
 
         named = kinds == TIME
@@ -144,7 +144,7 @@ class Changes:
         variables = self._named(words, np.where(scalar, where, where + 1), scalar)
         first = words.letters[words.begins[where]] | 32  # in lower case
         declared, string = self._kinds[variables], first == ord("s")
-        real = (first == ord("r")) | (string & (declared == 1))  # MyHDL writes what it declares real as s0.5
+        real = (first == ord("r")) | (string & (declared == 1))  # MyHDL declares real, but writes s0.5
         string &= ~real
         wrong = np.flatnonzero(declared != np.where(real, 1, np.where(string, 2, 0)))
         if len(wrong):
@@ -162,7 +162,7 @@ class Changes:
             self._parts[2].append((at[string], variables[string], texts))
 
     def _named(self, words: WordBounds, where: NDArray[np.intp], scalar: NDArray[np.bool_]) -> NDArray[Any]:
-        """Which variables the identifiers of some words name."""
+        """Return the variables named by the identifiers of some words."""
         import numpy as np
 
         keys = words.keys(where, scalar, self._long)
@@ -178,7 +178,7 @@ class Changes:
     def _bits(
         self, words: WordBounds, where: NDArray[np.intp], variables: NDArray[Any], scalar: NDArray[np.bool_]
     ) -> NDArray[Any]:
-        """Values of bits: numbers, or FLOATING, or UNKNOWN."""
+        """Return values of bits: numbers, or FLOATING, or UNKNOWN."""
         import numpy as np
 
         values = codes_of_letters()[words.letters[words.begins[where]]].astype(self._dtype)
@@ -223,14 +223,14 @@ class Changes:
         return out
 
     def picoseconds(self, times: Any) -> Any:
-        """Return times in the file's unit as picoseconds, rounded down; what comes before the first time stays so."""
+        """Return times in the file's unit as picoseconds, rounded down; the mark for no time yet is unchanged."""
         import numpy as np
 
         return np.where(times == BEFORE, BEFORE, times * self.unit.numerator // self.unit.denominator)
 
 
 def _without_comments(place: FilePlace) -> tuple[bytes, int]:
-    """A block with blanks for its comments, and how much of it: up to a comment that does not end in it."""
+    """Return a block with blanks instead of comments, and its usable length: up to a comment without an end."""
     block = place.block
     if b"$comment" not in block:
         return block, len(block)
@@ -246,7 +246,7 @@ def _without_comments(place: FilePlace) -> tuple[bytes, int]:
 
 
 def _unescaped(text: bytes) -> str:
-    r"""A string value: blanks and the like are written as \x20, \040, \t, \n, \r or \\."""
+    r"""Return a string value: blanks and other characters are written as \x20, \040, \t, \n, \r or \\."""
 
     def plain(match: re.Match[str]) -> str:
         code = match[1]

@@ -7,8 +7,7 @@
     $upscope $end
     $enddefinitions $end
 
-Declarations end where something else begins: a time, a value or $dumpvars, for there are files without
-$enddefinitions.
+Declarations end at the first time, value or $dumpvars, since some files have no $enddefinitions.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ WIDEST = 1 << 20  # bits
 SHOWN = 60  # characters of a line in a message
 
 _WORD = re.compile(rb"\S+")
-_FOREWORD = re.compile(rb"META [^$\n]*\n")  # sigrok-cli puts one before what it converts
+_FOREWORD = re.compile(rb"META [^$\n]*\n")  # sigrok-cli puts one before its output
 _END = re.compile(rb"(?<!\S)\$end(?!\S)")
 _TIMESCALE = re.compile(r"(\d{1,6})\s*([a-z]{1,2})", re.IGNORECASE)
 _RANGE = re.compile(r"(.*?)\s*(\[-?\d+(?::-?\d+)?\])")
@@ -39,7 +38,7 @@ _RANGE = re.compile(r"(.*?)\s*(\[-?\d+(?::-?\d+)?\])")
 
 @dataclass(frozen=True, slots=True)
 class DeclaredVariable:
-    """What one identifier stands for: "bits", "real" or "string"; `width` in bits."""
+    """The variable of an identifier: "bits", "real" or "string"; `width` in bits."""
 
     kind: str
     width: int
@@ -47,25 +46,25 @@ class DeclaredVariable:
 
 @dataclass(slots=True)
 class Header:
-    """Declarations: variables by identifier, names and the identifiers they stand for, picoseconds of the unit."""
+    """Declarations: variables by identifier, names with their identifiers, picoseconds of the unit."""
 
     unit: Fraction | None = None
     variables: dict[bytes, DeclaredVariable] = field(default_factory=dict)
     names: dict[str, bytes] = field(default_factory=dict)
     scopes: list[str] = field(default_factory=list)
-    rate: Fraction | None = None  # at which it was sampled, Hz, if the file states it
+    rate: Fraction | None = None  # the sampling rate, Hz, if the file states it
     exact: bool = False  # our own: not sampled
     whole: bool = False  # something follows the declarations, or $enddefinitions ends them
 
 
 class FilePlace:
-    """Where in a file we are, for messages: a block of it, and how many lines lie before the block."""
+    """The place in a file, for messages: a block of it, and the number of lines before the block."""
 
     def __init__(self, path: object, block: bytes = b"", lines: int = 0) -> None:
         self.path, self.block, self.lines = path, block, lines
 
     def error(self, at: int, what: str) -> WaveformError:
-        """Return an error that names the line of byte `at` of the block, and shows it."""
+        """Return an error with the line of byte `at` of the block, and its number."""
         number = self.lines + self.block.count(b"\n", 0, at) + 1
         begin = self.block.rfind(b"\n", 0, at) + 1
         end = self.block.find(b"\n", at)
@@ -79,10 +78,10 @@ def read_header(place: FilePlace) -> tuple[Header, int]:
     """Read the declarations at the beginning of a block.
 
     Returns:
-        The declarations, and where in the block what follows them begins.
+        The declarations, and the index in the block after them.
 
     Raises:
-        WaveformError: what is there is no declaration, or one that cannot be understood.
+        WaveformError: a line that is not a declaration, or an invalid one.
     """
     header, block = Header(), place.block
     foreword = _FOREWORD.match(block)
@@ -132,7 +131,7 @@ def _declare(header: Header, keyword: bytes, words: list[str]) -> None:
 
 
 def _unit(text: str) -> Fraction:
-    """Picoseconds of a timescale such as "10 us"."""
+    """Return the picoseconds of a timescale such as "10 us"."""
     match = _TIMESCALE.fullmatch(text)
     unit = UNITS_OF_FILES.get(match[2].lower()) if match else None
     if match is None or unit is None or not int(match[1]):
@@ -152,11 +151,11 @@ def _add(header: Header, words: list[str]) -> None:
         raise ValueError(f"identifier {words[2]!r} is declared again, with another type or width")
     name, bits = " ".join(words[3:]), ""
     match = _RANGE.fullmatch(name)
-    if match is not None and ":" in match[2]:  # a range adds nothing to the width
+    if match is not None and ":" in match[2]:  # a range does not change the width
         name, bits = match[1], match[2]
-    elif match is not None:  # which bit it is
+    elif match is not None:  # the number of the bit
         name = match[1] + match[2]
     name = ".".join([*filter(None, header.scopes), name])
     for unused in chain((name, name + bits), (f"{name}#{number}" for number in count(2))):
-        if header.names.setdefault(unused, identifier) == identifier:  # else it is the name of something else
+        if header.names.setdefault(unused, identifier) == identifier:  # else it is the name of another variable
             break

@@ -1,7 +1,7 @@
-"""Lines of a value change dump, made by table.
+"""Lines of a value change dump, made from a table.
 
-Every change is one number, time and code in one, so that one sort puts all in order; digits come out of a table four
-at a time; the lines of a chunk are one matrix of bytes, from which a mask cuts what is not needed (a time that was
+Every change is one number, time and code combined, so that one sort puts all in order; digits come from a table, four
+at a time; the lines of a chunk are one matrix of bytes, from which a mask removes unneeded ones (a time that was
 written already, the padding of short values).
 """
 
@@ -34,11 +34,11 @@ class ChangeTexts:
         self._rows = np.frombuffer(padded.encode("ascii"), np.uint8).reshape(-1, width + 1)
 
     def with_more(self, texts: Sequence[str]) -> ChangeTexts:
-        """Return the table with further texts added; itself if there are none."""
+        """Return the table with further texts added, or the table itself if there are none."""
         return ChangeTexts([*self.texts, *texts]) if texts else self
 
     def lines(self, units: NDArray[np.int64], codes: NDArray[np.int64]) -> bytes:
-        """Return the lines of changes, each instant named once.
+        """Return the lines of changes, with each instant written once.
 
         Args:
             units: (n,) int64, times in units of the file, ascending.
@@ -69,7 +69,7 @@ class ChangeTexts:
         else:
             rows[:, 1 + digits :] = self._rows[codes]
         repeated = np.flatnonzero(~named)
-        if self._even and 16 * len(repeated) < len(rows):  # a few times to cut out
+        if self._even and 16 * len(repeated) < len(rows):  # only a few times to remove
             return _without(rows, repeated, digits + 2)
         needed = _needed(digits, width - 1).take(named * width + self._lengths[codes], axis=0)
         return bytes(rows[needed].data)
@@ -77,7 +77,7 @@ class ChangeTexts:
 
 @cache
 def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
-    """Which bytes of a row are needed, for changes of 0 to `longest` bytes: first without the time, then with it."""
+    """Return the needed bytes of a row, for changes of 0 to `longest` bytes: first without the time, then with it."""
     import numpy as np
 
     column = np.arange(digits + 2 + longest)
@@ -87,14 +87,14 @@ def _needed(digits: int, longest: int) -> NDArray[np.bool_]:
 
 
 def _without(rows: NDArray[np.uint8], shorter: NDArray[np.intp], head: int) -> bytes:
-    """All bytes of the rows but the first `head` of some."""
+    """Return all bytes of the rows, without the first `head` bytes of the `shorter` ones."""
     flat = rows.ravel().data
     begins = (shorter * rows.shape[1]).tolist()
     return b"".join(flat[a:b] for a, b in zip([0, *(n + head for n in begins)], [*begins, len(flat)], strict=True))
 
 
 def _words(rows: NDArray[np.uint8], column: int) -> NDArray[np.uint32]:
-    """Four columns of a matrix of bytes, seen as one of words: (n,) uint32."""
+    """Return four columns of a matrix of bytes as one of words: (n,) uint32."""
     import numpy as np
 
     words: NDArray[np.uint32] = rows[:, column : column + 4].view(np.uint32)[:, 0]
@@ -109,7 +109,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
         upper = units // 10_000
         words.append(_digits(4)[units - upper * 10_000])
         units = upper
-    # "#" and the odd digits fill a word, if need be with rubbish that what follows writes over
+    # "#" and the odd digits fill a word, padded with bytes that are overwritten later
     words.append(_digits(lead, "#")[units])
     for number, word in enumerate(reversed(words)):
         _words(rows, max(lead + 4 * number - 3, 0))[:] = word
@@ -117,7 +117,7 @@ def _put_times(rows: NDArray[np.uint8], units: NDArray[np.int64], digits: int) -
 
 @cache
 def _digits(count: int, sign: str = "") -> NDArray[np.uint32]:
-    """The numbers of `count` digits after a sign, as words of four characters: (10**count,) uint32."""
+    """Return the numbers of `count` digits after a sign, as words of four characters: (10**count,) uint32."""
     import numpy as np
 
     numbers = [f"{number:0{count}d}" if count else "" for number in range(10**count)]

@@ -1,6 +1,6 @@
-"""What a value change dump has: variables, and the sources from which their changes come.
+"""The contents of a value change dump: variables, and the sources of their changes.
 
-A source is expanded once a chunk and may feed several variables: a bus feeds its wires.
+A source is expanded once per chunk and may feed several variables: a bus feeds its wires.
 
     net "x.slew"         x.slew                   wire      0, 1, z
     bus "x.db"           x.db0 ... x.db7          wires     0, 1, z where nothing drives
@@ -31,9 +31,9 @@ BUSES = ("bits", "whole", "both")
 
 
 class Variable(NamedTuple):
-    """A variable of the file.  Dots in the name make scopes.  A wire of a bus knows the name of that.
+    """A variable of the file.  Dots in the name make scopes.  A wire of a bus has the name of the bus as well.
 
-    Of several values within a unit of time the last one counts; `all` of a string's are written together.
+    Of several values within a unit of time the last one counts; a string with `all` is written with all of them.
     """
 
     name: str
@@ -44,14 +44,14 @@ class Variable(NamedTuple):
 
 
 class HasValue(Protocol):
-    """Something that has a value at every instant, as `slewline.core.motion.quantity.Quantity`."""
+    """An object with a value at every instant, such as `slewline.core.motion.quantity.Quantity`."""
 
     def staircase(self, start: int, stop: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the value at `start` and every change at start < t <= stop (ps), the same ones for every window."""
 
 
 class VariableSource(Protocol):
-    """Where the changes of some variables come from."""
+    """The source of the changes of some variables."""
 
     variables: list[Variable]
 
@@ -59,17 +59,17 @@ class VariableSource(Protocol):
         """Return the value of every variable at an instant (ps)."""
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return what changes at start <= t <= stop (ps), for all variables in one."""
+        """Return the changes at start <= t <= stop (ps), all variables combined."""
 
     def split(self, values: Any) -> list[Any]:
-        """Return the values of every variable, from what `changes` gives for all in one."""
+        """Return the values of every variable, from the combined ones of `changes`."""
 
 
 class NetSource:
     """A net or a pin; a bus as its wires, as a whole, or both.
 
     Raises:
-        UsageError: `buses` is none of these.
+        UsageError: `buses` has another value.
     """
 
     def __init__(self, recorder: Recorder, name: str, probe: Probe, buses: Buses = "bits") -> None:
@@ -86,7 +86,7 @@ class NetSource:
             self.variables = whole + [Variable(f"{name}{bit}", bus=name) for bit in self.bits]
 
     def values_at(self, ps: int) -> list[int]:
-        """Return the levels at an instant (ps), a variable each.
+        """Return the levels at an instant (ps), one per variable.
 
         Raises:
             NotRecorded: the net is not recorded, or no longer that far back.
@@ -96,7 +96,7 @@ class NetSource:
         return [int(levels[0]) for levels in self.split(np.array([self.recorder.level(self.probe, ps)]))]
 
     def changes(self, start: int, stop: int) -> Changes:
-        """Return the edges at start <= t <= stop (ps); of a bus, whenever one of its wires changes."""
+        """Return the edges at start <= t <= stop (ps); for a bus, whenever one of its wires changes."""
         return self.recorder.edges(self.probe, start, stop)
 
     def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
@@ -138,12 +138,12 @@ class CurveSource:
 
 
 class TextSource:
-    """Texts that come now and then; each holds until the next.
+    """Occasional texts; each holds until the next.
 
     Args:
         name: of the variable.
-        texts: (ps, text) of what came at start <= t <= stop, in order.
-        all: none is lost, even of those that come within a unit of the file's time; else they are states, of which the
+        texts: returns (ps, text) of all texts at start <= t <= stop, in order.
+        all: True: all of them are written, even within a unit of the file's time; False: they are states, of which the
             last one counts.
     """
 
@@ -163,7 +163,7 @@ class TextSource:
         return np.array([ps for ps, _ in texts], np.int64), [text for _, text in texts]
 
     def split(self, values: list[str]) -> list[NDArray[Any]]:
-        """Return the texts as they are."""
+        """Return the texts unchanged."""
         import numpy as np
 
         return [np.array([*values, None], object)[:-1]]

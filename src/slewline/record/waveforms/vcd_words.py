@@ -1,4 +1,4 @@
-"""The words of a block of a VCD file, found and read all together as arrays of bytes."""
+"""The words of a block of a VCD file, found and parsed together as arrays of bytes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-UNKNOWN = -2  # the level of a signal whose state the file does not know: x
+UNKNOWN = -2  # the level of a signal whose state is unknown in the file: x
 NO_CODE = -3
 MAX_BITS = 63  # of a value that is kept
 MAX_DIGITS = 18  # of a time
@@ -22,7 +22,7 @@ TIME, LEVEL, VALUE, KEYWORD, IDENTIFIER = 1, 2, 3, 4, 5  # kinds of words; 0: no
 
 
 class WordBounds:
-    """Words of a block: where they begin and end."""
+    """Words of a block: their starts and ends."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class WordBounds:
         return out
 
     def keys(self, where: NDArray[np.intp], prefixed: NDArray[np.bool_], long: dict[bytes, int]) -> NDArray[np.uint64]:
-        """Return identifiers as numbers; those of `prefixed` words begin with the second character."""
+        """Return identifiers as numbers; in `prefixed` words they begin with the second character."""
         import numpy as np
 
         begins, ends = self.begins[where] + prefixed, self.ends[where]
@@ -78,7 +78,7 @@ class WordBounds:
         return out
 
     def vectors(self, where: NDArray[np.intp], widths: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-        """Return the values of words such as b10z1, and which of the words have more bits than they may.
+        """Return the values of words such as b10z1, and which of the words have too many bits.
 
         A bit that floats while others do not reads 1.  A value that is wider than MAX_BITS is UNKNOWN.
         """
@@ -93,14 +93,14 @@ class WordBounds:
         for place in range(kept):
             there = place < lengths
             code = np.where(there, codes[self.letters[np.maximum(ends - 1 - place, 0)]], np.int8(0))
-            out |= (code & 1).astype(np.int64) << place  # 1 of FLOATING is 1
+            out |= (code & 1).astype(np.int64) << place  # an index of a table, where FLOATING counts as 1
             unknown |= code == UNKNOWN
             driven |= there & (code >= 0)
             wrong |= code == NO_CODE
         first = codes[self.letters[np.minimum(begins, ends - 1)]]
         wide = widths > MAX_BITS
         room = np.minimum(widths, MAX_BITS)
-        spread = (first == FLOATING) & (lengths < widths)  # what is left out is as the first one, if that floats
+        spread = (first == FLOATING) & (lengths < widths)  # omitted bits are like the first one, if that floats
         whole = (np.int64(1) << room) - 1
         out = np.where(spread, out | whole & ~((np.int64(1) << np.minimum(lengths, room)) - 1), out)
         out[~driven & ~unknown] = FLOATING
@@ -114,7 +114,7 @@ class WordBounds:
         return out, np.array(over, np.intp)
 
     def reals(self, where: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Return the numbers of words such as r1.5."""
+        """Return the numbers in words such as r1.5."""
         import numpy as np
 
         out = np.empty(len(where), np.float64)
@@ -129,7 +129,7 @@ class WordBounds:
 # ----------------------------------------------------------------------------------------------------------- tables
 @cache
 def kinds_of_letters() -> NDArray[np.int8]:
-    """Return what a word is, by its first character: (256,) int8."""
+    """Return the kind of a word by its first character: (256,) int8."""
     import numpy as np
 
     kinds = np.zeros(256, np.int8)
@@ -150,7 +150,7 @@ def codes_of_letters() -> NDArray[np.int8]:
 
 
 def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
-    """Change the kind of words that follow values to IDENTIFIER; return whether one is still to come."""
+    """Change the kind of words that follow values to IDENTIFIER; return whether the last value still lacks one."""
     import numpy as np
 
     like_values = kinds == VALUE
@@ -166,6 +166,6 @@ def mark_identifiers(kinds: NDArray[np.int8]) -> bool:
 
 
 def quoted(word: bytes) -> str:
-    """Return the beginning of a word as a message shows it."""
+    """Return the beginning of a word for a message."""
     shown = word[:20].decode("latin-1")
     return repr(shown) + ("..." if len(word) > 20 else "")

@@ -1,12 +1,12 @@
-"""Layouts: files next to a waveform that make a viewer show it in order: a chip a group, curves drawn as curves.
+"""Layouts: files next to a waveform that make a viewer show it in order: a group per chip, curves drawn as curves.
 
     weld.vcd       the waveform
     weld.gtkw      for GTKWave: gtkwave weld.gtkw
     weld.sucl      for Surfer: surfer --command-file weld.sucl weld.vcd
 
 For Surfer it is a command file, of documented commands; its state files belong to one version.  A Surfer that does not
-know a command yet reports that and goes on.  Names are relative, so that the folder can be moved.  The same run gives
-the same bytes.
+know a command yet reports it and continues.  Names are relative, so that the folder can be moved.  The same run
+produces the same bytes.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from ...errors import UsageError
 from ..whole_file import WholeFile
 from .vcd_sources import Variable
 
-# What GTKWave calls trace flags: one bit each.
+# Trace flags of GTKWave: one bit each.
 HEX, RIGHT, BLANK, SIGNED, ASCII, STEP, STRETCH, GROUP, END = 2, 32, 512, 1024, 2048, 1 << 15, 1 << 17, 1 << 23, 1 << 24
-CURVE_ROWS = 3  # by so many rows a curve is higher than a pin
+CURVE_ROWS = 3  # extra rows of a curve, compared with a pin
 # GTKWave's window, and a little more than the width of its waves: a view that would go beyond the end of the file
 # makes it begin at 0.
 SIZE, WAVES_PX = "1400 900", 1150
@@ -35,9 +35,9 @@ DIGITS = "abcdefghijklmnop"  # in which Surfer counts the rows
 
 
 class ViewerSetup(NamedTuple):
-    """What a viewer shows first: from `begin` to `end` in units of the file, with marks (unit, text).
+    """The first view of a viewer: from `begin` to `end` in units of the file, with marks (unit, text).
 
-    `scale` is 1, 10 or 100, the number before ns or us in the timescale: GTKWave counts in these themselves.
+    `scale` is 1, 10 or 100, the number before ns or us in the timescale: GTKWave counts in these units.
     """
 
     begin: int
@@ -47,7 +47,7 @@ class ViewerSetup(NamedTuple):
 
 
 def layout_paths(path: str | Path) -> tuple[Path, Path]:
-    """Return where the layouts of a waveform go: GTKWave's, Surfer's.
+    """Return the paths of the layouts of a waveform: GTKWave's, Surfer's.
 
     Raises:
         UsageError: the waveform has the name of a layout.
@@ -76,7 +76,7 @@ def save_layouts(path: str | Path, variables: Sequence[Variable], view: ViewerSe
 
 # --------------------------------------------------------------------------------------------------------- GTKWave
 def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: ViewerSetup) -> Iterator[str]:
-    """Yield the lines of GTKWave's save file.  It finds the waveform if the file names both."""
+    """Yield the lines of GTKWave's save file.  GTKWave finds the waveform if the file names both."""
     span = max(view.end - view.begin, 1) * view.scale
     marks = [(at, ascii_of(text)) for at, text in view.marks][: len(LETTERS)]
     instants = [str(at * view.scale) for at, _ in marks] + ["-1"] * (len(LETTERS) - len(marks))
@@ -95,12 +95,12 @@ def gtkwave_lines(dump: str, name: str, variables: Sequence[Variable], view: Vie
 
 
 def _whose(scope: str, one_chip: bool) -> str:
-    """What precedes the names of a group, so that no two rows read alike: "axis2", "x", "x axis2" or nothing."""
+    """Return the prefix for the names of a group that keeps all rows distinct: "axis2", "x", "x axis2" or ""."""
     return (scope.partition(".")[2] if one_chip else scope).replace(".", " ")
 
 
 def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
-    """A row; GTKWave shows the last part of its name, or the text in +{}."""
+    """Yield the lines of a row; GTKWave shows the last part of its name, or the text in +{}."""
     first = row.variables[0]
     alias = f"+{{{whose} {row.name.rpartition('.')[2]}}} " if whose else ""
     if first.kind == "real":
@@ -111,7 +111,7 @@ def _gtkwave_row(row: ViewerRow, whose: str) -> Iterator[str]:
         wires = " ".join(variable.name for variable in reversed(row.variables))
         yield from (f"@{HEX | RIGHT:x}", f"{alias}#{{{row.name}[{len(row.variables) - 1}:0]}} {wires}")
     else:
-        bits = f"[{first.size - 1}:0]" if first.size > 1 else ""  # GTKWave gives every vector a range
+        bits = f"[{first.size - 1}:0]" if first.size > 1 else ""  # GTKWave adds a range to every vector
         yield from (f"@{HEX | RIGHT:x}", f"{alias}{row.name}{bits}")
 
 
@@ -149,7 +149,7 @@ class ViewerRow(NamedTuple):
 def grouped(variables: Sequence[Variable]) -> Iterator[tuple[str, list[ViewerRow]]]:
     """Yield the rows of each axis and chip: texts and curves, then pins.
 
-    A bus that is there as a whole needs no wires.
+    The wires of a bus that is included as a whole are left out.
     """
     named = {variable.name for variable in variables}
     shown = [variable for variable in variables if not (variable.bus and variable.bus in named)]

@@ -1,6 +1,6 @@
-"""What a waveform file holds: the edges of signals, in the same form in which a bench gives its own.
+"""The contents of a waveform file: the edges of signals, in the same form as those of a bench.
 
-A logic analyser's recording of a real board is asked like a run of the model, so that the two can be drawn over each
+A logic analyser's recording of a real board is queried like a run of the model, so that the two can be drawn over each
 other and compared.
 """
 
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 EDGES = {"falling": (0,), "rising": (1,), "both": (0, 1)}  # the levels after them
 LISTED = 12  # names in a message
-CALLED = {  # what drivers call a signal, and what it may be called in a recording
+CALLED = {  # names of a signal on drivers, and its possible names in a recording
     "step": ("pulse", "clock", "stp", "pul", "clk"),
     "dir": ("direction", "sign", "cw"),
 }
 
 
 class Signal(NamedTuple):
-    """One signal: what it is, its level at the start, and its edges: times (n,) int64 ps and levels (n,)."""
+    """One signal: its variable, its level at the start, and its edges: times (n,) int64 ps and levels (n,)."""
 
     variable: DeclaredVariable
     level: Any
@@ -45,14 +45,14 @@ class Signal(NamedTuple):
 
 
 class SignalChanges(Protocol):
-    """What a reader has found: picoseconds of the unit, the first and the last time in units, and changes."""
+    """The result of a reader: picoseconds of the unit, the first and the last time in units, and changes."""
 
     unit: Fraction
     begin: int | None
     end: int
 
     def series(self) -> Mapping[bytes, tuple[DeclaredVariable, NDArray[np.int64], NDArray[Any]]]:
-        """Return of each identifier the variable, times (n,) int64 ps, ascending, and values (n,)."""
+        """Return, for each identifier, the variable, times (n,) int64 ps, ascending, and values (n,)."""
 
 
 class Waveforms:
@@ -61,9 +61,9 @@ class Waveforms:
     Names are those in the file, with their scopes: "x.slew".  The last part is enough if only one name ends with it.
     "x.db" also means x.db0, x.db1 ..., or x.db[0], x.db[1] ..., taken together, bit 0 being the lowest.
 
-    Levels are 0 and 1, those of a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A wire that floats in a bus
-    whose other wires do not reads 1.  A file of changes may have no value of a wire before the first of them: until
-    then the wire had the other level.
+    Levels are 0 and 1, on a bus numbers; FLOATING (-1) for z, UNKNOWN (-2) for x.  A floating wire of a bus reads 1,
+    unless all its wires float.  If a file of changes has no value of a wire before its first change, the wire had the
+    other level until then.
 
     Attributes:
         path: the path of the file.
@@ -110,11 +110,11 @@ class Waveforms:
     # ----------------------------------------------------------------------------------------------------- sampling
     @cached_property
     def sampling(self) -> Sampling:
-        """How often the file was sampled: as its comment states, else the grid of its instants, else its unit."""
+        """The sampling of the file: as stated in its comment, else the grid of its instants, else its unit."""
         return sampling_of(self._instants, self._unit, self._rate, self._exact)
 
     def _instants(self) -> NDArray[np.int64]:
-        """The instants of all changes (ps), ascending."""
+        """Return the instants of all changes (ps), ascending."""
         import numpy as np
 
         of = {id(signal): signal.times_ps for signal in self._signals.values()}
@@ -122,10 +122,10 @@ class Waveforms:
 
     @property
     def sampling_ps(self) -> int:
-        """How late an edge may be in the file, ps: the sampling period, or the unit of the times if that is coarser."""
+        """The greatest delay of an edge in the file, ps: the sampling period, or the unit of times if coarser."""
         return self.sampling.resolution_ps
 
-    # ---------------------------------------------------------------------------------------------------- questions
+    # ------------------------------------------------------------------------------------------------------ queries
     def kind(self, name: str) -> str:
         """Return the kind of a signal: "bits", "real" or "string".
 
@@ -203,7 +203,7 @@ class Waveforms:
             name: the label in the picture; by default the name of the signal without scopes.
             shift: a time that is added to all times, to align it with another recording; may be negative.
             tolerance: the longest difference from a pin under it that is not marked; by default `sampling_ps`.
-            invert: the levels are exchanged, as behind an optocoupler.
+            invert: invert the levels, for a signal after an optocoupler.
 
         Raises:
             UnknownName: there is no such signal.
@@ -214,7 +214,7 @@ class Waveforms:
 
         found = self._readable(signal)
         if found.variable.kind != "bits":
-            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace has levels")
+            raise UsageError(f"{signal} is a {found.variable.kind} variable; a trace needs levels")
         if invert:
             self._wire(signal)
             found = found._replace(levels=inverted(found.levels), level=inverted(np.array([found.level]))[0])
@@ -240,17 +240,17 @@ class Waveforms:
         Args:
             pulse: the step signal.
             direction: the direction signal, which is sampled at each step; without it, all steps go forward.
-            edge: the edge of `pulse` at which a step begins: "falling", "rising", or "both" where a driver steps at
+            edge: the edge of `pulse` at which a step begins: "falling", "rising", or "both" for a driver that steps at
                 either one.
             forward: the level of `direction` at which positions count up, 0 or 1.
             position: the position before the first step.
-            idle: the level that is taken for `pulse` where it floats or is unknown, 0 or 1; by default such a place is
+            idle: the level to assume for `pulse` where it floats or is unknown, 0 or 1; by default such a place is
                 an error if a step may be lost in it.
 
         Raises:
             UnknownName: there is no such signal.
-            UsageError: an unknown edge, a signal that is no wire, a step signal that is unknown where a step may be, or
-                a direction that is unknown at a step.
+            UsageError: an unknown edge, a signal that is not a wire, a step signal that is unknown where a step may be,
+                or a direction that is unknown at a step.
         """
         import numpy as np
 
@@ -276,7 +276,11 @@ class Waveforms:
         return Steps(times, signs, position + np.cumsum(signs, dtype=np.int64))
 
     def _check_known(self, pulse: str, signal: Signal, begins: tuple[int, ...]) -> None:
-        """Refuse a step signal that is unknown where a step may be: at the first edge, or anywhere later."""
+        """Check that a step signal is known wherever a step may be: at the first edge, and anywhere later.
+
+        Raises:
+            UsageError: it is not.
+        """
         import numpy as np
 
         lost = np.flatnonzero(signal.levels < 0)
@@ -323,7 +327,7 @@ class Waveforms:
         return joined
 
     def _bits(self, name: str) -> list[Signal]:
-        """The signals that are bits of a bus, the lowest first."""
+        """Return the signals that are bits of a bus, the lowest first."""
         for form in ("{}{}", "{}[{}]"):
             bits: list[Signal] = []
             while len(bits) <= MAX_BITS and (bit := self._bit(form.format(name, len(bits)))) is not None:
@@ -345,14 +349,14 @@ def _signal(variable: DeclaredVariable, times: NDArray[np.int64], values: NDArra
     level: Any = values[first - 1] if first else {"bits": UNKNOWN, "real": np.nan, "string": ""}[variable.kind]
     if variable.kind == "bits":
         if not first and variable.width == 1 and len(values) and values[0] >= 0:
-            level = 1 - int(values[0])  # what changes later had a level before
+            level = 1 - int(values[0])  # a signal that changes later had a level before
         width = variable.width
         values = values.astype(np.int8 if width == 1 else np.int16 if width < 16 else np.int64, copy=False)
     return Signal(variable, level, *real_edges(times[first:], values[first:], level))
 
 
 def _joined(bits: list[Signal]) -> Signal:
-    """Bits as one bus: UNKNOWN while one of them is, FLOATING while all of them float."""
+    """Return bits as one bus: UNKNOWN while one of them is, FLOATING while all of them float."""
     import numpy as np
 
     times = np.unique(np.concatenate([bit.times_ps for bit in bits]))

@@ -1,4 +1,4 @@
-"""An action -> the instructions of the target, a method for each kind of action."""
+"""An action -> the instructions of the target, with a method for each kind of action."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from ..meaning import (
     WaitInput,
 )
 from ..role_reader import delay_unit_ps
+from ..source_registers import leads
+from ..special_commands import ELSEWHERE, SWITCHED
 from ..translation_report import LineKind, LineVerdict
 from .base import Impossible
 from .conditions import LOW_BIT
@@ -29,15 +31,15 @@ from .layout import Goto, ResultPiece
 from .limits import no_command, no_pin, out_of
 from .target_motions import MotionWriter
 
-MOST_DELAYS = 20  # commands that one delay becomes
+MOST_DELAYS = 20  # greatest number of commands for one delay
 
 
 class Actions(MotionWriter):
-    """Makes instructions of all actions."""
+    """Converts all actions to instructions."""
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_setoutput(self, action: SetOutput) -> list[ResultPiece]:
-        """An output."""
+        """Return the instructions that set an output."""
         if "bits" in self.rows:
             return [ResultPiece(self.rows["bits"], (action.number - 1 + (0 if action.level else LOW_BIT),))]
         row = self.row("output_high" if action.level else "output_low")
@@ -49,11 +51,11 @@ class Actions(MotionWriter):
         return [ResultPiece(row, (action.number,) if row.args else ())]
 
     def on_waitinput(self, action: WaitInput) -> list[ResultPiece]:
-        """A wait for an input."""
+        """Return the instructions that wait for an input."""
         return self.conditions.wait(action.input)
 
     def on_delay(self, action: Delay) -> list[ResultPiece]:
-        """A delay: the nearest, or several one after the other."""
+        """Return the instruction with the nearest delay, or several one after the other."""
         if self.sheet.enter is None and "delay" not in self.rows:
             return [ResultPiece(text=f"@wait {readable(action.time_ps)}")]
         row = self.row("delay")
@@ -72,7 +74,7 @@ class Actions(MotionWriter):
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def on_label(self, action: Label) -> list[ResultPiece]:
-        """A place: paths meet, so that registers are no longer known; a mark, if loops of the target need one."""
+        """Return a mark, if loops of the target need one; paths meet here, so that registers are no longer known."""
         self.rates.joined()
         self.held = {name: value for name, value in self.held.items() if self.fixed.get(name) == value}
         mark = self.rows.get("mark")
@@ -81,7 +83,7 @@ class Actions(MotionWriter):
         return [ResultPiece(labels=[action.name])]
 
     def on_jump(self, action: Jump) -> list[ResultPiece]:
-        """A jump, or a branch."""
+        """Return the instructions for a jump or a branch."""
         start = action.to in self.starts.get(action.block, ())
         if action.inputs:
             return self.conditions.branch(action.inputs, action.to, start)
@@ -91,11 +93,11 @@ class Actions(MotionWriter):
         return self.conditions.jump(action.to, start)
 
     def on_loop(self, action: Loop) -> list[ResultPiece]:
-        """The end of a loop: by the command with the smallest count that is enough."""
+        """Return the instruction that ends a loop, with the smallest sufficient count."""
         rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
         if not rows:
             raise Impossible(
-                f"{action.passes} passes", no_command(self.sheet, "loop"), "let the host run the program so often"
+                f"{action.passes} passes", no_command(self.sheet, "loop"), "let the host repeat the program"
             )
         row = next((row for row in rows if row.args[0].allows(action.passes)), None)
         if row is None:
@@ -106,7 +108,7 @@ class Actions(MotionWriter):
         return [ResultPiece(row, (action.passes, *goal))]
 
     def on_endprogram(self, action: EndProgram) -> list[ResultPiece]:
-        """The end of the program: the last instruction of a part that ends without one."""
+        """Return the instruction that ends the program, or the last one of a part that ends without one."""
         stop = self.rows.get("stop")
         if stop is not None:
             return [ResultPiece(stop)]
@@ -116,7 +118,7 @@ class Actions(MotionWriter):
 
     # -------------------------------------------------------------------------------------------------- host, programs
     def on_enterprogram(self, action: EnterProgram) -> list[ResultPiece]:
-        """Program entry begins."""
+        """Return the commands that begin program entry."""
         self.program = action.number
         self.rates.joined()
         self.held = {}
@@ -125,7 +127,7 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(self.sheet.enter)]
 
     def on_leaveprogram(self, action: LeaveProgram) -> list[ResultPiece]:
-        """Program entry ends; with a run, if the target's command does both."""
+        """Return the commands that end program entry; with a run, if the target's command does both."""
         rows = self.sheet.leave
         row = next((row for row in rows if row.starts == action.runs), None)
         if row is not None:
@@ -133,11 +135,11 @@ class Actions(MotionWriter):
         row = rows[-1]
         if not action.runs:
             limit = f"{row.form} runs the program as well ({row.where})"
-            raise Impossible("the program is stored alone", limit, "enter it when it may run")
+            raise Impossible("the program is only stored", limit, "enter it when it may run")
         return [ResultPiece(row), *self.on_runprogram(RunProgram(line=action.line, text=action.text))]
 
     def on_runprogram(self, action: RunProgram) -> list[ResultPiece]:
-        """The program runs."""
+        """Return the commands that run the program."""
         row = self.rows.get("run")
         if row is None:
             row = next((row for row in self.sheet.leave if row.starts), None)
@@ -148,37 +150,37 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(row)]
 
     def pointer(self) -> list[ResultPiece]:
-        """Return what sets the memory pointer to the start of the program, unless the line before it does."""
+        """Return the command that sets the memory pointer to the start of the program, if it is not there."""
         row, pointed = self.rows.get("pointer"), self.pointed
         self.pointed = False
         return [] if row is None or pointed else [ResultPiece(row, (0,))]
 
     def on_saveprogram(self, action: SaveProgram) -> list[ResultPiece]:
-        """The program is kept without power."""
+        """Return the command that saves the program."""
         return [ResultPiece(self.row("store"))]
 
     def on_eraseprogram(self, action: EraseProgram) -> list[ResultPiece]:
-        """The program is erased, and registers are those of a reset."""
+        """Return the command that erases the program, after which registers are those of a reset."""
         self.rates.restarted()
         return [ResultPiece(self.row("erase"))]
 
     def on_hostdirective(self, action: HostDirective) -> list[ResultPiece]:
-        """What a host does itself."""
+        """Return the directives for the host."""
         found = self.directives.translated(action.text)
         if isinstance(found, str):
             raise Impossible(action.text, found, "write it by hand for this host")
         return [ResultPiece(text=text) for text in found]
 
     def on_query(self, action: Query) -> list[ResultPiece]:
-        """A question: each part answers its own."""
+        """Return the comment for a query, whose answer differs between parts."""
         raise Impossible(
             action.text,
-            f"the {self.sheet.part.upper()} is read in another way",
-            f"slewline describe {self.sheet.part} lists what it answers",
+            f"the {self.sheet.part.upper()} is queried differently",
+            f"slewline describe {self.sheet.part} lists its queries",
         )
 
     def on_special(self, action: Special) -> list[ResultPiece]:
-        """A command that no other part need have."""
+        """Return the comment for a command that other parts need not have."""
         theirs = self.source.commands.by_form.get(action.command)
         role = theirs.role if theirs is not None else ""
         if role == "pointer" and role in self.rows and action.needless:
@@ -186,9 +188,15 @@ class Actions(MotionWriter):
             return [ResultPiece(self.rows[role], (0,))]
         if action.needless and (role != "axis" or int(action.command[-1]) == 1):
             return []
-        says = ROW_ROLES.get(role, action.says)
+        mine = self.sheet.commands.by_form.get(action.command)
+        if action.says == SWITCHED and self.verbatim and mine is not None and not leads(mine):
+            return [ResultPiece(mine, text=action.text)]
+        if action.says == ELSEWHERE:
+            has = f"the {self.sheet.part.upper()} has no program before one is entered ({self.sheet.manual})"
+            raise Impossible(ELSEWHERE, has, action.remedy)
+        says = action.says if role in self.rows else ROW_ROLES.get(role, action.says)
         raise Impossible(
             action.text,
-            f"no command of the {self.sheet.part.upper()} does it: {says} ({self.sheet.manual})",
+            f"no command of the {self.sheet.part.upper()} does this: {says} ({self.sheet.manual})",
             action.remedy or "leave it out, or let the host do it",
         )

@@ -1,10 +1,11 @@
-"""What all actions have on their way to the target: commands that are copied, limits, and what a first motion needs."""
+"""Common base of all actions: commands that are copied, limits, and settings that a first motion needs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 
 from ...core.datasheet.table import Arg, Row, Sheet
+from ...language.dialect import dialect_of
 from ..meaning import (
     Action,
     EnterProgram,
@@ -23,17 +24,19 @@ from ..meaning import (
     SetPosition,
     SetProfile,
 )
-from ..source_registers import rows_by_role, takes_part
+from ..source_registers import after_reset, rows_by_role, takes_part
 from ..translation_report import LineKind, LineVerdict
 from .conditions import CannotTest, Conditions
-from .layout import ResultPiece
+from .layout import ResultPiece, has_tokens
 from .limits import no_command, out_of
 from .nearest_rates import Rates
 from .target_directives import Directives
 
+FULL_STEPS = 4  # of the phases; the parts have other patterns above these
+
 
 class Impossible(Exception):
-    """The target cannot do this: its limit, and what a person can do."""
+    """The target cannot perform an action: its limit, and advice to the user."""
 
     def __init__(self, says: str, limit: str, remedy: str = "") -> None:
         super().__init__(says)
@@ -41,35 +44,40 @@ class Impossible(Exception):
 
 
 class ActionWriter:
-    """Makes instructions of actions."""
+    """Converts actions to instructions."""
 
     def __init__(self, source: Sheet, sheet: Sheet, hz: int, rates: Rates, used: Mapping[str, Collection[int]]) -> None:
         self.source, self.sheet, self.hz, self.rates = source, sheet, hz, rates
         self.rows = rows_by_role(sheet)
+        self.verbatim = not any(has_tokens(dialect_of(each)) for each in (source, sheet))
         self.conditions = Conditions(sheet, used["inputs"])
         self.directives = Directives(source, sheet)
         self.verdicts: list[LineVerdict] = []
         self.starts: dict[int, set[str]] = {}  # labels at the start of a block
         self.last: set[int] = set()  # actions that are the last one of their block
-        self.loops: set[tuple[int, str]] = set()  # labels to which loops lead
+        self.loops: set[tuple[int, str]] = set()  # labels that loops jump to
         self.pointed = False  # the memory pointer is at the start of the program
-        self.fixed: dict[str, int] = {}  # distance and sign, where all relative moves have the same
+        self.fixed: dict[str, int] = {}  # distance and sign, if all relative moves have the same
         self.held: dict[str, int] = {}
         self.program = 0
         self.cleared: set[int] = set()  # lines whose command was copied for its first action
         self.nothing = ResultPiece()
-        self.before: list[ResultPiece] = []  # what the first motion needs
-        self.reset: Profile | None = None  # of the first motion, where nothing is set before it
+        self.before: list[ResultPiece] = []  # settings that the first motion needs
+        self.reset: Profile | None = None  # of the first motion, if nothing is set before it
 
     # ------------------------------------------------------------------------------------------------------ every kind
     def pieces(self, action: Action) -> list[ResultPiece]:
-        """Return the instructions for an action, and note what became of it."""
+        """Return the instructions for an action, and record its verdict."""
         if action.axis > self.sheet.axes:
             has = "1 axis" if self.sheet.axes == 1 else f"{self.sheet.axes} axes"
             limit = f"the {self.sheet.part.upper()} has {has} ({self.sheet.manual})"
             return self.placed(
                 action, self.impossible(action, f"axis {action.axis}", limit, "use a part for each axis")
             )
+        theirs = self.source.commands.by_form.get(action.command)
+        if self.source.encoder and not self.sheet.encoder and getattr(theirs, "encoder", False):
+            limit = f"the {self.sheet.part.upper()} reads no encoder ({self.sheet.manual})"
+            return self.placed(action, self.impossible(action, "", limit, "use a part with an encoder"))
         first = self.unset_before(action)
         copied = self.copied(action)
         if copied is not None:
@@ -85,7 +93,7 @@ class ActionWriter:
         return self.placed(action, self.in_order(action, first, found))
 
     def unset_before(self, action: Action) -> list[ResultPiece]:
-        """Return the rates of the first motion, where the source moves with those of a reset."""
+        """Return the rates of the first motion, if the source moves with those of a reset."""
         if not isinstance(action, EnterProgram | Motion):
             return []
         commands = self.rates.first(self.reset) if self.reset is not None else []
@@ -94,12 +102,13 @@ class ActionWriter:
         return found
 
     def start(self, actions: Sequence[Action]) -> None:
-        """Note what the target needs to begin as the source does: position 0, and the direction after a reset."""
+        """Record settings with which the target begins like the source: position 0, and the direction after a reset."""
         relative = placed = False
+        skipped = skips(actions)
         for action in actions:
             if isinstance(action, SetPosition):
                 placed = True
-            elif isinstance(action, SetDirection | MoveTo):
+            elif isinstance(action, SetDirection | MoveTo) and action.block not in skipped:
                 relative = True
             if isinstance(action, MoveTo) and not placed:
                 placed = True
@@ -118,7 +127,7 @@ class ActionWriter:
                     self.held["sign"] = action.sign
 
     def in_order(self, action: Action, first: list[ResultPiece], found: list[ResultPiece]) -> list[ResultPiece]:
-        """Return pieces with those that set rates in front, or where the part takes them in a program alone, within."""
+        """Return pieces with the rate settings in front or, if the part accepts them only in a program, inside it."""
         if first and isinstance(action, EnterProgram) and first[0].row is not None and "i" not in first[0].row.when:
             for piece in first:
                 piece.block = action.number
@@ -126,7 +135,7 @@ class ActionWriter:
         return [*first, *found]
 
     def placed(self, action: Action, pieces: list[ResultPiece]) -> list[ResultPiece]:
-        """Return pieces with their place."""
+        """Return pieces with their line and block."""
         for piece in pieces:
             piece.source = action.line
             if piece.block < 0:
@@ -134,16 +143,16 @@ class ActionWriter:
         return pieces
 
     def impossible(self, action: Action, says: str, limit: str, remedy: str) -> list[ResultPiece]:
-        """Note that an action is not possible; return the comment in its place."""
+        """Record that an action is not possible; return the comment that replaces it."""
         self.note(LineVerdict(action.line, LineKind.IMPOSSIBLE, says or action.text, limit, remedy))
         return [ResultPiece(comment=f"NOT POSSIBLE: {action.text}: {limit}")]
 
     def note(self, verdict: LineVerdict) -> None:
-        """Keep a verdict."""
+        """Record a verdict."""
         self.verdicts.append(verdict)
 
     def copied(self, action: Action) -> ResultPiece | None:
-        """Return the command of the source, where the target has the same one; None: it has not."""
+        """Return the command of the source, if the target has the same one, else None."""
         if not action.command or isinstance(action, SetProfile | Label | Jump | Loop | EnterProgram | LeaveProgram):
             return None
         if isinstance(action, RunProgram) and "pointer" in self.rows:
@@ -155,6 +164,8 @@ class ActionWriter:
             return self.nothing if action.line in self.cleared else None
         if not all(arg.allows(value) for arg, value in zip(mine.args, action.values, strict=True)):
             return None
+        if mine.role == "phases" and action.values[0] >= FULL_STEPS:
+            return None
         if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
             return None
         if isinstance(action, MoveBy | MoveTo | RunEndless):
@@ -163,10 +174,10 @@ class ActionWriter:
             return None
         if mine.role == "clear" or mine.form == "MULTI_UPDATE":
             self.cleared.add(action.line)
-        return ResultPiece(mine, action.values)
+        return ResultPiece(mine, action.values, action.text if self.verbatim else "")
 
     def held_after(self, action: Action) -> None:
-        """Follow distance and direction through a command that was copied."""
+        """Update distance and direction after a command that was copied."""
         if isinstance(action, SetDistance):
             self.held["distance"] = action.steps
         elif isinstance(action, SetDirection):
@@ -175,21 +186,34 @@ class ActionWriter:
             self.held.pop("sign", None)
 
     def row(self, role: str) -> Row:
-        """Return the command of a role; raise Impossible if the target has none."""
+        """Return the command with a role; raise Impossible if the target has none."""
         row = self.rows.get(role)
         if row is None:
             raise Impossible("", no_command(self.sheet, role))
         return row
 
     def fitting(self, row: Row, arg: Arg, value: int, remedy: str = "") -> int:
-        """Return a value that an argument may have; raise Impossible if it may not."""
+        """Return a value of an argument; raise Impossible if it is out of range."""
         if not arg.allows(value):
             raise Impossible(f"{value}", out_of(self.sheet, row, arg), remedy)
         return value
 
 
+def skips(actions: Sequence[Action]) -> set[int]:
+    """Return the programs of which a path leaves commands out: by a jump forward, or a start at a label."""
+    found, passed, entered = set(), set(), {action.at for action in actions if isinstance(action, RunProgram)}
+    for action in actions:
+        if isinstance(action, Label):
+            passed.add(action.name)
+        if (isinstance(action, Label) and action.name in entered) or (
+            isinstance(action, Jump) and action.to not in passed
+        ):
+            found.add(action.block)
+    return found
+
+
 def alike(theirs: Row, mine: Row) -> bool:
-    """Return whether a command means the same in two parts: role, flow and units, not the ranges."""
+    """Return whether a command has the same meaning in two parts: role, flow and units, not the ranges."""
     if takes_part(theirs, ()) or any(arg.name == "target" for arg in theirs.args):
         return False
     same = (theirs.role, theirs.flow, theirs.at_once, theirs.motion) == (
@@ -203,9 +227,3 @@ def alike(theirs: Row, mine: Row) -> bool:
         (arg.name, arg.unit, arg.size) for arg in mine.args
     ]
     return same and purpose and shapes
-
-
-def after_reset(sheet: Sheet) -> int:
-    """Return the direction after a reset: 1 clockwise, -1 counter-clockwise."""
-    pin = sheet.role("direction")
-    return 1 if pin is None or pin.reset == pin.sense else -1

@@ -1,4 +1,4 @@
-"""Waits and branches of the target: what its commands can test, and how others are made of them."""
+"""Waits and branches of the target: the tests of its commands, and others made from them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WAIT_INPUT, BRANCH_INPUT = 1, 2  # of commands that name none
 
 
 class CannotTest(Exception):
-    """The target cannot test this: its limit, and what a person can do."""
+    """The target cannot test a condition: its limit, and advice to the user."""
 
     def __init__(self, limit: str, remedy: str = "") -> None:
         super().__init__(limit)
@@ -26,7 +26,7 @@ class CannotTest(Exception):
 
 
 class Conditions:
-    """What a part can wait for, and branch on."""
+    """Conditions that a part can wait for and branch on."""
 
     def __init__(self, sheet: Sheet, used: Collection[int]) -> None:
         self.sheet, self.rows = sheet, rows_by_role(sheet)
@@ -39,13 +39,13 @@ class Conditions:
         return f"here{self._fresh}"
 
     def check(self, number: int) -> None:
-        """Refuse an input that the target has not."""
+        """Refuse an input that the target does not have."""
         if "wait_bits" not in self.rows and self.sheet.role(f"input{number}") is None:
             raise CannotTest(no_pin(self.sheet, "input", number), "let the host wait for it")
 
     # ----------------------------------------------------------------------------------------------------------- waits
     def wait(self, one: Input) -> list[ResultPiece]:
-        """Return what waits until an input has its level."""
+        """Return the instructions that wait until an input has its level."""
         self.check(one.number)
         row = self.rows.get("wait_high" if one.level else "wait_low")
         if "wait_bits" in self.rows:
@@ -62,7 +62,7 @@ class Conditions:
             limit = (
                 no_command(self.sheet, role)
                 if row is None
-                else f"{row.form} tests input {WAIT_INPUT} alone ({row.where})"
+                else f"{row.form} tests only input {WAIT_INPUT} ({row.where})"
             )
             raise CannotTest(limit, "let the host wait for it, or wire it to another input") from None
         found[0].labels.append(here)
@@ -70,7 +70,7 @@ class Conditions:
 
     # -------------------------------------------------------------------------------------------------------- branches
     def jump(self, to: str, at_start: bool) -> list[ResultPiece]:
-        """Return what continues at a label."""
+        """Return the instructions that continue at a label."""
         if "jump" in self.rows:
             return [ResultPiece(self.rows["jump"], (Goto(to),))]
         again = self.rows.get("run")
@@ -79,7 +79,7 @@ class Conditions:
         raise CannotTest(no_command(self.sheet, "jump"), "let the host run the program again")
 
     def branch(self, inputs: tuple[Input, ...], to: str, at_start: bool) -> list[ResultPiece]:
-        """Return what continues at a label if inputs have their levels."""
+        """Return the instructions that continue at a label if inputs have their levels."""
         for one in inputs:
             self.check(one.number)
         if "branch_inputs" in self.rows:
@@ -95,7 +95,7 @@ class Conditions:
         return self._one_input(one, to, at_start)
 
     def _all_inputs(self, inputs: tuple[Input, ...], to: str) -> list[ResultPiece]:
-        """A branch for each combination of levels that fits; inputs that the program does not test are high."""
+        """Return a branch for each matching combination of levels; inputs that the program does not test are high."""
         given = {one.number: one.level for one in inputs}
         row = self.rows["branch_inputs"]
         wanted = [
@@ -108,14 +108,14 @@ class Conditions:
         return [ResultPiece(row, (levels, Goto(to))) for levels in wanted]
 
     def _one_input(self, one: Input, to: str, at_start: bool) -> list[ResultPiece]:
-        """A branch by a command that tests an input for one level."""
+        """Return a branch by a command that tests an input for one level."""
         for role, level in (("branch_low", 0), ("branch_high", 1)):
             row = self.rows.get(role)
             if row is None:
                 continue
             names = bool(row.args) and row.args[0].name == "input"
             if not names and one.number != BRANCH_INPUT:
-                raise CannotTest(f"{row.form} tests input {BRANCH_INPUT} alone ({row.where})", "wire it to that input")
+                raise CannotTest(f"{row.form} tests only input {BRANCH_INPUT} ({row.where})", "wire it to that input")
             if one.level == level and (at_start or "t" in row.flow):
                 return [ResultPiece(row, self._arguments(row, one, to, names))]
             if one.level != level and "t" in row.flow and "jump" in self.rows:
@@ -134,5 +134,5 @@ class Conditions:
 
 
 def bit(one: Input) -> int:
-    """Return the number that names an input and its level."""
+    """Return the number that selects an input and its level."""
     return FIRST_INPUT_BIT + one.number - 1 + (0 if one.level else LOW_BIT)

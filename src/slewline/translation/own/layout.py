@@ -1,4 +1,4 @@
-"""Instructions with symbolic targets -> lines of text: labels by letters where the part has them, else addresses."""
+"""Instructions with symbolic targets -> lines of text: labels by letters if the part has them, else addresses."""
 
 from __future__ import annotations
 
@@ -9,21 +9,22 @@ from ...core.datasheet.table import Row, Sheet
 from ...language.dialect import Dialect, dialect_of
 from ...language.statements import Statement
 
-ROUNDS = 8  # addresses as text have as many digits as they have: the lengths settle soon
+ROUNDS = 8  # addresses as text vary in length: the layout settles after a few passes
 
 
 @dataclass(frozen=True, slots=True)
 class Goto:
-    """The place of an instruction, by the name of its label."""
+    """The address of an instruction, by the name of its label."""
 
     name: str
 
 
 @dataclass(slots=True)
 class ResultPiece:
-    """A line of the result in the making: an instruction, or another text (`row` is None).
+    """A line of the result before layout: an instruction, or another text (`row` is None).
 
-    `labels` name the instruction; `source` is the line it comes from, `block` the stored program it belongs to;
+    An instruction with a text is written so: a prefix, a string or "#" is not in its values.
+    `labels` name the instruction; `source` is the line of the source, `block` the stored program it belongs to;
     `program` is the one that it enters, leaves or runs.
     """
 
@@ -57,13 +58,15 @@ class ResultLayout:
     def text(self, piece: ResultPiece) -> str:
         """Return a line of the result without its comment."""
         if piece.row is None:
-            return piece.text  # another text, or what does not fit
+            return piece.text  # another text, or a line that does not fit
         names = [self.letters[piece.block, name] for name in piece.labels if (piece.block, name) in self.letters]
         marks = "".join(map(self.dialect.label, dict.fromkeys(names)))
         return marks + self._spelled(piece)
 
     def _spelled(self, piece: ResultPiece) -> str:
         assert piece.row is not None  # noqa: S101
+        if piece.text:
+            return piece.text
         values = [self._value(piece, value) for value in piece.values]
         labels = "".join(dict.fromkeys(self.letters.values()))
         return str(self.dialect.spell(piece.row, values, labels))
@@ -77,7 +80,7 @@ class ResultLayout:
         return self.addresses.get((block, value.name), 0)
 
     def _name(self, block: int) -> None:
-        """Give the labels of a program their letters, those of the source if the part has them; too many have none."""
+        """Assign letters to the labels of a program, those of the source if the part has them; too many have none."""
         inside = [piece for piece in self.pieces if piece.block == block and piece.row is not None]
         used = dict.fromkeys(
             value.name for piece in inside for value in piece.values if isinstance(value, Goto) and takes_label(piece)
@@ -89,7 +92,7 @@ class ResultLayout:
             self.letters[block, name] = name if name in self.sheet.labels else free.pop(0)
 
     def _place(self, block: int) -> int:
-        """Give the labels of a program their addresses; return its size."""
+        """Assign addresses to the labels of a program; return its size."""
         address = 0
         for piece in self.pieces:
             if piece.block != block:
@@ -114,7 +117,7 @@ def takes_label(piece: ResultPiece) -> bool:
 
 
 def has_tokens(dialect: Dialect[Row]) -> bool:
-    """Return whether a program memory holds opcodes, not text."""
+    """Return whether the program memory stores opcodes instead of text."""
     return type(dialect).stored is Dialect.stored
 
 

@@ -1,4 +1,4 @@
-"""What a part has not, in words, with the place in its manual that says so."""
+"""Limits of a part, in words, with the place in its manual."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from ...core.datasheet.table import Arg, Row, Sheet
 
 
 def no_command(sheet: Sheet, role: str) -> str:
-    """Return that no command of a part has a role."""
+    """Return the text that a part has no command with a role."""
     return f"no command of the {sheet.part.upper()} {ROW_ROLES[role]} ({sheet.manual})"
 
 
 def no_pin(sheet: Sheet, role: str, number: int) -> str:
-    """Return how many outputs or inputs a part has, of which one is needed that it has not."""
+    """Return the number of outputs or inputs of a part, in words, when one beyond it is needed."""
     has = [pin.name for n in (1, 2, 3) if (pin := sheet.role(f"{role}{n}")) is not None]
     named = f": {', '.join(has)}" if has else ""
     return f"the {sheet.part.upper()} has {len(has)} {role}{'s' * (len(has) != 1)} for programs{named} ({sheet.manual})"
 
 
 def out_of(sheet: Sheet, row: Row, arg: Arg) -> str:
-    """Return the range of an argument."""
+    """Return the range of an argument, in words."""
     return f"{row.form} {arg.name} {arg.low}..{arg.high} ({sheet.part.upper()} manual, {row.where})"
 
 
 def memory(sheet: Sheet) -> str:
-    """Return the size of the program memory."""
+    """Return the size of the program memory, in words."""
     manual = f"{sheet.part.upper()} manual, {sheet.buffer_where}"
     return f"the program memory has {sheet.buffer_bytes} {sheet.memory_unit}s ({manual})"

@@ -1,8 +1,8 @@
-"""The actions of a program in the order in which the target takes them.
+"""The actions of a program in the order of the target.
 
-A part whose motions are possible in a stored program alone gets one: what a host of the source sends is put into
-programs, and settings that it sends before or after the entry of a program go to the head of that program.  A part that
-acts immediately gets the settings that such a part has at the head of a program before it, where they need no room.
+A part that can move only in a stored program gets one: the commands that a host sends to the source are put into
+programs, and settings sent before or after the entry of a program go to the head of that program.  A part that acts
+immediately gets the settings from the head of a program before it, where they take no memory.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ STORABLE = (*SETTINGS, SetEndless, Motion, SetOutput, WaitInput, Delay)
 
 @dataclass(slots=True)
 class StreamStep:
-    """An action, or the comment of a line without any; `first`: the comment of the line belongs here."""
+    """An action, or the comment of a line without one; `first`: the comment of the line belongs here."""
 
     action: Action | None
     line: Line
     first: bool = False
-    moved: str = ""  # why it is not where it was
+    moved: str = ""  # reason for the new place
 
 
 def steps_of(program: Program) -> list[StreamStep]:
@@ -55,7 +55,7 @@ def steps_of(program: Program) -> list[StreamStep]:
 
 
 def arranged(program: Program, source: Sheet, sheet: Sheet) -> list[StreamStep]:
-    """Return the actions in the order of the target, one that stores programs."""
+    """Return the actions in the order of a target that stores programs."""
     steps = steps_of(program)
     move = next(iter((*sheet.acting("move"), *sheet.acting("absolute"))), None)
     if move is not None and "i" not in move.when:
@@ -66,7 +66,7 @@ def arranged(program: Program, source: Sheet, sheet: Sheet) -> list[StreamStep]:
 
 # ------------------------------------------------------------------------------------------------ programs for a module
 def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
-    """Return steps of which all that moves, waits or sets an output is in a program."""
+    """Return steps with all motions, waits and outputs in programs."""
     found: list[StreamStep] = []
     pending: list[StreamStep] = []
     number = max((step.action.number for step in steps if isinstance(step.action, EnterProgram)), default=-1)
@@ -103,7 +103,7 @@ def stored_only(steps: list[StreamStep]) -> list[StreamStep]:
 
 
 def acts(step: StreamStep) -> bool:
-    """Return whether a step does something, rather than set what a later one goes by."""
+    """Return whether a step has an effect, rather than being a setting for a later one."""
     implied = getattr(step.action, "implied", False)
     return isinstance(step.action, STORABLE) and not implied and not isinstance(step.action, (*SETTINGS, SetEndless))
 
@@ -185,7 +185,7 @@ def hoisted(steps: list[StreamStep]) -> list[StreamStep]:
             replace(each, action=None if each.action is None else replace(each.action, block=-1)) for each in head
         ]
         for each in outside:
-            each.moved = "before the program, where it needs no room"
+            each.moved = "before the program, where it takes no memory"
         found[-1:] = [*outside, step]
         at += len(head)
     return found

@@ -1,8 +1,8 @@
-"""Rates and ramps of the target: settings that follow each other are one group, and set one profile together.
+"""Rates and ramps of the target: consecutive settings form a group, which sets one profile.
 
-A parameter of the source need not have one of its own at the target: CY512 R and S give a start rate, too, that the
-CY525 sets by F.  So a group is taken as a whole: its last profile is fitted, each command becomes the one that sets the
-same thing, and what else is different from before follows the last one.
+A parameter of the source need not have a counterpart at the target: CY512 R and S also determine a start rate, which
+the CY525 sets by F.  So a group is processed as a whole: its last profile is fitted, each command becomes the one that
+sets the same value, and other changed values follow the last one.
 """
 
 from __future__ import annotations
@@ -19,29 +19,30 @@ from .limits import no_command, out_of
 from .line_stream import SETTINGS, StreamStep
 
 ROLES = {"start rate": "start_rate", "top rate": "top_rate", "ramp": "ramp"}
-FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly what it was
+FAR_OFF = 0.1  # of a rate, or of the time of a ramp, that is not even nearly the same
 EXACT = 1e-6
 CLOSE = 1e-3  # of the time of a move that is the same
 FAR_MOVE = 1.0  # of the time of a move: one that takes twice as long is not even nearly the same
 JUST_LONGER = (0, 1, 64, 128, 192, 254, 255, 256)  # steps beyond both ramps
-SHORTER = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of both ramps, which a motion then does not reach the end of
-SAMPLES = (2, 10, 50, 250, 1000, 5000)  # steps of moves of which nothing is known
+SHORTER = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)  # of both ramps, whose end a motion then does not reach
+SAMPLES = tuple(dict.fromkeys(int(2 * 1.25**n) for n in range(36)))  # steps of moves of unknown length, to 4930
+BETWEEN = 1.03  # between two samples the error may be greater than at both
 
 
 @dataclass(slots=True)
 class Group:
-    """Settings that no motion, label or command of the host comes between."""
+    """Settings without a motion, label or command of the host between them."""
 
     actions: list[SetProfile] = field(default_factory=list)
 
     @property
     def profile(self) -> Profile | None:
-        """The profile that holds after them; None: it is not known."""
+        """Profile after the settings; None: it is not known."""
         return self.actions[-1].profile
 
 
 class Rates:
-    """The rates and ramps of a result."""
+    """Rates and ramps of a result."""
 
     def __init__(self, steps: Sequence[StreamStep], source: Profiles | None, target: Profiles | None) -> None:
         self.source, self.target = source, target
@@ -55,7 +56,7 @@ class Rates:
         self.emitted: dict[int, set[str]] = {}  # forms, by group
 
     def _defaults(self) -> dict[str, int]:
-        """The parameters of the target after a reset."""
+        """Return the parameters of the target after a reset."""
         if self.target is None:
             return {}
         sheet = self.target.sheet
@@ -63,7 +64,7 @@ class Rates:
         return {form: letters[form] for form in self.forms if letters.get(form)}
 
     def _constants(self) -> dict[str, int]:
-        """The parameters that have one value in all of the program."""
+        """Return the parameters that have one value in the whole program."""
         values: dict[str, set[int]] = {}
         for group in {id(each): each for each in self.groups.values()}.values():
             if group.profile is not None and self.target is not None:
@@ -72,16 +73,16 @@ class Rates:
         return {form: next(iter(found)) for form, found in values.items() if len(found) == 1}
 
     def joined(self) -> None:
-        """Paths meet here: what one of them may have changed is not known."""
+        """Drop the values that differ between paths, which meet here."""
         self.held = {form: value for form, value in self.held.items() if self.constant.get(form) == value}
 
     def restarted(self) -> None:
-        """The registers are those of a reset."""
+        """Set the registers to those of a reset."""
         self.held = dict(self.reset)
 
     # ------------------------------------------------------------------------------------------------------- settings
     def setting(self, action: SetProfile) -> tuple[list[tuple[Row, int]], list[LineVerdict]]:
-        """Return the commands of the target for a setting, and what became of it."""
+        """Return the commands of the target for a setting, and its verdicts."""
         group = self.groups[id(action)]
         if self.source is not None and self.target is not None and self.source.sheet is self.target.sheet:
             row = self.target.sheet.commands.by_form[action.command]
@@ -111,7 +112,7 @@ class Rates:
         return iter(self.groups.values())
 
     def _forms(self, action: SetProfile, fitted: Fitted, done: set[str]) -> Iterator[str]:
-        """The commands that set what a setting of the source sets, as far as the group has not set it yet."""
+        """Yield the commands for a setting of the source, as far as the group has not made it yet."""
         assert self.target is not None  # noqa: S101
         role = ROLES[action.sets]
         same = next((row for name, row in self.target.rows.items() if row.form == action.command), None)
@@ -124,7 +125,7 @@ class Rates:
             yield row.form
 
     def _verdict(self, action: SetProfile, wanted: Profile, fitted: Fitted) -> LineVerdict:
-        """What became of a rate or a ramp."""
+        """Return the verdict on a rate or a ramp."""
         assert self.target is not None  # noqa: S101
         sheet, got = self.target.sheet, fitted.profile
         role = ROLES[action.sets]
@@ -182,10 +183,10 @@ class Rates:
 
     # -------------------------------------------------------------------------------------------------------- motions
     def motion(self, action: Motion) -> LineVerdict:
-        """Return what became of a motion: its time from the first step to the last one.
+        """Return the verdict on a motion, by its time from the first step to the last one.
 
-        Of a motion whose profile or steps depend on the path, it is the worst of those that the program sets, and of
-        moves of any length.
+        For a motion whose profile or steps depend on the path, it is the worst verdict on the profiles that the program
+        sets, and on moves of any length.
         """
         steps = action.steps if isinstance(action, MoveBy | MoveTo) else None
         if isinstance(action, MoveBy) and steps is None:
@@ -195,6 +196,7 @@ class Rates:
             return LineVerdict(action.line, LineKind.SAME)
         found = [self._off(profile, length) for profile in profiles for length in self._lengths(profile, steps)]
         off, before, after = max(found, key=lambda each: each[0])
+        off *= BETWEEN if len(found) > 1 else 1
         kind = LineKind.SAME if off <= CLOSE else LineKind.NEARLY if off <= FAR_MOVE else LineKind.IMPOSSIBLE
         upto = "" if len(found) == 1 else "up to "
         says = (
@@ -207,14 +209,16 @@ class Rates:
         if kind is not LineKind.IMPOSSIBLE:
             return LineVerdict(action.line, kind, says, off=off, off_ps=after - before)
         top = self.target.rows["top_rate"]
-        limit = f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have another law"
-        remedy = "the steps are right: check what waits for the end of the move"
+        limit = (
+            f"{out_of(self.target.sheet, top, top.args[0])} is {self.span('top_rate')}; its ramps have a different law"
+        )
+        remedy = "the steps are correct: check any wait for the end of the move"
         return LineVerdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
-        """The steps of a motion; if they are not known, lengths of all kinds: short, and just longer than both ramps.
+        """Return the steps of a motion; if unknown, lengths of all kinds: short, and just longer than both ramps.
 
-        A part that does not slew for a few steps makes those that are left at its first rate.
+        A part that does not slew for a few steps makes the remaining ones at its first rate.
         """
         if steps:
             return (steps,)
@@ -225,14 +229,14 @@ class Rates:
         return [*SAMPLES, *(length for length in (*longer, *shorter) if length > 1)]
 
     def _profiles(self) -> list[Profile]:
-        """The profiles that the program sets."""
+        """Return the profiles that the program sets."""
         found = {
             (each.start, each.top, each.time_ps): each for group in self._all() if (each := group.profile) is not None
         }
         return list(found.values())
 
     def _off(self, profile: Profile, steps: int) -> tuple[float, int, int]:
-        """By how much the time of a move differs, as a fraction; the time before and after, ps."""
+        """Return the relative error of the time of a move, and the times before and after, ps."""
         assert self.source is not None and self.target is not None  # noqa: S101
         before = self.source.move_ps(profile, steps)
         after = self.target.move_ps(self.target.fit(profile).profile, steps)
@@ -241,7 +245,7 @@ class Rates:
         return abs(after - before) / before, before, after
 
     def first(self, profile: Profile) -> list[tuple[Row, int]]:
-        """Return the commands for a motion before which the source sets nothing: its registers are those of a reset."""
+        """Return the commands for a motion with the source's registers after a reset: nothing is set before it."""
         if self.target is None:
             return []
         values = self.target.fit(profile).values

@@ -52,9 +52,9 @@ class OwnWriter:
     """Writes a program in the dialect of one of our parts.
 
     Args:
-        program: what it does.
+        program: its effect.
         part: the target.
-        options: the crystal of the target among them.
+        options: include the crystal of the target.
         source_hz: the crystal of the source; None: its usual one.
     """
 
@@ -100,7 +100,7 @@ class OwnWriter:
         return Written(tuple(lines), tuple(verdicts), tuple(self._wiring()), tuple(assumed))
 
     def _refused(self, pieces: list[ResultPiece]) -> list[LineVerdict]:
-        """What the linter finds wrong with the result, such as an end of a counter: it becomes a comment."""
+        """Return the linter's errors in the result, such as a limit of a counter; their commands become comments."""
         found: list[LineVerdict] = []
         for _ in range(MOST_ROUNDS):
             layout = ResultLayout(self.sheet, pieces)
@@ -122,18 +122,18 @@ class OwnWriter:
         return found
 
     def _counted(self) -> list[tuple[str, str]]:
-        """What is assumed of the position counters, if their ends differ and the program goes by them."""
+        """Return assumptions about the position counters, if their limits differ and matter to the program."""
         if not counts_positions(self.program):
             return []
         theirs, mine = counter_of(self.source), counter_of(self.sheet)
         if theirs is None or mine is None or theirs == mine:
             return []
         ends = [f"{sheet.part} {low}..{high}" for sheet, (low, high) in ((self.source, theirs), (self.sheet, mine))]
-        return [("positions", f"never beyond an end of a counter ({'; '.join(ends)})")]
+        return [("positions", f"never beyond a limit of a counter ({'; '.join(ends)})")]
 
-    # ------------------------------------------------------------------------------------------------- what is learned
+    # ----------------------------------------------------------------------------------------- facts about the program
     def _used(self) -> dict[str, set[int]]:
-        """The inputs and outputs that the program goes by; a branch on all inputs goes by those that it needs low."""
+        """Return the inputs and outputs that the program uses; a branch on all inputs uses the inputs it needs low."""
         inputs, outputs = set(), set()
         for action in self.program.actions:
             if isinstance(action, WaitInput):
@@ -145,7 +145,7 @@ class OwnWriter:
         return {"inputs": inputs, "outputs": outputs}
 
     def _learn(self) -> None:
-        """Learn what the actions need to know of the whole program."""
+        """Collect the facts about the whole program that single actions need."""
         actions = [step.action for step in self.steps if step.action is not None]
         blocks = {action.block for action in actions if action.block >= 0}
         for block in blocks:
@@ -157,7 +157,7 @@ class OwnWriter:
                 starts.add(action.name)
             body = self.program.block(block)
             own = {action.name for action in body[:1] if isinstance(action, Label)}
-            again = any(isinstance(action, SetProfile) for action in body)  # what is at the head now is set again there
+            again = any(isinstance(action, SetProfile) for action in body)  # repeats the settings at the head
             self.actions.starts[block] = starts | (set() if again and not starts else own)
             self.actions.last.add(id(inside[-1]))
             self.actions.loops |= {(block, action.to) for action in inside if isinstance(action, Loop)}
@@ -171,7 +171,7 @@ class OwnWriter:
         moves = [action for action in actions if isinstance(action, MoveBy)]
         for name, values in (("distance", {move.distance for move in moves}), ("sign", {move.sign for move in moves})):
             if name == "sign" and any(isinstance(action, MoveTo) for action in actions):
-                continue  # a move to a position turns the direction, and leaves it so
+                continue  # a move to a position changes the direction permanently
             if len(values) == 1 and None not in values:
                 self.actions.fixed[name] = next(iter(values))  # type: ignore[assignment]
 
@@ -205,7 +205,7 @@ class OwnWriter:
         return found
 
     def _made(self, step: StreamStep) -> list[ResultPiece]:
-        """The instructions of a step; before the end of a program, what ends it."""
+        """Return the instructions of a step; before the end of a program, also its last command."""
         action = step.action
         if action is None:
             return []
@@ -220,7 +220,7 @@ class OwnWriter:
         return made
 
     def _runs_out(self) -> bool:
-        """Whether the target needs a command that ends the program, and the source has none at its end."""
+        """Return whether the target needs a command that ends the program, and the source has none at its end."""
         if "stop" not in self.actions.rows:
             return False
         inside = [action for action in self.program.block(self.actions.program) if not isinstance(action, Label)]
@@ -231,7 +231,7 @@ class OwnWriter:
         return labelled or not (isinstance(last, EndProgram) or (isinstance(last, Jump) and not last.inputs))
 
     def _too_large(self, layout: ResultLayout) -> list[LineVerdict]:
-        """Programs that do not fit: they become comments, since a part of a program is worse than none."""
+        """Return verdicts on programs that do not fit; they become comments: a part of a program is worse than none."""
         found = []
         for block, size in layout.sizes.items():
             if size <= self.sheet.buffer_bytes:
@@ -247,7 +247,7 @@ class OwnWriter:
         return found
 
     def _moved(self) -> list[LineVerdict]:
-        """What is not where it was."""
+        """Return verdicts on actions that have moved."""
         lines: dict[int, str] = {}
         for step in self.steps:
             if step.moved and step.action is not None:
@@ -255,7 +255,7 @@ class OwnWriter:
         return [LineVerdict(number, LineKind.SAME, f"moved {where}") for number, where in lines.items()]
 
     def _wiring(self) -> list[tuple[str, str, str]]:
-        """Which wire of the source is which of the target."""
+        """Return the wires of the source and of the target."""
         used = self._used()
         found = []
         for role in WIRED:
@@ -269,7 +269,7 @@ class OwnWriter:
         return found
 
     def _bit(self, kind: str, number: str) -> str:
-        """The bit of a part whose outputs and inputs are bits."""
+        """Return the bit of a part whose outputs and inputs are bits."""
         if kind not in ("output", "input") or "bits" not in self.actions.rows:
             return ""
         return f"usrb{int(number) - 1 + (3 if kind == 'input' else 0)}"

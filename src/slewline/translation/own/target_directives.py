@@ -1,4 +1,4 @@
-"""What a host does between the commands: pins by their roles, and what says that the part is ready."""
+"""A host's directives between the commands: pins by their roles, and waits until the part is ready."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ class Directives:
         self.source, self.sheet = source, sheet
 
     def idle(self) -> str:
-        """Return the directive that waits until a part has done all."""
+        """Return the directive that waits until a part is idle."""
         return idle(self.sheet)
 
     def stop(self) -> list[str] | None:
-        """Return the directives that stop a motion by a pin; None: the part has none."""
+        """Return the directives that stop a motion by a pin; None: the part has no such pin."""
         pin = self.sheet.role("abort")
         if pin is None or pin.active is None:
             return None
         return [f"@drive {pin.name}={pin.active}", self.idle(), f"@drive {pin.name}={1 - pin.active}"]
 
     def translated(self, text: str) -> list[str] | str:
-        """Return the directives for the target; a text says why there is none."""
+        """Return the directives for the target, or a text with the reason why there are none."""
         if self.source is self.sheet or (self.source.enter is None and self.sheet.enter is None and "=" not in text):
             return [text]  # the same host
         verb, _, rest = text.removeprefix("@").partition(" ")
@@ -49,7 +49,7 @@ class Directives:
         return self._pin(*match.groups())
 
     def _pin(self, verb: str, chip: str | None, name: str, level: str | None, rest: str) -> list[str] | str:
-        """A directive about a pin of the source, or of a chip of the same bench, which is then named before it."""
+        """Return a directive about a pin of the source, or of a chip of the same bench, with the chip's name then."""
         chip = chip or ""
         theirs = next((pin for pin in self.source.pins if pin.name == name), None)
         if theirs is None:
@@ -62,12 +62,14 @@ class Directives:
         if theirs.role == "abort" and mine is None:
             return self._braked(theirs, verb, level)
         if mine is None:
-            return f"the {self.sheet.part.upper()} has no pin that {theirs.role or name} is for ({self.sheet.manual})"
+            return f"the {self.sheet.part.upper()} has no pin for {theirs.role or name} ({self.sheet.manual})"
+        if mine.output_only and verb != "until":
+            return f"{mine.name} of the {self.sheet.part.upper()} is an output ({self.sheet.manual})"
         shown = "" if level is None else f"={self._level(theirs, mine, int(level))}"
         return [f"@{verb} {chip}{mine.name}{shown}{f' {rest}' if rest and not rest.startswith('@') else rest}".rstrip()]
 
     def _braked(self, theirs: Pin, verb: str, level: str | None) -> list[str] | str:
-        """An abort by a pin, for a part that is stopped by a command."""
+        """Return the replacement of an abort by a pin, for a part that is stopped by a command."""
         row = next((row for row in self.sheet.commands if row.at_once == "brake"), None)
         if row is None:
             return f"the {self.sheet.part.upper()} has no abort input ({self.sheet.manual})"
@@ -75,7 +77,7 @@ class Directives:
 
     @staticmethod
     def _level(theirs: Pin, mine: Pin, level: int) -> int:
-        """The level of a pin that says the same."""
+        """Return the level of a pin with the same meaning."""
         if theirs.role in ALIKE and mine.role != theirs.role:
             return over(mine) if level == over(theirs) else 1 - over(mine)
         if theirs.sense is None or mine.sense is None or theirs.role.startswith(("input", "output")):
@@ -90,7 +92,7 @@ def over(pin: Pin) -> int:
 
 
 def idle(sheet: Sheet) -> str:
-    """Return the directive that waits until a part has done all."""
+    """Return the directive that waits until a part is idle."""
     if sheet.acting("state"):
         return "@until ready"
     pin = next(pin for role in IDLE if (pin := sheet.role(role)) is not None)

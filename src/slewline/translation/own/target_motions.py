@@ -25,25 +25,25 @@ from .limits import no_command
 
 
 class MotionWriter(ActionWriter):
-    """Makes instructions of motions, and of what they go by."""
+    """Converts motions and their settings to instructions."""
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_setprofile(self, action: SetProfile) -> list[ResultPiece]:
-        """A rate, or a value of the ramp."""
+        """Return the instructions that set a rate or a value of the ramp."""
         commands, verdicts = self.rates.setting(action)
         self.verdicts += verdicts
         return [ResultPiece(row, (value,)) for row, value in commands]
 
     def on_setdistance(self, action: SetDistance) -> list[ResultPiece]:
-        """The steps of relative moves: of a part whose moves have them, with the move."""
+        """Return the instructions that set the steps of relative moves; none if the target's moves include them."""
         row = self.rows.get("distance")
         if row is None:
             return []
-        self.held["distance"] = self.fitting(row, row.args[0], action.steps, "make several moves of it")
+        self.held["distance"] = self.fitting(row, row.args[0], action.steps, "split it into several moves")
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
-        """The direction of relative moves."""
+        """Return the instructions that set the direction of relative moves."""
         row = self.rows.get("plus" if action.sign > 0 else "minus")
         if row is None:
             return []
@@ -51,25 +51,25 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row)]
 
     def on_settarget(self, action: SetTarget) -> list[ResultPiece]:
-        """The target of the next motion: of a part that moves there immediately, with the motion."""
+        """Return the instructions that set the target of the next motion; none if the motion itself includes it."""
         row = self.rows.get("target")
         return [] if row is None else [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
 
     def on_setendless(self, action: SetEndless) -> list[ResultPiece]:
-        """The next motion has no end: of a part whose runs say so themselves, with the run."""
+        """Return the instructions that make the next motion endless; none if the run itself includes it."""
         if "endless" in self.rows:
             return []
         return [ResultPiece(self.row("endless_next"))]
 
     def on_setposition(self, action: SetPosition) -> list[ResultPiece]:
-        """The position counter."""
+        """Return the instructions that set the position counter."""
         row, clear = self.rows.get("preset"), self.rows.get("clear")
         if row is not None and (action.block < 0 or row.stored):
             if row.args:
                 return [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
             if not action.position:
                 return [ResultPiece(row)]
-            raise Impossible(f"position {action.position}", f"{row.form} makes the position zero ({row.where})")
+            raise Impossible(f"position {action.position}", f"{row.form} sets the position to zero ({row.where})")
         if clear is not None and not action.position and (clear.stored or action.block < 0):
             return [ResultPiece(clear, (1,))]
         limit = (
@@ -79,7 +79,7 @@ class MotionWriter(ActionWriter):
 
     # --------------------------------------------------------------------------------------------------------- motions
     def on_moveby(self, action: MoveBy) -> list[ResultPiece]:
-        """A relative move."""
+        """Return the instructions for a relative move."""
         row = self.rows.get("move") or self.row("update")
         if row.role == "update":
             raise Impossible("", no_command(self.sheet, "move"))
@@ -90,21 +90,21 @@ class MotionWriter(ActionWriter):
                     f"{row.form} has both in one command ({row.where})",
                     "write a move for each path",
                 )
-            found = [ResultPiece(row, (self.fitting(row, row.args[0], action.steps, "make several moves of it"),))]
+            found = [ResultPiece(row, (self.fitting(row, row.args[0], action.steps, "split it into several moves"),))]
         else:
             found = [*self.set_move(action), ResultPiece(row)]
         self.note(self.rates.motion(action))
         return found
 
     def set_move(self, action: MoveBy) -> list[ResultPiece]:
-        """Set distance and direction before a move, where they are not what they shall be."""
+        """Return the instructions that set distance and direction before a move, if they have changed."""
         found: list[ResultPiece] = []
         if action.sign is not None and self.held.get("sign") != action.sign and not self.sets(SetDirection):
             found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
             self.held["sign"] = action.sign
         row = self.row("distance")
         if action.distance is not None and self.held.get("distance") != action.distance and not self.sets(SetDistance):
-            self.fitting(row, row.args[0], action.distance, "make several moves of it")
+            self.fitting(row, row.args[0], action.distance, "split it into several moves")
             found.append(ResultPiece(row, (action.distance,)))
             self.held["distance"] = action.distance
         return found
@@ -114,19 +114,19 @@ class MotionWriter(ActionWriter):
         return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
 
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:
-        """A move to a position."""
+        """Return the instructions for a move to a position."""
         row = self.rows.get("absolute") or self.rows.get("goto")
         self.held.pop("sign", None)
         if action.position is None:
             raise Impossible("the position depends on the path", no_command(self.sheet, "goto"))
         if row is None:
             return self.targeted(action)
-        self.fitting(row, row.args[0], action.position, "count positions from another place")
+        self.fitting(row, row.args[0], action.position, "count positions from another reference")
         self.note(self.rates.motion(action))
         return [ResultPiece(row, (action.position,))]
 
     def targeted(self, action: MoveTo) -> list[ResultPiece]:
-        """A move to a position by two commands, target and motion."""
+        """Return the instructions for a move to a position by two commands, target and motion."""
         assert action.position is not None  # noqa: S101
         row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
         if action.steps == 0 and go.role == "update":  # a motion that would never be complete
@@ -153,7 +153,7 @@ class MotionWriter(ActionWriter):
         ]
 
     def on_runendless(self, action: RunEndless) -> list[ResultPiece]:
-        """A run without end, or until an input is low."""
+        """Return the instructions for a run without end, or until an input is low."""
         if action.until is not None:
             row = self.row("until_input")
             self.conditions.check(action.until.number)
@@ -175,14 +175,14 @@ class MotionWriter(ActionWriter):
         return [*found, *stated, ResultPiece(self.row("move"))]
 
     def on_home(self, action: Home) -> list[ResultPiece]:
-        """A homing."""
+        """Return the instructions for a homing."""
         row = self.row("home")
         if row.args[0].sign == "alone" and action.block < 0:
             return [ResultPiece(row, (action.sign,))]
-        raise Impossible("homing", f"{row.form} finds it by itself ({row.where})", "write the homing by hand")
+        raise Impossible("homing", f"{row.form} finds the direction itself ({row.where})", "write the homing by hand")
 
     def on_stop(self, action: Stop) -> list[ResultPiece]:
-        """The end of a motion."""
+        """Return the instructions that end a motion."""
         wanted = "brake" if action.ramped else "stop"
         row = next((row for row in self.sheet.commands if row.at_once == wanted), None)
         if row is not None:

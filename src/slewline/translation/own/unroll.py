@@ -1,8 +1,8 @@
-"""Stored programs as what a host sends, for a part that stores none: loops become as many lines as they have passes.
+"""Stored programs as commands of a host, for a part that stores none: a loop becomes one set of lines per pass.
 
 Positions are followed, since such a part moves to positions alone; a program that never sets one begins at 0.  A branch
-on an input cannot be unrolled, and neither can a program that begins again for ever: they remain as they were, and the
-writer reports them.
+on an input cannot be unrolled, and neither can a program that restarts forever: they are left unchanged, and the writer
+reports them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ENTERED = "the host sends the commands of the program where it is run"
 
 
 def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
-    """Return steps without stored programs, `most` lines of each at most."""
+    """Return steps without stored programs, with at most `most` lines for each."""
     blocks: dict[int, list[StreamStep]] = {}
     for step in steps:
         if step.action is not None and step.action.block >= 0:
@@ -56,7 +56,7 @@ def unrolled(steps: list[StreamStep], most: int) -> list[StreamStep]:
 
 
 def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
-    """Return what a program does, line by line."""
+    """Return the steps that a program executes, line by line."""
     places = {step.action.name: n for n, step in enumerate(block) if isinstance(step.action, Label)}
     counts: dict[int, int] = {}
     found: list[StreamStep] = []
@@ -90,7 +90,7 @@ def executed(block: list[StreamStep], at: str, most: int) -> list[StreamStep]:
 
 
 def outside(step: StreamStep, here: int, seen: set[int]) -> StreamStep:
-    """Return a step as what a host sends; its comment is beside the first of its lines alone."""
+    """Return a step as a command of a host; only the first of its lines has the comment."""
     action: Action | None = step.action
     return StreamStep(None if action is None else replace(action, block=-1), step.line, step.first and here not in seen)
 

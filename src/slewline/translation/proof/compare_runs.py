@@ -1,9 +1,9 @@
-"""Two traces: what one did and the other did not, and by how much times and rates differ.
+"""Comparison of two traces: events that only one of them has, and differences of times and rates.
 
 Compared are moves, outputs and inputs in their order; of each move its steps, its time from the first step to the last
-one, and its greatest rate; of what a stored program does, the pauses between: from the last step, or the change of an
-output or of an input, to the next first step or change.  How long an input is waited for is not compared, and neither
-are pauses in which a host sends commands: they are the host's.
+one, and its greatest rate; of a stored program, also the pauses: from the last step, or the change of an output or of
+an input, to the next first step or change.  The duration of a wait for an input is not compared, and neither are pauses
+in which a host sends commands: they are the host's.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ RATE_SLACK = 0.02
 
 @dataclass(frozen=True, slots=True)
 class StatedBounds:
-    """What a report states.
+    """Bounds stated in a report.
 
     Attributes:
-        time, rate: by how much times of moves and rates may differ, as fractions.
+        time, rate: allowed relative differences of times of moves and rates.
         top: the greatest rate of the result, steps/s.
-        pause: by how much delays may differ, as a fraction.
-        command_ps: what a pause may differ besides: parts take their time for a command.
-        hosted: so many things at the start are done by commands of a host, whose pauses are its own; None: all.
+        pause: allowed relative difference of delays.
+        command_ps: additional allowance for a pause: parts take their time for a command.
+        hosted: number of events at the start caused by commands of a host, whose pauses are its own; None: all.
         runs: how often a host runs a stored program: the pause before each run but the first is its own.
         long: moves of more steps reach the rate between the ramps on both sides.
     """
@@ -48,13 +48,13 @@ class Compared:
     """The result of a comparison.
 
     Attributes:
-        moves, outputs, inputs: how many of each were compared.
-        differences: what is different beyond what the report states, in words; empty: it is proven.
+        moves, outputs, inputs: numbers of compared moves, outputs and inputs.
+        differences: differences beyond the bounds of the report, in words; empty: it is proven.
         time_off: the greatest difference of the time of a move, as a fraction.
         rate_off: the greatest difference of a greatest rate of a long move, as a fraction; None: there was none.
         pause_off_ps: the greatest difference of a pause, ps; None: no pauses were compared.
         stated: the bounds of the report.
-        cut: one of the runs had no end and was cut off: as much was compared as both did.
+        cut: one of the runs had no end and was cut off: the common part was compared.
     """
 
     moves: int
@@ -69,12 +69,12 @@ class Compared:
 
     @property
     def proven(self) -> bool:
-        """Whether both did the same within what the report states."""
+        """Whether both runs agree within the bounds of the report."""
         return not self.differences
 
     @property
     def text(self) -> str:
-        """What was compared, in a line."""
+        """Scope of the comparison, in one line."""
         counts = ((self.moves, "moves"), (self.outputs, "changes of outputs"), (self.inputs, "changes of inputs"))
         what = ", ".join(f"{number} {name}" for number, name in counts if number)
         times = f"times within {100 * self.time_off:.2g} % (stated {100 * self.stated.time:.2g} %)"
@@ -85,7 +85,7 @@ class Compared:
         pauses = "" if off is None else f"; pauses within {readable(round(off, -8))}"
         ended = "; cut off" if self.cut else ""
         if self.proven and not what:
-            return "nothing moved and nothing was switched on either side: that proves nothing"
+            return "nothing moved or switched on either side: this proves nothing"
         if self.proven:
             return f"the same: {what}, in the same order; {times}; {rates}{pauses}{ended}"
         return f"different: {self.differences[0]}" + (
@@ -100,12 +100,12 @@ def compared(
     levels: tuple[Mapping[int, int], Mapping[int, int]] = ({}, {}),
     wired: Collection[int] = (1, 2, 3),
 ) -> Compared:
-    """Return how two traces differ.
+    """Return the comparison of two traces.
 
     Args:
-        bounds: what the report states.
+        bounds: those of the report.
         levels: of the outputs at the start of both, by number.
-        wired: the outputs that the result has, too; others of the source are left out.
+        wired: the outputs that the result also has; others of the source are left out.
     """
     theirs = [each for each in one.happened if each.kind != "output" or each.number in wired]
     every = sorted({*levels[0], *levels[1]})
@@ -119,7 +119,7 @@ def compared(
 
 
 def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bounds: StatedBounds) -> Compared:
-    """Return how two lists of what happened differ; `cut`: one of the runs was cut off."""
+    """Return the comparison of two lists of events; `cut`: one of the runs was cut off."""
     differences: list[str] = []
     late: list[str] = []
     time_off = 0.0
@@ -137,10 +137,10 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
             off = abs(b.lasts_ps - a.lasts_ps) / a.lasts_ps
             time_off = max(time_off, off)
             if off > bounds.time + SLACK and abs(b.lasts_ps - a.lasts_ps) > SLACK_PS:
-                differences.append(f"{in_words(a)} takes {readable(a.lasts_ps)}, at the result {readable(b.lasts_ps)}")
+                differences.append(f"{in_words(a)} takes {readable(a.lasts_ps)}, in the result {readable(b.lasts_ps)}")
         if one is not None and two is not None and bounds.hosted is not None and at > bounds.hosted:
             if abs(two - one) > (bounds.pause + SLACK) * one + bounds.command_ps:
-                late.append(f"{readable(one)} before {in_words(a)}, at the result {readable(two)}")
+                late.append(f"{readable(one)} before {in_words(a)}, in the result {readable(two)}")
             else:
                 pause_off = max(pause_off or 0, abs(two - one))
         if a.rate and b.rate:
@@ -148,7 +148,7 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
                 off = abs(b.rate - a.rate) / a.rate
                 rate_off = max(rate_off or 0.0, off)
                 if off > bounds.rate + RATE_SLACK:
-                    says = f"{a.rate:.0f} steps/s, at the result {b.rate:.0f}"
+                    says = f"{a.rate:.0f} steps/s, in the result {b.rate:.0f}"
                     differences.append(f"{in_words(a)}: {says}")
             if b.rate > bounds.top * (1 + RATE_SLACK):
                 differences.append(f"{in_words(b)}: {b.rate:.0f} steps/s, stated {bounds.top:.0f} at most")
@@ -172,7 +172,7 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
 
 
 def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
-    """Return what happened, but for delays, each with the pause before it, ps; None: it is not known, or a wait."""
+    """Return the events except delays, each with the pause before it, ps; None: it is not known, or a wait."""
     found: list[tuple[Happened, int | None]] = []
     delays, over = 0, None
     for each in happened:
@@ -188,12 +188,12 @@ def paused(happened: Sequence[Happened]) -> list[tuple[Happened, int | None]]:
 
 
 def subsets(numbers: Sequence[int]) -> list[set[int]]:
-    """Return all sets of some numbers."""
+    """Return all subsets of some numbers."""
     return [{n for at, n in enumerate(numbers) if mask >> at & 1} for mask in range(1 << len(numbers))]
 
 
 def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
-    """Return what happened, without the first change of some outputs: to the level that the other part begins with."""
+    """Return the events without the first change of some outputs, to the initial level of the other part."""
     found, left = [], set(outputs)
     for each in happened:
         if each.kind == "output" and each.number in left:
@@ -204,7 +204,7 @@ def without(happened: Sequence[Happened], outputs: set[int]) -> list[Happened]:
 
 
 def in_words(each: Happened) -> str:
-    """Return something that happened, in words."""
+    """Return an event in words."""
     what = (
         f"{each.value:+d} steps"
         if each.kind == "move"

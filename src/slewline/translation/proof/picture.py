@@ -1,4 +1,4 @@
-"""A picture of a proof: velocity and position of source and result, one over the other."""
+"""A picture of a proof: velocity and position of source and result, overlaid."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MARGIN_PS = 10**9
 
 
 def draw(proof: Proof, path: str, names: tuple[str, str]) -> None:
-    """Draw both runs over each other, each from its first motion on.
+    """Draw both runs overlaid, each from its first motion on.
 
     Args:
         path: the file, SVG, PNG or PDF.
@@ -28,7 +28,7 @@ def draw(proof: Proof, path: str, names: tuple[str, str]) -> None:
 
 
 def track(name: str, run: Played) -> Track:
-    """Return what an axis did in a run."""
+    """Return the motion of an axis in a run."""
     axis = run.chip.axis(1)
     motor, motions = axis.motor, axis.motions()
     return Track(name, [Velocity(motor), Position(motor)], motions, zero=begins(run), until=run.bench.now_ps)

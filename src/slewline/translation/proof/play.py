@@ -1,9 +1,9 @@
-"""One of our parts runs a text on a bench, and what it did becomes a trace.
+"""Run of a text by one of our parts on a bench, as a trace.
 
-The inputs of a program that is to be proven are not wired. So one that the program waits for begins at the other
-level, others are open, and whenever the part has waited for longer than any delay of the program, one of those that
-the program tests changes: the same inputs in the same order on both sides, so that both take the same branches. A
-script that drives them is left alone.
+The inputs of a program that is to be proven are not wired. So an input that the program waits for begins at the other
+level, others are open, and whenever the part has waited for longer than any delay of the program, one of the inputs
+that the program tests changes: the same inputs in the same order on both sides, so that both take the same branches. A
+script that drives them is not changed.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from ...bench.scripts.script import check_script, run_script
 from ...chips import sheet_of
 from ...core.time.timebase import PS_PER_S
 from ...errors import Timeout
+from ...parts.hosts.packet_host import PacketHost
 from ..target_writer import Happened, PlayedTrace
 
 if TYPE_CHECKING:
@@ -33,13 +34,13 @@ MOST_STEPS = 3_000_000
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What surrounds the parts of a proof, the same on both sides.
+    """Surroundings of the parts of a proof, the same on both sides.
 
     Attributes:
         inputs: the numbers of the inputs that change when a part waits.
         start: the levels of inputs at the start, by number; others are open.
-        quiet_ps: a part that has done nothing for so long waits, ps.
-        moves: a run ends after so many moves.
+        quiet_ps: a part without an event for this time waits, ps.
+        moves: a run ends after this number of moves.
     """
 
     inputs: tuple[int, ...] = ()
@@ -50,7 +51,7 @@ class Scene:
 
 @dataclass(slots=True)
 class Played:
-    """A run: its trace, and the bench on which it was made."""
+    """A run: its trace, and its bench."""
 
     trace: PlayedTrace
     bench: Bench
@@ -64,10 +65,10 @@ def play(
     """Run a text on a bench.
 
     Args:
-        wiring: pairs of what a pin is for, such as "output1", and its name.
+        wiring: pairs of the purpose of a pin, such as "output1", and its name.
 
     Raises:
-        ProgramError: a line that no host can send.
+        ProgramError: a line cannot be sent by a host.
     """
     sheet = sheet_of(part)
     bench = Bench()
@@ -75,6 +76,8 @@ def play(
     chip = bench.add(part, name="x", crystal=crystal, straps=sheet.fastest | sheet.plain)
     put_memory(bench, chip)
     host = bench.host(chip)
+    if isinstance(host, PacketHost):
+        host.port.sparse = True  # nobody looks at the status queries
     script = program_script(text, where, sheet)
     check_script(bench, host, script)
     outputs, inputs = numbered(wiring, "output"), numbered(wiring, "input")
@@ -94,7 +97,7 @@ def numbered(wiring: Sequence[tuple[str, str]], kind: str) -> dict[int, str]:
 
 
 def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[list[Happened], dict[int, int]]:
-    """Return what a part did, and the levels of its outputs at the start.
+    """Return the events of a part, and the levels of its outputs at the start.
 
     Args:
         outputs: the pins of the outputs, by number; they are recorded.
@@ -111,14 +114,14 @@ def record_of(bench: Bench, chip: Chip, outputs: Mapping[int, str]) -> tuple[lis
 
 
 def trace_of(part: str, happened: list[Happened], stopped: bool) -> PlayedTrace:
-    """Return what a part did, in order."""
+    """Return the events of a part, in order."""
     order = {"input": 0, "output": 1, "move": 2, "run": 2, "delay": 3}
     in_order = sorted(happened, key=lambda each: (each.time_ps or 0, order[each.kind]))
     return PlayedTrace(f"the model of the {part}", tuple(in_order), stopped)
 
 
 def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tuple[list[Happened], bool]:
-    """Let time pass until all is done, or enough; return the changes of inputs, and whether the run was cut off."""
+    """Let time pass until the run ends or is cut off; return the changes of inputs, and whether it was cut off."""
     changes: list[Happened] = []
     levels = {n: chip.pin(inputs[n]).level for n in scene.inputs if n in inputs} | dict(scene.start)
     active, after = bench.now_ps, made(chip)
@@ -147,7 +150,7 @@ def passed(bench: Bench, chip: Chip, scene: Scene, inputs: dict[int, str]) -> tu
 
 
 def made(chip: Chip) -> tuple[int, ...]:
-    """Return what shows that a part does something: its steps, and the levels of its outputs."""
+    """Return the activity of a part: its steps, and the levels of its outputs."""
     outputs = (pin.name for pin in chip.sheet.pins if pin.way in ("out", "both") and pin.role.startswith("output"))
     steps = [chip.axis(n).motor.made for n in range(1, chip.sheet.axes + 1)]
     return (sum(steps), *(chip.pin(name).level or 0 for name in outputs))

@@ -1,4 +1,4 @@
-"""Source and result run, and are compared with the report."""
+"""Runs of source and result, compared with the report."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ if TYPE_CHECKING:
     from ..translate import Translation
 
 EXTRA_PS = 2 * 10**12
-COMMAND_PS = 25 * 10**9  # what parts take for commands between two motions, and one step at a low rate
-EXCHANGE_PS = 10**12 // 4  # the same, where a host sends each command
+COMMAND_PS = 25 * 10**9  # time of parts for commands between two motions, and one step at a low rate
+EXCHANGE_PS = 10**12 // 4  # the same, if a host sends each command
 LONG, LONG_BESIDES = 4, 3000  # ramps, and steps, of a move that reaches its rate on both sides
 LEAST_EVENTS, MORE_EVENTS = 100, 4
 
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """What a proof found.
+    """Result of a proof.
 
     Attributes:
         source, result: the runs; None: not run.
-        compared: how they differ; None: the target cannot be run here.
-        by: what ran the result.
+        compared: the differences; None: the target cannot be run here.
+        by: the interpreter of the result.
         lint: errors of the linter in the result.
     """
 
@@ -56,7 +56,7 @@ class Proof:
 
     @property
     def proven(self) -> bool:
-        """Whether the result was run, and did what the report states."""
+        """Whether the result was run, and agrees with the report."""
         return self.compared is not None and self.compared.proven and not self.lint
 
 
@@ -67,7 +67,7 @@ def prove(done: Translation, source: Played | None = None) -> Proof:
         source: the run of the source, if it has been made.
 
     Raises:
-        ProgramError: a line that no host can send.
+        ProgramError: a line cannot be sent by a host.
     """
     program, report = done.program, done.report
     scene = scene_of(program)
@@ -91,13 +91,13 @@ def played(program: Program, text: str, crystal_hz: int | None = None) -> Played
     """Return the run of the source of a translation.
 
     Raises:
-        ProgramError: a line that no host can send.
+        ProgramError: a line cannot be sent by a host.
     """
     return play(text, program.part, program.where, scene_of(program), list(program.wiring.items()), crystal_hz)
 
 
 def around(scene: Scene, source: Played) -> dict[str, str]:
-    """Return what surrounds a program that is read back: its inputs change as those of the source do."""
+    """Return the surroundings of a program that is read back: its inputs change like those of the source."""
     found = {
         "waits": " ".join(map(str, scene.inputs)),
         "inputs": " ".join(f"{number}={level}" for number, level in scene.start),
@@ -108,7 +108,7 @@ def around(scene: Scene, source: Played) -> dict[str, str]:
 
 
 def scene_of(program: Program) -> Scene:
-    """Return what surrounds the parts: the inputs that the program tests, and how long it may do nothing."""
+    """Return the surroundings of the parts: the inputs that the program tests, and the longest time without events."""
     inputs = {action.input.number for action in program.actions if isinstance(action, WaitInput)}
     inputs |= {one.number for action in program.actions if isinstance(action, Jump) for one in action.inputs}
     driven = any(
@@ -125,7 +125,7 @@ def scene_of(program: Program) -> Scene:
 
 
 def bounds_of(program: Program, report: Report) -> StatedBounds:
-    """Return what a report states: the greatest difference of the time of a motion, of a rate, and of a delay."""
+    """Return the bounds in a report: the greatest difference of the time of a motion, of a rate, and of a delay."""
     moving = {action.line for action in program.actions if isinstance(action, Motion)}
     rates = {action.line for action in program.actions if isinstance(action, SetProfile) and action.sets != "ramp"}
     delays = {action.line for action in program.actions if isinstance(action, Delay)}
@@ -149,7 +149,7 @@ def bounds_of(program: Program, report: Report) -> StatedBounds:
 
 
 def hosted(program: Program) -> int | None:
-    """Return how many of the first things that happen are done by commands of a host; None: perhaps all."""
+    """Return how many of the first events are caused by commands of a host; None: possibly all."""
     found, ran = 0, False
     for action in program.actions:
         if runs_it(action):

@@ -1,4 +1,4 @@
-"""A bench and its translation are both run, and each chip is compared: its wires are those of the files."""
+"""Runs of a bench and its translation, in which each chip is compared; the wires are those of the files."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .prove import bounds_of
 
 @dataclass(frozen=True, slots=True)
 class BenchProof:
-    """What a proof found, by the name of the chip."""
+    """Results of a proof, by the name of the chip."""
 
     compared: Mapping[str, Compared]
 
     @property
     def proven(self) -> bool:
-        """Whether every chip did the same within what the report states."""
+        """Whether every chip agrees with the report."""
         return all(each.proven for each in self.compared.values())
 
 
@@ -31,7 +31,7 @@ def prove_bench(done: BenchTranslation, result: str | PathLike[str]) -> BenchPro
     """Run a bench and its translation, which has been written to a file.
 
     Raises:
-        BenchFileError, ProgramError: the result is no bench that runs.
+        BenchFileError, ProgramError: the result is not a bench that runs.
     """
     theirs = {name: numbered(list(each.program.wiring.items()), "output") for name, each in done.programs.items()}
     mine = {

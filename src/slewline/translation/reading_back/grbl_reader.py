@@ -1,4 +1,4 @@
-"""G-code as grbl 1.1 takes it: no expressions, no O-words, no inputs; at most 79 characters a line, comments aside."""
+"""G-code as accepted by grbl 1.1: no expressions, O-words or inputs; at most 79 characters a line without comments."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ WORD = re.compile(r"([A-Z])([-+]?\d+\.?\d*|[-+]?\.\d+)")
 
 
 def single(value: float) -> float:
-    """Return a number as a float of 32 bits keeps it, as all numbers of grbl are."""
+    """Return a number rounded to a 32-bit float, like all numbers of grbl."""
     return float(struct.unpack("f", struct.pack("f", value))[0])
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what a program does.
+    """Return the events of a program.
 
     Raises:
         RefusedLine: grbl answers a line with an error.
@@ -41,7 +41,7 @@ def read(text: str, options: WriterOptions) -> PlayedTrace:
 
 
 class Machine:
-    """A grbl that takes a line after the other; a caller that speaks to it like a host may ask for `status()`."""
+    """A grbl that processes line after line; a caller may also query `status()`, like a host."""
 
     def __init__(self, options: WriterOptions) -> None:
         self.around = Surroundings(options)
@@ -52,7 +52,7 @@ class Machine:
         self.ended = False
 
     def line(self, number: int, line: str) -> None:
-        """Do a line.
+        """Process a line.
 
         Raises:
             RefusedLine: grbl answers with an error.

@@ -1,7 +1,7 @@
-"""Klipper: sections of a configuration, templates of macros, and the commands that come of them.
+"""Klipper: sections of a configuration, templates of macros, and the resulting commands.
 
-A template is worked out as a whole before its first command runs, with the state that there is then; so is the template
-of a delayed_gcode when its time has come.
+A template is evaluated as a whole before its first command runs, with the state at that time; so is the template of a
+delayed_gcode when it is due.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ SEARCHES = {"try_probe", "try_inverted_probe"}
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what the macro PROGRAM does.
+    """Return the events of the macro PROGRAM.
 
     Raises:
-        RefusedLine: Klipper would not take the configuration, or a command.
+        RefusedLine: Klipper would not accept the configuration, or a command.
     """
     klipper = _Klipper(text, options)
     stopped = False
@@ -67,21 +67,21 @@ class _Klipper:
             if found := SECTION.match(code):
                 kind, name = found[1], found[2] or ""
                 if kind not in KNOWN or (kind, name) in self.sections:
-                    raise RefusedLine(number, line, "unknown section, or one that is there already")
+                    raise RefusedLine(number, line, "unknown or repeated section")
                 values = self.sections[kind, name] = {}
             elif code[0].isspace():
                 if values is None or key != "gcode":
-                    raise RefusedLine(number, line, "a line of nothing")
+                    raise RefusedLine(number, line, "a line outside a template")
                 values[key].append((number, code.strip()))
             else:
                 key, mark, value = (part.strip() for part in code.partition(":"))
                 if values is None or not mark:
-                    raise RefusedLine(number, line, "no option")
+                    raise RefusedLine(number, line, "not an option")
                 values[key] = [] if key == "gcode" else value
 
     # ------------------------------------------------------------------------------------------------------- templates
     def worked_out(self, lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
-        """Return the commands that a template becomes now."""
+        """Return the commands that a template results in now."""
         out: list[tuple[int, str]] = []
         self._template(lines, {}, out)
         return out
@@ -114,10 +114,10 @@ class _Klipper:
                 self._template(chosen, names, out)
                 place = end + 1
             else:
-                raise RefusedLine(number, line, "no tag that writers use")
+                raise RefusedLine(number, line, "not a tag that writers use")
 
     def _filled(self, line: str, names: dict[str, Any], number: int) -> str:
-        """Return a line with the values of what is in braces."""
+        """Return a line with the values of its expressions in braces."""
         return VALUE.sub(lambda found: str(self._value(found[1], names, number)), line)
 
     def _end(self, lines: list[tuple[int, str]], place: int, word: str) -> int:
@@ -173,7 +173,7 @@ class _Klipper:
                 raise TypeError(ast.unparse(it))
 
     def _status(self, of: str, name: str) -> Any:
-        """Return what Klipper shows a template of one of its objects."""
+        """Return a value of one of Klipper's objects, as a template reads it."""
         kind, _, which = of.partition(" ")
         if (kind, which) not in self.sections:
             raise KeyError(of)
@@ -184,7 +184,7 @@ class _Klipper:
 
     # -------------------------------------------------------------------------------------------------------- commands
     def run(self) -> None:
-        """Run the program, and what it leaves for later."""
+        """Run the program, and its delayed G-code."""
         self._macro("PROGRAM", 0)
         while self.due:
             self.around.statement()
@@ -196,7 +196,7 @@ class _Klipper:
                 self._command(number, command)
 
     def _meet(self, lines: list[tuple[int, str]], name: str) -> None:
-        """Let a wait end that nobody ends: the levels become those that it waits for."""
+        """End a wait that nothing else ends: the levels become the expected ones."""
         again = any(f"ID={name} DURATION=0.02" in line for _, line in lines)
         found = re.search(r'gcode_button input(\d+)"\]\.state == "(\w+)"', lines[0][1])
         if again and found:

@@ -41,18 +41,18 @@ class _Line(NamedTuple):
 
 
 class _Ended(Exception):
-    """M2, or the end of the file."""
+    """End of the program: M2, or the end of the file."""
 
 
 class _Return(Exception):
-    """A return from a subroutine."""
+    """Return from a subroutine."""
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what a program does.
+    """Return the events of a program.
 
     Raises:
-        RefusedLine: LinuxCNC would not take a line.
+        RefusedLine: LinuxCNC would not accept a line.
     """
     machine = _OWordMachine(text, options)
     stopped = False
@@ -106,7 +106,7 @@ class _OWordMachine:
             place = self._flow(line, place)
 
     def _flow(self, line: _Line, place: int) -> int:
-        """Run what an O-word begins; return the place after its end."""
+        """Run the block that an O-word begins; return the index after its end."""
         match line.word:
             case "sub":
                 last = self._find(place, line.label, "endsub")
@@ -173,7 +173,7 @@ class _OWordMachine:
         return value
 
     def _primary(self, text: str, line: _Line) -> tuple[float, str]:
-        """Return the value of a number, a parameter or what is in brackets, and what follows it."""
+        """Return the value of a number, a parameter or an expression in brackets, and the text after it."""
         found = TOKEN.match(text)
         if not found:
             raise RefusedLine(line.number, line.text, "a value is missing")
@@ -199,7 +199,7 @@ class _OWordMachine:
         raise RefusedLine(line.number, line.text, f"no value: {word or sign}")
 
     def _sum(self, text: str, line: _Line, least: int) -> tuple[float, str]:
-        """Return the value of operations that bind more than `least`, from the left."""
+        """Return the value of operations with a higher precedence than `least`, from the left."""
         value, rest = self._primary(text, line)
         while found := TOKEN.match(rest):
             operator = (found[4] or found[5] or "").upper()

@@ -17,18 +17,18 @@ METHODS = {"send", "move_by", "move_to", "feed", "set_position", "search", "leve
 
 
 class _FunctionLeft(Exception):
-    """A function returns."""
+    """Return from a function."""
 
 
 class _Broken(Exception):
-    """A loop ends."""
+    """Exit from a loop."""
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what a script does.
+    """Return the events of a script.
 
     Raises:
-        RefusedLine: Python, or grbl, would not take it.
+        RefusedLine: Python, or grbl, would not accept it.
     """
     try:
         tree = ast.parse(text)
@@ -93,13 +93,13 @@ class _Script:
             case ast.Global() | ast.Pass():
                 pass
             case _:
-                raise RefusedLine(it.lineno, ast.unparse(it), "no statement that writers use")
+                raise RefusedLine(it.lineno, ast.unparse(it), "not a statement that writers use")
 
     def _assign(self, it: ast.Assign) -> None:
         if not isinstance(it.targets[0], ast.Name) or not isinstance(it.value, ast.Constant | ast.UnaryOp | ast.IfExp):
             if isinstance(it.value, ast.Dict):
                 return
-            raise RefusedLine(it.lineno, ast.unparse(it), "no assignment that writers use")
+            raise RefusedLine(it.lineno, ast.unparse(it), "not an assignment that writers use")
         self.names[it.targets[0].id] = self._value(it.value)
 
     def _value(self, it: ast.expr) -> Any:
@@ -133,13 +133,13 @@ class _Script:
             case ast.Call(func=ast.Name(id=name), args=[ast.Name(id="grbl")]):
                 return self.called(name)
             case _:
-                raise RefusedLine(it.lineno, ast.unparse(it), "no expression that writers use")
+                raise RefusedLine(it.lineno, ast.unparse(it), "not an expression that writers use")
 
     def _named(self, it: ast.Call) -> dict[str, Any]:
         return {str(each.arg): self._value(each.value) for each in it.keywords}
 
     def _method(self, name: str, values: list[Any], named: dict[str, Any]) -> Any:
-        """Do what a method of the board does, by its words for grbl."""
+        """Follow a method of the board, by its commands for grbl."""
         spm = self.grbl.around.steps_per_mm
         letter = named.get("axis", AXES[0])
         match name:

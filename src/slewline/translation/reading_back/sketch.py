@@ -1,6 +1,6 @@
 """A sketch, run on paper: the C++ that writers use, and the calls of Arduino and of the two libraries for steppers.
 
-A loop while an input has not a level is a wait.  Times are not counted.
+A loop that repeats until an input has a level is a wait.  Times are not counted.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ INPUT = re.compile(r"INPUT(\d+)_PIN$")
 
 
 class _Returned(Exception):
-    """A function returns."""
+    """Return from a function."""
 
 
 class _Function(NamedTuple):
@@ -46,10 +46,10 @@ class _Function(NamedTuple):
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what a sketch does in setup().
+    """Return the events of a sketch in setup().
 
     Raises:
-        RefusedLine: the compiler, or a library, would not take it.
+        RefusedLine: the compiler, or a library, would not accept it.
     """
     machine = _SketchMachine(text, options)
     stopped = False
@@ -74,7 +74,7 @@ class _SketchMachine(SketchTokens):
 
     # --------------------------------------------------------------------------------------------------- declarations
     def declarations(self) -> None:
-        """Read what is outside functions."""
+        """Read the declarations outside functions."""
         while self.here:
             if self.here.startswith("#"):
                 name = self.take().partition(" ")[2].strip()
@@ -122,7 +122,7 @@ class _SketchMachine(SketchTokens):
 
     def _variable(self, names: dict[str, Any]) -> None:
         if self.here not in TYPES:
-            raise self.refused("no declaration")
+            raise self.refused("not a declaration")
         while self.here in TYPES:
             self.take()
         name = self.take()
@@ -309,7 +309,7 @@ class _SketchMachine(SketchTokens):
         return self.value_of(token)
 
     def value_of(self, name: str) -> Any:
-        """Return what a name has as its value."""
+        """Return the value of a name."""
         for names in (self.frames[-1] if self.frames else {}, self.names):
             if name in names:
                 return names[name]
@@ -342,7 +342,7 @@ class _SketchMachine(SketchTokens):
 
     def _input_number(self, pin: SketchPin) -> int:
         if self.modes.get(int(pin)) != 2:
-            raise self.refused(f"{pin.name} is no input")
+            raise self.refused(f"{pin.name} is not an input")
         found = INPUT.match(pin.name)
         return int(found[1]) if found else INPUTS + int(pin)
 

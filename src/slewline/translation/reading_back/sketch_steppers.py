@@ -1,4 +1,4 @@
-"""What the libraries for steppers do with a motor, as far as a sketch that is read back moves one."""
+"""Effects of stepper libraries on a motor, as far as a sketch that is read back moves one."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class SketchStepper:
         """Call a method.
 
         Raises:
-            KeyError: it has no such method.
+            KeyError: it does not have this method.
         """
         return getattr(self, f"_on_{name}", _unknown)(*values)
 

@@ -1,4 +1,4 @@
-"""The words of a sketch, and a place among them."""
+"""The words of a sketch, and a position among them."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Token(NamedTuple):
 
 
 class SketchTokens:
-    """The words of a sketch in their order, and the one that comes next.
+    """The words of a sketch in their order, and a position among them.
 
     Raises:
-        RefusedLine: a word that is none.
+        RefusedLine: a character sequence is not a word of a sketch.
     """
 
     def __init__(self, text: str) -> None:
@@ -34,18 +34,18 @@ class SketchTokens:
             while code[place:].strip():
                 found = TOKEN.match(code, place)
                 if not found:
-                    raise RefusedLine(line, code, "no C++ that writers use")
+                    raise RefusedLine(line, code, "not C++ that writers use")
                 self.tokens.append(Token(found[1], line))
                 place = found.end()
         self.at = 0
 
     @property
     def here(self) -> str:
-        """The token that comes next; empty at the end."""
+        """Next token; empty at the end."""
         return self.tokens[self.at].text if self.at < len(self.tokens) else ""
 
     def take(self, text: str = "") -> str:
-        """Return the next token, and go on."""
+        """Return the next token, and advance."""
         found = self.here
         if text and found != text:
             raise self.refused(f"{text} is missing")
@@ -53,12 +53,12 @@ class SketchTokens:
         return found
 
     def refused(self, reason: str) -> RefusedLine:
-        """Return that something is not right here."""
+        """Return the error at this position."""
         token = self.tokens[min(self.at, len(self.tokens) - 1)]
         return RefusedLine(token.line, token.text, reason)
 
     def skip(self) -> None:
-        """Go past a statement, or a block."""
+        """Skip a statement, or a block."""
         if self.here == "{":
             depth = 0
             while True:
@@ -80,7 +80,7 @@ class SketchTokens:
             pass
 
     def skip_brackets(self) -> None:
-        """Go past ( ... )."""
+        """Skip ( ... )."""
         depth = 0
         while True:
             depth += {"(": 1, ")": -1}.get(self.take(), 0)

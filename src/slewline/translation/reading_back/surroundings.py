@@ -1,4 +1,4 @@
-"""The surroundings of a program that is read back: its inputs, and the record of what it did."""
+"""Surroundings of a program that is read back: its inputs, and the record of its events."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from ..target_writer import Happened, PlayedTrace, WriterOptions
 MOST_EVENTS = 5_000
 MOST_STATEMENTS = 100_000
 MOST_CHANGES = 16  # of inputs
-IDLE_STATEMENTS = 250  # without anything that happens: the program waits
+IDLE_STATEMENTS = 250  # without an event: the program waits
 
 
 class RefusedLine(Exception):
-    """A line that the target would not take: place and reason."""
+    """A line that the target would not accept: place and reason."""
 
     def __init__(self, line: int, text: str, reason: str) -> None:
         super().__init__(f"line {line}: {text.strip()}: {reason}")
 
 
 class Enough(Exception):
-    """The program has no end; what it did so far is the trace."""
+    """The program has no end; its events so far are the trace."""
 
 
 class Surroundings:
-    """Inputs, a counter for each axis, and what happened.
+    """Inputs, a counter for each axis, and the events.
 
-    `options.values["inputs"]` has the levels at the start: "1=0 3=1"; the others are high, as open inputs are.
-    `options.values["waits"]` has the inputs that change, one after the other, whenever the program does nothing but
-    wait: "1 2"; without any a wait ends immediately.
-    `options.values["events"]` is after how many things that happened a program without end is cut off.
+    `options.values["inputs"]` has the levels at the start: "1=0 3=1"; the others are high, like open inputs.
+    `options.values["waits"]` has the inputs that change, one after the other, whenever the program only waits: "1 2";
+    if empty, a wait ends immediately.  `options.values["events"]` is the number of events after which a program without
+    end is cut off.
     """
 
     def __init__(self, options: WriterOptions) -> None:
@@ -37,15 +37,15 @@ class Surroundings:
             number, _, level = pair.partition("=")
             self.levels[int(number)] = int(level)
         self.waits = [int(each) for each in options.values.get("waits", "").split()]
-        self.position: dict[int, int] = {}  # in steps since the start, whatever they are called
+        self.position: dict[int, int] = {}  # in steps since the start, without regard to presets
         self.outputs: dict[int, int] = {}
         self.happened: list[Happened] = []
         self._most = int(options.values.get("events", MOST_EVENTS))
         self._statements = self._changes = 0
-        self._active = (0, 0)  # statements and happenings when something happened last
+        self._active = (0, 0)  # statements and events at the last event
 
     def statement(self) -> None:
-        """Count a statement; one that follows many others in which nothing happened lets an input change.
+        """Count a statement; after many statements without an event, let an input change.
 
         Raises:
             Enough: there have been so many that the program has no end.
@@ -66,7 +66,7 @@ class Surroundings:
         """Wait for a level of an input.
 
         Raises:
-            Enough: it never comes.
+            Enough: the level never occurs.
         """
         if not self.waits:
             self.happened.append(Happened("input", number, level))
@@ -84,7 +84,7 @@ class Surroundings:
         self.happened.append(Happened("input", number, self.levels[number]))
 
     def run(self, axis: int, sign: int) -> None:
-        """Record a motion that something ends from outside."""
+        """Record a motion that is ended from outside."""
         self.happened.append(Happened("run", axis, sign))
 
     def move(self, axis: int, steps: int, rate: float | None = None) -> None:
@@ -94,7 +94,7 @@ class Surroundings:
             self.happened.append(Happened("move", axis, steps, rate=rate))
 
     def output(self, number: int, level: int) -> None:
-        """Record an output, if it changes; what sets it first sets its state at the start."""
+        """Record an output, if it changes; the first setting of an output is its state at the start."""
         if self.outputs.setdefault(number, level) != level:
             self.outputs[number] = level
             self.happened.append(Happened("output", number, level))
@@ -105,5 +105,5 @@ class Surroundings:
             self.happened.append(Happened("delay", 1, ps))
 
     def trace(self, ran: str, stopped: bool = False) -> PlayedTrace:
-        """Return what happened."""
+        """Return the events."""
         return PlayedTrace(ran, tuple(self.happened), stopped)

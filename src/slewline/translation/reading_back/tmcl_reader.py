@@ -11,7 +11,7 @@ from .surroundings import Enough, RefusedLine, Surroundings
 
 NUMBER = re.compile(r"-?\d+$")
 LABEL = re.compile(r"[A-Za-z]\w*$")
-# Of a command: its number, and what its operands are: a word, a number, a label.
+# Of a command: its number, and the kinds of its operands: a word, a number, a label.
 COMMANDS: dict[str, tuple[int, tuple[object, ...]]] = {
     "ROR": (1, (int, int)),
     "ROL": (2, (int, int)),
@@ -73,7 +73,7 @@ def assemble(text: str) -> list[_Command]:
     """Return the commands of a program, with addresses in place of labels.
 
     Raises:
-        RefusedLine: the assembler would not take a line.
+        RefusedLine: the assembler would not accept a line.
     """
     commands: list[_Command] = []
     labels: dict[str, int] = {}
@@ -82,7 +82,7 @@ def assemble(text: str) -> list[_Command]:
         label, mark, rest = code.partition(":")
         if mark:
             if not LABEL.match(label.strip()) or label.strip() in labels:
-                raise RefusedLine(number, line, "no label, or one that is there already")
+                raise RefusedLine(number, line, "invalid or repeated label")
             labels[label.strip()] = len(commands)
             code = rest.strip()
         if code:
@@ -111,7 +111,7 @@ def _linked(command: _Command, labels: dict[str, int]) -> _Command:
 
 
 def binary(text: str, address: int = 1) -> bytes:
-    """Return a program as a host sends it to a module: nine bytes a command, with their sum."""
+    """Return a program as a host sends it to a module: nine bytes a command, including their sum."""
     out = bytearray()
     for _, _, name, operands in assemble(text):
         code, kinds = COMMANDS[name]
@@ -130,10 +130,10 @@ def binary(text: str, address: int = 1) -> bytes:
 
 
 def read(text: str, options: WriterOptions) -> PlayedTrace:
-    """Return what a program does.
+    """Return the events of a program.
 
     Raises:
-        RefusedLine: the assembler, or the module, would not take a line.
+        RefusedLine: the assembler, or the module, would not accept a line.
     """
     processor = _Processor(assemble(text), options)
     stopped = False
@@ -167,7 +167,7 @@ class _Processor:
             getattr(self, f"on_{command.name}")(command, *command.operands)
 
     def refused(self, command: _Command, reason: str) -> RefusedLine:
-        """Return that the module does not take a command."""
+        """Return the error that the module does not accept a command."""
         return RefusedLine(command.line, command.text, reason)
 
     # ---------------------------------------------------------------------------------------------------------- motion
@@ -224,12 +224,12 @@ class _Processor:
 
     def on_SGP(self, command: _Command, number: int, bank: int, value: int) -> None:
         if bank != 2 or not 0 <= number < len(self.variables):
-            raise self.refused(command, "no user variable")
+            raise self.refused(command, "not a user variable")
         self.variables[number] = value
 
     def on_GGP(self, command: _Command, number: int, bank: int) -> None:
         if bank != 2:
-            raise self.refused(command, "no user variable")
+            raise self.refused(command, "not a user variable")
         self.accumulator = self.variables[number]
 
     def on_CALC(self, command: _Command, what: str, value: int) -> None:
@@ -247,12 +247,12 @@ class _Processor:
     # ------------------------------------------------------------------------------------------------------------ lines
     def on_SIO(self, command: _Command, port: int, bank: int, level: int) -> None:
         if bank != 2 or not 0 <= port <= 2 or port in self.reads:
-            raise self.refused(command, "no output")
+            raise self.refused(command, "not an output")
         self.around.output(port + 1, level)
 
     def on_GIO(self, command: _Command, port: int, bank: int) -> None:
         if bank != 0 or not 0 <= port <= 2:
-            raise self.refused(command, "no input")
+            raise self.refused(command, "not an input")
         self.accumulator = self.around.level(self.inputs[port])
 
     # ------------------------------------------------------------------------------------------------------------ flow
@@ -269,7 +269,7 @@ class _Processor:
             self.at = to
 
     def _met(self, command: _Command, to: int) -> None:
-        """End a wait for an input, where inputs do not change by themselves."""
+        """End a wait for an input, if inputs do not change by themselves."""
         del command
         self.around.wait(self.inputs[int(self.program[to].operands[0])], int(self.program[to + 1].operands[0]))
 
@@ -285,7 +285,7 @@ class _Processor:
 
     def on_RSUB(self, command: _Command) -> None:
         if not self.stack:
-            raise self.refused(command, "no subroutine")
+            raise self.refused(command, "not a subroutine")
         self.at = self.stack.pop()
 
     def on_DJNZ(self, command: _Command, number: int, to: int) -> None:

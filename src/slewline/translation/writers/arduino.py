@@ -1,8 +1,8 @@
 """A sketch for an Arduino Uno, with the library AccelStepper or FastAccelStepper.
 
-Stored programs become functions, what the host sends is in `setup()`.  Each move blocks until it has ended, as at the
-source.  AccelStepper begins at standstill and has a constant acceleration; a move without a ramp runs at an even rate.
-`values["library"] = "fastaccelstepper"` takes the other library: faster, and with ramps alone.
+Stored programs become functions; the commands of the host are in `setup()`.  Each move blocks until it has ended, like
+at the source.  AccelStepper begins at standstill and has a constant acceleration; a move without a ramp runs at a
+constant rate.  `values["library"] = "fastaccelstepper"` selects the other library: faster, and with ramps only.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from .structured import Structured
 
 
 class SketchWriter(Structured):
-    """A writer at work on one program."""
+    """A writer of a sketch for one program."""
 
     entry = "a function begins at its first line (C++)"
-    keeps = "a sketch is kept without power"
+    keeps = "a sketch survives power-off"
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
         super().__init__(target, program, options)
@@ -76,11 +76,10 @@ class SketchWriter(Structured):
         return self.finished(out, (("library", self.library.title),))
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
         return self.pins.wires()
 
     def _function(self, name: str, actions: list[Action], block: int) -> list[OutLine]:
-        """Return a function with what the part or its host does."""
+        """Return a function with the actions of the part or its host."""
         self.sheet.lines = []
         self.known, self.declared = dict(self.ran_with.get(block, {})), set()
         self.sheet.depth = 1
@@ -93,11 +92,10 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a variable of the sketch becomes a number."""
+        """Write the assignment of a number to a variable of the sketch."""
         self.sheet.add(f"{name} = {value};", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write that the position is set."""
         stepper = self.library.of(self.pins.stepper(action.axis))
         self.sheet.add(f"{stepper}setCurrentPosition({action.position});", action.line)
 
@@ -149,7 +147,6 @@ class SketchWriter(Structured):
             self.known[axis, "acceleration"] = wanted
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         sheet, line, profile = self.sheet, action.line, action.profile
         absolute = isinstance(action, MoveTo)
         if profile is not None:
@@ -169,9 +166,9 @@ class SketchWriter(Structured):
         sheet.add(f"{helper}({stepper}{value}{rate});", line)
         if evenly and profile and action.steps:
             gap = round(PS / profile.top)
-            sheet.nearly(line, "at an even rate; a step may be some microseconds late", off_ps=gap)
+            sheet.nearly(line, "at a constant rate; a step may be some microseconds late", off_ps=gap)
         elif evenly:
-            sheet.nearly(line, "at an even rate; a step may be some microseconds late")
+            sheet.nearly(line, "at a constant rate; a step may be some microseconds late")
         else:
             acceleration = profile.acceleration if profile and profile.ramped else profile.top**2 if profile else 0.0
             compare_times(sheet, action, acceleration, self.library.rest)
@@ -230,7 +227,7 @@ class SketchWriter(Structured):
 
     # -------------------------------------------------------------------------------------------------- the language
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write that a variable becomes a number; the first time, declare it."""
+        """Write the assignment of a number to a variable; the first time, declare it."""
         self.sheet.add(f"{'' if name in self.declared else 'int '}{name} = {value};", source)
         self.declared.add(name)
 
@@ -238,11 +235,9 @@ class SketchWriter(Structured):
         self.sheet.add(f"{name}++;", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return a comparison."""
         return f"{name} {sign} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return a condition."""
         return " && ".join(
             f"digitalRead({self._input(each.number, source)}) == {level_name(each.level)}" for each in inputs
         )

@@ -1,10 +1,10 @@
 """The flow of a program as a tree, for languages that have loops and branches but no jump.
 
     A:  move       Repeat 3 times          an endless loop is `Forever`, a loop that an input continues is `AsLongAs`;
-        L 3,A  ->      move                a jump forward on inputs is a `Fork` around what it leaves out
+        L 3,A  ->      move                a jump forward on inputs is a `Fork` around the skipped actions
 
 Jumps that do not nest become `Stages`: pieces of the program, numbered, each with the piece that follows it.  A writer
-makes of them one loop around a branch for each piece.
+converts them to one loop around a branch for each piece.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from itertools import count
 
 from ..meaning import Action, EndProgram, Input, Jump, Label, Loop, RunProgram
 
-START = ""  # the label of the beginning of a stored program, which RunProgram names
+START = ""  # the label of the beginning of a stored program, used by RunProgram
 
 
 @dataclass(frozen=True)
 class Repeat:
-    """Do `body` so many times.  `head` and `line` are the lines of the source where it begins and where it ends."""
+    """Repeat `body` a number of times.  `head` and `line` are the lines of the source where it begins and ends."""
 
     passes: int
     body: tuple[Node, ...]
@@ -31,7 +31,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class Forever:
-    """Do `body` for ever."""
+    """Repeat `body` forever."""
 
     body: tuple[Node, ...]
     head: int = 0
@@ -40,7 +40,7 @@ class Forever:
 
 @dataclass(frozen=True)
 class AsLongAs:
-    """Do `body`, and again as long as all inputs then have their levels."""
+    """Run `body`, and again as long as all inputs then have their levels."""
 
     inputs: tuple[Input, ...]
     body: tuple[Node, ...]
@@ -50,7 +50,7 @@ class AsLongAs:
 
 @dataclass(frozen=True)
 class Fork:
-    """Do `then` if all inputs have their levels, else `otherwise`; one of the two may be empty."""
+    """Run `then` if all inputs have their levels, else `otherwise`; one of the two may be empty."""
 
     inputs: tuple[Input, ...]
     then: tuple[Node, ...]
@@ -60,10 +60,10 @@ class Fork:
 
 @dataclass(frozen=True)
 class Stage:
-    """A piece of a program: what it does, and which piece follows; -1: the program ends.
+    """A piece of a program: its actions, and the piece that follows; -1: the program ends.
 
-    `inputs`: the piece `to` follows if they all have their levels; `passes`: as long as the piece has not been left so
-    often; else `below` follows.
+    `inputs`: the piece `to` follows if all have their levels; `passes`: it follows until the piece has been left
+    `passes` times; else `below` follows.
     """
 
     number: int
@@ -77,7 +77,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Stages:
-    """Pieces of a program that follow each other as each of them says, from the first one on."""
+    """Pieces of a program, each of which selects the next, from the first one on."""
 
     states: tuple[Stage, ...]
     line: int = 0
@@ -107,7 +107,7 @@ def structured(actions: Sequence[Action]) -> tuple[Node, ...]:
 
 
 def _nested(items: list[Action], wanted: Counter[str]) -> tuple[Node, ...]:
-    """Return the tree of a part of a program; what it has found of the jumps that are `wanted` is taken from them."""
+    """Return the tree of a part of a program; the jumps found in it are removed from `wanted`."""
     out: list[Node] = []
     place = 0
     while place < len(items):
@@ -135,7 +135,7 @@ def _leads_to(item: Action, label: str) -> bool:
 
 
 def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
-    """Return the loop that a jump back makes of what is between its label, which comes first, and itself."""
+    """Return the loop of a jump back and the actions from its label, which comes first, up to the jump."""
     assert isinstance(back, Jump | Loop)  # noqa: S101
     wanted[back.to] -= 1
     head = inside[0].line
@@ -147,7 +147,7 @@ def _loop(inside: list[Action], back: Action, wanted: Counter[str]) -> Node:
 
 
 def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node, int]:
-    """Return the branch that a jump forward makes, and the place after it."""
+    """Return the branch of a jump forward, and the index after it."""
     jump = items[place]
     assert isinstance(jump, Jump)  # noqa: S101
     target = next((at for at in range(place + 1, len(items)) if _is_label(items[at], jump.to)), None)
@@ -156,7 +156,7 @@ def _branch(items: list[Action], place: int, wanted: Counter[str]) -> tuple[Node
     wanted[jump.to] -= 1
     left_out = items[place + 1 : target]
     over = left_out[-1] if left_out else None
-    if isinstance(over, Jump) and not over.inputs:  # ... jump over what the first one leads to
+    if isinstance(over, Jump) and not over.inputs:  # ... skip the target of the first one
         end = next((at for at in range(target + 1, len(items)) if _is_label(items[at], over.to)), None)
         if end is not None:
             wanted[over.to] -= 1
@@ -171,7 +171,7 @@ def _is_label(item: Action, name: str) -> bool:
 
 # -------------------------------------------------------------------------------------------------------------- pieces
 def _pieces(items: list[Action]) -> Stages:
-    """Return a program in pieces: one from each label to which something leads, and from after each jump, on."""
+    """Return a program in pieces, which begin at labels that are targets of jumps and after jumps."""
     wanted = {each.to for each in items if isinstance(each, Jump | Loop)}
     begins: list[tuple[list[Action], Action | None]] = []
     number: dict[str, int] = {}
@@ -221,5 +221,5 @@ def nodes(tree: Sequence[Node]) -> list[Node]:
 
 
 def counters() -> count[int]:
-    """Return numbers for names that have to be different: 1, 2 ..."""
+    """Return distinct numbers for names: 1, 2 ..."""
     return count(1)

@@ -1,7 +1,7 @@
-"""G-code for grbl 1.1, which has no loops, no conditions and no inputs: what repeats is written out.
+"""G-code for grbl 1.1, which has no loops, no conditions and no inputs: loops are unrolled.
 
-Each move ends before the next line begins: `G4 P0` between two moves lets grbl come to rest; it joins them otherwise.
-Where the source waits for an input there is `M0`: a person continues.  A host script waits by itself (host_script.py).
+Each move ends before the next line begins: `G4 P0` between two moves lets grbl stop; otherwise it would blend them.
+A wait for an input becomes `M0`: a person continues.  A host script waits by itself (host_script.py).
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ LETTERS = "XYZ"
 FASTEST = 30_000  # steps/s: README of grbl
 DWELL_PS = 50 * 10**9  # a dwell is whole steps of 50 ms: DWELL_TIME_STEP, source of grbl
 FROM_REST = "grbl starts from standstill, with $120"
-HOST = "take --to python: a host script that sends grbl what comes next"
+HOST = "use --to python: a host script that sends grbl each command"
 PROBED = f"ends after {grouped(FAR)} steps at the latest; the switch goes to the probe, pin A5"
 OUTPUTS = {1: ("M8", "M9", "flood coolant, pin A3"), 2: ("M3 S1000", "M5", "spindle, pin D11")}
 
 
 class GrblWords:
-    """The words of G-code: distances in millimetres, feeds in mm/min.
+    """Words of G-code: distances in millimetres, feeds in mm/min.
 
     Args:
-        options: what a user says of the target.
-        first: the place of the first axis among X, Y and Z.
+        options: of the user, for the target.
+        first: the index of the first axis among X, Y and Z.
     """
 
     def __init__(self, options: WriterOptions, first: int) -> None:
@@ -58,16 +58,16 @@ class GrblWords:
         return LETTERS[self.first + axis - 1]
 
     def distance(self, axis: int, steps: int) -> str:
-        """Return a distance, or a position."""
+        """Return the word for a distance or a position."""
         return f"{self.letter(axis)}{number(steps / self.steps_per_mm, self.digits)}"
 
     def feed(self, rate: float) -> str:
-        """Return the word of a rate."""
+        """Return the F word for a rate."""
         return f"F{number(rate * 60 / self.steps_per_mm, 3)}"
 
 
 def grbl_pins(first: int) -> list[tuple[str, str]]:
-    """Return the pins of a board with grbl, by what they are for."""
+    """Return the pins of a board with grbl, by their purpose."""
     letter = LETTERS[first]
     return [
         ("step", f"pin D{2 + first}, step {letter}"),
@@ -79,14 +79,14 @@ def grbl_pins(first: int) -> list[tuple[str, str]]:
 
 
 def rate_of(action: SetProfile) -> float | None:
-    """Return the rate between the ramps that holds after a setting; None: it is not known."""
+    """Return the rate between the ramps after a setting; None: it is not known."""
     if action.profile is not None:
         return action.profile.top
     return action.value if action.sets == "top rate" else None
 
 
 def judged(writer: LanguageWriter, action: SetProfile, rate: float | None) -> None:
-    """Note what became of a rate or of a ramp, at a board with grbl."""
+    """Record the verdict on a rate or a ramp, at a board with grbl."""
     sheet, line = writer.sheet, action.line
     if action.sets == "top rate" and rate is not None and rate > FASTEST:
         limit = f"{FASTEST:,} steps/s (README of grbl)"
@@ -107,7 +107,7 @@ def probing(action: RunEndless | Home) -> str:
 
 
 def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
-    """Return whether grbl has an output; note it, if not."""
+    """Return whether grbl has an output; record a verdict if not."""
     if action.number in OUTPUTS:
         return True
     limit = "two outputs: coolant (M8, M9) and spindle (M3, M5)"
@@ -117,13 +117,13 @@ def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
 
 
 class GrblWriter(LanguageWriter):
-    """A writer at work on one program."""
+    """A writer of grbl G-code for one program."""
 
     needs = "a word needs a number"
     entry = "no jumps (grbl runs line by line)"
     entry_remedy = HOST
-    called = "what runs is written here"
-    moves = "it is in the moves"
+    called = "the called program is written here"
+    moves = "included in the moves"
     more_axes = ("3 axes: X, Y, Z", "LinuxCNC")
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -131,7 +131,7 @@ class GrblWriter(LanguageWriter):
         self.first = self.first_axis(LETTERS)
         self.most_axes = len(LETTERS) - self.first
         self.words = GrblWords(options, self.first)
-        self.variable_distance = self.variable_sign = False  # loops are written out: both are known
+        self.variable_distance = self.variable_sign = False  # loops are unrolled: both are known
         self.moved = False  # the line before this one is a move
         self.ended = False  # the stored program
         repeats = options.values.get("repeats", "1")
@@ -152,7 +152,7 @@ class GrblWriter(LanguageWriter):
         return self.finished(out, assumed)
 
     def _not_run(self) -> list[OutLine]:
-        """Return the programs that the text enters and does not run: after M2, where grbl does not go."""
+        """Return the programs that the text enters and does not run: after M2, which ends the run."""
         out: list[OutLine] = []
         for block in stored(self.program):
             if block in self.runs.values():
@@ -163,7 +163,7 @@ class GrblWriter(LanguageWriter):
         return out
 
     def _settings(self) -> list[OutLine]:
-        """Return the settings that the program takes for granted: to be sent once, while grbl is idle."""
+        """Return the settings that the program requires, to be sent once, while grbl is idle."""
         top = top_rate(self.program.actions)
         at, spm = self.first, self.options.steps_per_mm
         rows = (
@@ -175,13 +175,12 @@ class GrblWriter(LanguageWriter):
         return [OutLine("", says + ", ".join(f"{text} ({what})" for text, what in rows))]
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
         names = grbl_pins(self.first)
         return [*names, *((f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items())]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def tree(self, tree: Sequence[Node]) -> None:
-        """Write a tree, with its loops written out."""
+        """Write the commands of a program tree, with its loops unrolled."""
         for node in tree:
             if self.ended:
                 return
@@ -189,15 +188,15 @@ class GrblWriter(LanguageWriter):
                 case Repeat():
                     self._repeat(node)
                 case Forever():
-                    self._again(node, "repeats for ever")
+                    self._again(node, "repeats forever")
                 case AsLongAs():
                     self._again(node, "repeats as long as an input has its level")
                 case Fork():
                     limit = "no conditions (grbl has no expressions and reads no inputs)"
-                    self.sheet.impossible(node.line, "decides by an input: neither branch is written", limit, HOST)
+                    self.sheet.impossible(node.line, "branches on an input: neither branch is written", limit, HOST)
                 case Stages():
                     limit = "no jumps (grbl runs line by line)"
-                    self.sheet.impossible(node.line, "jumps by inputs: the program is left out", limit, HOST)
+                    self.sheet.impossible(node.line, "jumps on inputs: the program is left out", limit, HOST)
                 case Label():
                     pass
                 case _:
@@ -228,7 +227,7 @@ class GrblWriter(LanguageWriter):
         self._add(f"G92 {self.words.distance(action.axis, action.position)}", action.line)
 
     def leave(self, action: EndProgram) -> None:
-        """Note that the stored program ends: what follows is not written."""
+        """Record the end of the stored program: later actions are not written."""
         super().leave(action)
         self.ended = True
 
@@ -245,7 +244,7 @@ class GrblWriter(LanguageWriter):
         self.moved = moves
 
     def call(self, block: int, at: str, line: int) -> None:
-        """Write a stored program where it runs."""
+        """Write a stored program at its run command."""
         self.inside(block)
 
     def inside(self, block: int) -> None:
@@ -271,7 +270,6 @@ class GrblWriter(LanguageWriter):
         return f" {self.words.feed(profile.top)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line, axis = action.line, action.axis
         feed = self._feed(action.profile or self.registers.profile)
         if isinstance(action, MoveTo):
@@ -285,7 +283,6 @@ class GrblWriter(LanguageWriter):
         compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run."""
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
@@ -298,7 +295,7 @@ class GrblWriter(LanguageWriter):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write coolant or spindle."""
+        """Write the command for coolant or spindle."""
         if has_output(self, action):
             self._add(OUTPUTS[action.number][1 - action.level], action.line)
             self.sheet.same(action.line)
@@ -310,6 +307,6 @@ class GrblWriter(LanguageWriter):
         if lasts == action.time_ps:
             self.sheet.same(action.line)
             return
-        says = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits for whole steps of 50 ms"
+        says = f"{seconds(lasts)} for {seconds(action.time_ps)}: grbl waits in whole steps of 50 ms"
         off = (lasts - action.time_ps) / action.time_ps
         self.sheet.nearly(action.line, says, off, lasts - action.time_ps)

@@ -1,4 +1,4 @@
-"""The part of a host script that is the same for all programs: the board with grbl, and how a script speaks to it."""
+"""The fixed part of a host script: the board with grbl, and the communication with it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Grbl:
         self.line.reset_input_buffer()
 
     def send(self, command):
-        """Send a line, and wait until grbl has taken it."""
+        """Send a line, and wait until grbl has accepted it."""
         self.line.write(command.encode("ascii") + b"\\n")
         while True:
             answer = self.line.readline().decode("ascii", "replace").strip()
@@ -37,7 +37,7 @@ class Grbl:
         self.send("G4 P0")
 
     def move_by(self, steps, axis="{letter}"):
-        """Move by so many steps."""
+        """Move by a number of steps."""
         self.send(f"G91 G1 {{axis}}{{steps / STEPS_PER_MM:.{digits}f}}")
         self.settle()
         self.position += steps
@@ -53,12 +53,12 @@ class Grbl:
         self.send(f"F{{rate * 60 / STEPS_PER_MM:.3f}}")
 
     def set_position(self, position, axis="{letter}"):
-        """Count from here on from a position, in steps."""
+        """Set the present position, in steps."""
         self.send(f"G92 {{axis}}{{position / STEPS_PER_MM:.{digits}f}}")
         self.position = position
 
     def search(self, steps, code="G38.3", axis="{letter}"):
-        """Move until the probe input changes, by so many steps at most."""
+        """Move until the probe input changes, by at most `steps`."""
         self.send(f"G91 {{code}} {{axis}}{{steps / STEPS_PER_MM:.{digits}f}}")
 
     def level(self, number):

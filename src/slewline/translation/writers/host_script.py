@@ -1,6 +1,6 @@
-"""A host script in Python, for what G-code cannot do: it loops, waits and decides, and sends grbl what comes next.
+"""A host script in Python, for loops, waits and branches, which G-code cannot do; it sends grbl each command.
 
-Inputs are those that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
+Inputs are the pins that grbl reports: the probe and the limit switches, with hard limits ($21) and homing ($22) off.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ PINS |= {4: ("Z", "pin D12, limit Z")}
 
 
 class ScriptWriter(Structured):
-    """A writer at work on one program."""
+    """A writer of a host script for one program."""
 
     nothing = "pass"
     entry = "a function begins at its first line (Python)"
@@ -72,7 +72,7 @@ class ScriptWriter(Structured):
         return self.finished(out, assumed)
 
     def _function(self, name: str, block: int) -> list[OutLine]:
-        """Return a function with what the part or its host does."""
+        """Return a function with the actions of the part or its host."""
         self.sheet.lines = []
         self.sheet.depth = 1
         self.known = dict(self.ran_with.get(block, {}))
@@ -101,28 +101,26 @@ class ScriptWriter(Structured):
         return [OutLine(""), *found] if found else []
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
         names = grbl_pins(self.first)
         names += [(f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items()]
         return names + [(f"input{pin}", where) for pin, (_, where) in PINS.items()]
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a variable becomes a number."""
+        """Write the assignment of a number to a variable."""
         self.assign(name, value, line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write that the position is set."""
         self.sheet.add(f"grbl.set_position({action.position}{self._axis(action)})", action.line)
 
     def wait(self, action: WaitInput) -> None:
         if self._is_input(action.input.number, action.line):
             self.sheet.add(f"grbl.wait({action.input.number}, {action.input.level})", action.line)
-            self.sheet.nearly(action.line, "the host asks grbl for its inputs: some 10 ms later")
+            self.sheet.nearly(action.line, "the host polls grbl's inputs: some 10 ms later")
 
     def delay(self, action: Delay) -> None:
         self.sheet.add(f"time.sleep({number(action.time_ps / PS)})", action.line)
-        self.sheet.nearly(action.line, "the host's clock: some milliseconds longer")
+        self.sheet.nearly(action.line, "timed by the host: some milliseconds longer")
 
     def leave(self, action: EndProgram) -> None:
         if action is not self.final:
@@ -149,7 +147,6 @@ class ScriptWriter(Structured):
         judged(self, action, rate)
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line = action.line
         self._set_rate(action.profile.top if action.profile else None, line)
         if isinstance(action, MoveTo):
@@ -178,7 +175,7 @@ class ScriptWriter(Structured):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write coolant or spindle."""
+        """Write the command for coolant or spindle."""
         if has_output(self, action):
             self.sheet.add(f'grbl.send("{OUTPUTS[action.number][1 - action.level]}")', action.line)
             self.sheet.same(action.line)
@@ -198,11 +195,9 @@ class ScriptWriter(Structured):
         self.sheet.add(f"{name} += 1", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return a comparison."""
         return f"{name} {sign} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return a condition."""
         known = [each for each in inputs if self._is_input(each.number, source)]
         return " and ".join(f"grbl.level({each.number}) == {each.level}" for each in known) or "False"
 

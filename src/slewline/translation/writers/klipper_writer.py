@@ -1,8 +1,8 @@
 """A configuration for Klipper: a manual_stepper, and the program as macros.
 
-Klipper works out the whole text of a macro before its first command runs, so a macro can repeat, but it cannot wait.  A
-program is cut where it waits or decides: each piece is a macro that ends with M400, when all motion has ended, and a
-delayed_gcode, which is worked out then, reads the inputs (gcode_button) and goes on with the next piece.
+Klipper evaluates the whole text of a macro before its first command runs, so a macro can repeat, but it cannot wait.  A
+program is cut where it waits or branches: each piece is a macro that ends with M400, when all motion has ended, and a
+delayed_gcode, which is evaluated then, reads the inputs (gcode_button) and continues with the next piece.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ PINS = ("PA4", "PA5", "PA6", "PA7", "PB0", "PB1", "PB2", "PB3")
 
 
 class KlipperWriter(LanguageWriter):
-    """A writer at work on one program."""
+    """A writer of a Klipper configuration for one program."""
 
     needs = "MOVE needs a number"
     entry = "a macro begins at its first line"
-    moves = "it is in the moves"
+    moves = "included in the moves"
     more_axes = ("one manual_stepper is written", "add another one by hand")
 
     def __init__(self, target: Target, program: Program, options: WriterOptions) -> None:
@@ -58,7 +58,7 @@ class KlipperWriter(LanguageWriter):
         self.kept |= {"direction": "1"} if self.variable_sign else {}
         self.kept |= {"speed": "1", "accel": "0"} if self.variable_rates else {}
         self.searches = any(isinstance(each, RunEndless | Home) for each in program.actions)
-        self.main = MAIN  # what the name of a macro begins with
+        self.main = MAIN  # prefix of the name of a macro
         self._cut(program.block(-1))
 
     def _cut(self, tree: Sequence[Node]) -> None:
@@ -72,7 +72,7 @@ class KlipperWriter(LanguageWriter):
             says = f"the program runs from {action.at} on"
             self.sheet.impossible(action.line, says, self.entry, self.entry_remedy)
             return ()
-        self.sheet.same(action.line, "what runs is written here")
+        self.sheet.same(action.line, "the called program is written here")
         return structured(self.inner(self.runs[action.line]))
 
     def written(self) -> Written:
@@ -95,7 +95,7 @@ class KlipperWriter(LanguageWriter):
         for block in (-1, *stored(self.program)):
             out = with_comments(lines_of(self.program, block), out, self.target.comment)
         spm = number(self.options.steps_per_mm)
-        assumed = (("steps per millimetre", spm), ("pins", "PA0 ...: put in those of your board"))
+        assumed = (("steps per millimetre", spm), ("pins", "PA0 ...: replace with those of your board"))
         return self.finished(out, assumed)
 
     def _written(self) -> list[OutLine]:
@@ -155,7 +155,7 @@ class KlipperWriter(LanguageWriter):
         return name if name in self.pieces.decisions else f"again_{self.macros[name].lower()}"
 
     def _to(self, name: str) -> str:
-        """Return the command that goes on with a piece or a decision."""
+        """Return the command that continues with a piece or a decision."""
         if name in self.pieces.decisions:
             return f"UPDATE_DELAYED_GCODE ID={name} DURATION=0.01"
         return self.macros[name] if name else "M400"
@@ -181,7 +181,6 @@ class KlipperWriter(LanguageWriter):
         return " and ".join(rows)
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
         names = [("step", "step_pin"), ("direction", "dir_pin"), ("enable", "enable_pin")]
         names += [("abort", "endstop_pin"), ("home", "endstop_pin")]
         names += [(f"output{n}", f"[output_pin output{n}]") for n in self.outputs]
@@ -189,7 +188,7 @@ class KlipperWriter(LanguageWriter):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def _write(self, node: Node) -> None:
-        """Write a node that neither waits nor decides, with the comments of its lines."""
+        """Write a node without a wait or a decision, with the comments of its lines."""
         if isinstance(node, Repeat):
             self.sheet.add(f"{{% for _ in range({node.passes}) %}}", node.head)
             self.sheet.depth += 1
@@ -205,11 +204,10 @@ class KlipperWriter(LanguageWriter):
         self.registers.note(node)
 
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a variable becomes a number."""
+        """Write the assignment of a number to a variable."""
         self.sheet.add(f"{{% set ns.{name} = {value} %}}", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write that the position is set."""
         self.register("at", action.position, action.line)
         self.sheet.add(f"MANUAL_STEPPER STEPPER=axis SET_POSITION={{ns.at{self._per_mm()}}}", action.line)
 
@@ -230,7 +228,7 @@ class KlipperWriter(LanguageWriter):
         return number(value / self.options.steps_per_mm, 4)
 
     def profile(self, action: SetProfile) -> None:
-        """Write rate and acceleration, if a move has them from here."""
+        """Write rate and acceleration, if a move has them from here on."""
         if self.variable_rates and action.profile is not None:
             ramp = action.profile.acceleration if action.profile.ramped else 0.0
             self.sheet.add(f"{{% set ns.speed = {self._mm(action.profile.top)} %}}", action.line)
@@ -241,17 +239,16 @@ class KlipperWriter(LanguageWriter):
             mm = self._mm(action.profile.acceleration)
             self.sheet.nearly(action.line, f"a constant acceleration, {mm} mm/s^2: the mean of the ramp")
         else:
-            self.sheet.same(action.line, "it is in the moves")
+            self.sheet.same(action.line, "included in the moves")
 
     def _rates(self, profile: Profile | None) -> str:
-        """Return the words for rate and acceleration; without a ramp the acceleration is 0, which is none."""
+        """Return the words for rate and acceleration; without a ramp the acceleration is 0, which means none."""
         if profile is None:
             return " SPEED={ns.speed} ACCEL={ns.accel}"
         acceleration = profile.acceleration if profile.ramped else 0.0
         return f" SPEED={self._mm(profile.top)} ACCEL={self._mm(acceleration)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line, profile = action.line, action.profile
         if isinstance(action, MoveTo):
             if self.variable_sign:
@@ -269,7 +266,6 @@ class KlipperWriter(LanguageWriter):
         compare_times(self.sheet, action, acceleration, FROM_REST)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run."""
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:

@@ -1,4 +1,4 @@
-"""What the writers of all languages share: what they know of a program, and the way from an action to its method."""
+"""Common base of the writers of all languages: facts about a program, and the dispatch of an action to its method."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, Set
 
 
 class LanguageWriter(ABC):
-    """A writer at work on one program.
+    """A writer of one program in a language.
 
-    A language has a method for each kind of action, and says what it needs and lacks:
+    A language has a method for each kind of action, and defines its needs and limits:
 
         needs: why a value has to be known: "a call needs a number".
-        entry: why a program does not run from a label on; empty: it does.
-        called: what the report has on a line that runs a program.
-        moves: what it has on a setting that is written in the moves alone.
-        keeps: where a result is kept without power.
-        most_axes, more_axes: how many axes there are; the limit, and what a person can do.
-        stem: how the first stored program is called.
+        entry: why a program cannot be run from a label; empty: it can.
+        called: text of the report for a line that runs a program.
+        moves: text of the report for a setting that is written in the moves alone.
+        keeps: the non-volatile storage of a result.
+        most_axes, more_axes: the number of axes; the limit, and advice to the user.
+        stem: the name of the first stored program.
     """
 
     needs = "a call needs a number"
@@ -67,8 +67,8 @@ class LanguageWriter(ABC):
         self.target, self.program, self.options = target, program, options
         self.sheet = Draft(target.comment, program, indent)
         self.registers = Held()
-        self.known: dict[Any, float] = {}  # rates and ramps that were written last, those that are known
-        self.ran_with: dict[int, dict[Any, float]] = {}  # the same, where the host runs a stored program
+        self.known: dict[Any, float] = {}  # rates and ramps written last, if known
+        self.ran_with: dict[int, dict[Any, float]] = {}  # the same, when the host runs a stored program
         self.runs = runs(program)
         self.names = {each: self.stem if each == 0 else f"{self.stem}{each + 1}" for each in stored(program)}
         self.outputs = {output for output, _ in outputs(program)}
@@ -81,20 +81,20 @@ class LanguageWriter(ABC):
 
     @abstractmethod
     def wires(self) -> Iterable[tuple[str, str]]:
-        """Return pairs of what a wire is for, and where it is at the target."""
+        """Return pairs of the purpose of a wire, and its pin at the target."""
 
     def finished(self, lines: Iterable[OutLine], assumed: Iterable[tuple[str, str]]) -> Written:
-        """Return what was written, after the comments with which the program begins."""
+        """Return the result, after the comments at the beginning of the program."""
         out = (*heading(self.program), *lines)
         assumed = [*assumed, *self._counted()]
         return Written(out, tuple(self.sheet.verdicts), wired(self.program, self.wires()), tuple(assumed))
 
     def _counted(self) -> list[tuple[str, str]]:
-        """Return what is assumed of positions: those of the source have ends, at which its counter begins again."""
+        """Return the assumption about positions: the source's counter wraps at its limits."""
         ends = counter_of(sheet_of(self.program.part)) if counts_positions(self.program) else None
         if ends is None:
             return []
-        return [("positions", f"never beyond an end of the counter of the {self.program.part} ({ends[0]}..{ends[1]})")]
+        return [("positions", f"never beyond a limit of the counter of the {self.program.part} ({ends[0]}..{ends[1]})")]
 
     def commented(self, block: int) -> list[OutLine]:
         """Return the lines written for a block, with the comments of the source."""
@@ -105,7 +105,7 @@ class LanguageWriter(ABC):
         return [each for each in self.program.block(block) if not isinstance(each, EnterProgram | LeaveProgram)]
 
     def first_axis(self, letters: str) -> int:
-        """Return the place of the axis of the options among the letters of the language.
+        """Return the index of the option's axis among the letters of the language.
 
         Raises:
             UsageError: it is not one of them.
@@ -163,7 +163,7 @@ class LanguageWriter(ABC):
                 unspoken(sheet, action, self.keeps, self.target.language)
 
     def unknown(self, line: int, what: str, remedy: str = "write the command with a number") -> None:
-        """Note that the text does not show a value."""
+        """Record that a value does not follow from the text."""
         self.sheet.impossible(line, f"{what} is not known from the text", self.needs, remedy)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
@@ -182,12 +182,12 @@ class LanguageWriter(ABC):
         self.sheet.same(action.line, self.called)
 
     def call(self, block: int, at: str, line: int) -> None:
-        """Write that a stored program runs, from its start or from a label."""
+        """Write the command that runs a stored program, from its start or from a label."""
         self.sheet.add(self.calls(self.names.get(block, self.stem)), line)
         self.handed_over(block)
 
     def handed_over(self, block: int) -> None:
-        """Keep what a stored program begins with; what it leaves is not known."""
+        """Keep the values at the start of a stored program; those at its end are not known."""
         self.ran_with[block] = dict(self.known) if self.ran_with.get(block, self.known) == self.known else {}
         self.known = {}
 
@@ -200,24 +200,24 @@ class LanguageWriter(ABC):
         self.sheet.same(action.line)
 
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that the distance, or the direction, of relative moves becomes a number."""
+        """Write the command that sets the distance, or the direction, of relative moves."""
         raise NotImplementedError
 
     @abstractmethod
     def profile(self, action: SetProfile) -> None:
-        """Write a rate, or what sets the ramp."""
+        """Write the command that sets a rate or a value of the ramp."""
 
     @abstractmethod
     def preset(self, action: SetPosition) -> None:
-        """Write that the position counter is set."""
+        """Write the command that sets the position counter."""
 
     @abstractmethod
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move; the position of one to a position is known."""
+        """Write a move; the target of an absolute move is known."""
 
     @abstractmethod
     def search(self, action: RunEndless | Home, sign: int) -> None:
-        """Write a motion that something ends."""
+        """Write a motion that an input ends."""
 
     @abstractmethod
     def output(self, action: SetOutput) -> None:

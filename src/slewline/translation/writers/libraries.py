@@ -1,4 +1,4 @@
-"""The libraries for stepper motors that a sketch may use: what it includes, declares and calls."""
+"""Libraries for stepper motors that a sketch may use: includes, declarations and calls."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .source_sheet import number
 class Library(NamedTuple):
     """A library, and the functions by which a sketch uses it.
 
-    `helpers` are functions of the sketch, written if they are called.  `fastest` is the greatest rate on an Uno that
-    the library's documentation states, steps/s; `source` says where, `faster` what to do about it.
+    `helpers` are functions of the sketch, written if they are called.  `fastest` is the greatest rate on an Uno
+    according to the library's documentation, steps/s; `source` is the place, `faster` the remedy.
     """
 
     title: str
@@ -38,11 +38,11 @@ class Library(NamedTuple):
     rest: str
 
     def of(self, stepper: str) -> str:
-        """Return what precedes a call of a stepper."""
+        """Return the prefix of a call of a stepper."""
         return stepper + self.calls
 
     def helper(self, name: str) -> str:
-        """Return a function of the sketch; with OfAxis at the end of its name, it takes the stepper as well."""
+        """Return a function of the sketch; a name that ends with OfAxis also takes the stepper."""
         plain = name.removesuffix("OfAxis")
         text = self.helpers[plain]
         return text if plain == name else text.replace(f"{plain}(", f"{name}({self.parameter}, ", 1)
@@ -103,7 +103,7 @@ ACCEL = Library(
     without_ramp=lambda profile: 0.0,
     fastest=4000,
     source="AccelStepper, description of the class",
-    faster="take FastAccelStepper, or a faster board",
+    faster="use FastAccelStepper, or a faster board",
     rest="AccelStepper starts from standstill",
 )
 
@@ -150,10 +150,10 @@ FAST = Library(
 
 
 def chosen(program: Program, options: WriterOptions) -> Library:
-    """Return the library that a user names, or the one that reaches the rates of a program."""
+    """Return the library that a user selects, or the one that reaches the rates of a program."""
     named = options.values.get("library", "")
     if named not in ("", ACCEL.title.lower(), FAST.title.lower()):
         allowed = f"{ACCEL.title.lower()} or {FAST.title.lower()}"
-        raise UsageError(f"library = {named}: no library that a sketch is written for; allowed: {allowed}.")
+        raise UsageError(f"library = {named}: not a library for sketches; allowed: {allowed}.")
     fast = named == FAST.title.lower() or (not named and top_rate(program.actions) > ACCEL.fastest)
     return FAST if fast else ACCEL

@@ -1,7 +1,7 @@
 """G-code for LinuxCNC: loops and branches are O-words, outputs M64 and M65, inputs M66.
 
 Each move is `G91 G1` or `G90 G1` with the feed of `F`, in exact stop mode (G61.1): a move ends before the next line
-begins, as at the source.  Jumps that make no loop or branch become a loop over `#<_state>`.  Ramps are those of the
+begins, like at the source.  Jumps that are not a loop or branch become a loop over `#<_state>`.  Ramps are those of the
 machine: MAX_ACCELERATION of the INI file, from standstill.
 """
 
@@ -41,7 +41,7 @@ FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
 
 
 class LinuxCncWriter(Structured):
-    """A writer at work on one program."""
+    """A writer of LinuxCNC G-code for one program."""
 
     needs = "a word needs a number"
     entry = "a subroutine begins at its first line (O-codes, sub)"
@@ -104,14 +104,12 @@ class LinuxCncWriter(Structured):
         return self.commented(-1)
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
         names = [("step", "joint 0, step"), ("direction", "joint 0, direction"), ("abort", "motion.probe-input")]
         names += [(f"output{at + 1}", f"motion.digital-out-{at:02}") for at in range(OUTPUTS)]
         return names + [(f"input{at + 1}", f"motion.digital-in-{at:02}") for at in range(INPUTS)]
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a parameter becomes a number."""
         self.assign({"distance": "steps"}.get(name, name), value, line)
 
     def preset(self, action: SetPosition) -> None:
@@ -128,7 +126,7 @@ class LinuxCncWriter(Structured):
         return f"o<{name}> call"
 
     def leave(self, action: EndProgram) -> None:
-        """Write the end of a program: of a subroutine, its return."""
+        """Write the end of a program; in a subroutine, its return."""
         name = self.names.get(action.block)
         if name and action is not self.final:
             self.sheet.add(f"o<{name}> return", action.line)
@@ -165,7 +163,6 @@ class LinuxCncWriter(Structured):
         return f" {self._f(profile.top)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         feed = self._feed(action.profile)
         if isinstance(action, MoveTo):
             position = action.position or 0
@@ -209,7 +206,7 @@ class LinuxCncWriter(Structured):
         self.sheet.same(action.line)
 
     def wait(self, action: WaitInput) -> None:
-        """Write M66, again and again."""
+        """Write M66 in a loop."""
         pin, level = action.input.number, action.input.level
         if not self._is_input(pin, action.line):
             return
@@ -233,15 +230,12 @@ class LinuxCncWriter(Structured):
         return 100 + next(self.numbers)
 
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write that a parameter becomes a number."""
         self.sheet.add(f"#<_{name}> = {value}", source)
 
     def count(self, name: str, source: int) -> None:
-        """Write that a parameter is increased by 1."""
         self.sheet.add(f"#<_{name}> = [#<_{name}> + 1]", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return a comparison."""
         return f"#<_{name}> {({'==': 'EQ', '>=': 'GE', '<': 'LT'})[sign]} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
@@ -262,19 +256,19 @@ class LinuxCncWriter(Structured):
         return f"[{condition}] EQ 0"
 
     def repeat(self, passes: int, source: int) -> str:
-        """Write o repeat."""
+        """Write the O-word of a repeat loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} repeat [{passes}]", source)
         return f"o{loop} endrepeat"
 
     def while_true(self, condition: str, source: int) -> str:
-        """Write o while."""
+        """Write the O-word of a while loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} while [{condition}]", source)
         return f"o{loop} endwhile"
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write o do ... while."""
+        """Write the O-words of a do ... while loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} do", node.head)
         self.sheet.depth += 1
@@ -286,7 +280,7 @@ class LinuxCncWriter(Structured):
         self.forget(node.body)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write o if."""
+        """Write the O-word of an if branch."""
         branch = self._o()
         self.sheet.add(f"o{branch} if [{condition}]", source)
         return f"o{branch} else", f"o{branch} endif"

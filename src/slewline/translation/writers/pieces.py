@@ -1,7 +1,7 @@
-"""A program cut into pieces where it waits or decides, for a language whose macros are worked out before they run.
+"""A program cut into pieces at waits and branches, for a language whose macros are evaluated before they run.
 
-A piece does something without waiting; a decision is taken when all motion has ended, and says which piece, or which
-decision, follows.  Pieces that do nothing are left out.
+A piece has actions without a wait; a decision is made when all motion has ended, and selects the piece or decision that
+follows.  Empty pieces are left out.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ END = ""
 
 @dataclass
 class Portion:
-    """What is done without waiting, and the piece or decision that follows; END: none."""
+    """Actions without a wait, and the piece or decision that follows; END: none."""
 
     name: str
     body: list[Node] = field(default_factory=list)
@@ -26,12 +26,12 @@ class Portion:
 
 @dataclass(frozen=True)
 class Decision:
-    """Which piece or decision follows.
+    """A decision which piece or decision follows.
 
     Attributes:
-        inputs: `to` follows if they all have their levels, else `other`.
-        waits: without the levels it is taken again.
-        passes: without inputs: `to` follows until it has been taken so often, then `other`.
+        inputs: `to` follows if all have their levels, else `other`.
+        waits: without the levels it is repeated.
+        passes: without inputs: `to` follows this number of times, then `other`.
         counter: the name of the variable that counts.
         line: the line of the source.
     """
@@ -47,7 +47,7 @@ class Decision:
 
 
 def simple(node: Node) -> bool:
-    """Return whether a node neither waits nor decides."""
+    """Return whether a node contains neither waits nor decisions."""
     if isinstance(node, Repeat):
         return all(simple(each) for each in node.body)
     runs_one = isinstance(node, RunProgram) or (isinstance(node, LeaveProgram) and node.runs)
@@ -55,10 +55,10 @@ def simple(node: Node) -> bool:
 
 
 class Pieces:
-    """The pieces of a program, and the decisions between them.
+    """Pieces of a program, and the decisions between them.
 
     Args:
-        tree: of what the host sends.
+        tree: of the host's commands.
         program: returns the tree of the stored program that a command runs.
         prefix: of the names of decisions.
     """
@@ -84,7 +84,7 @@ class Pieces:
         return name
 
     def _flow(self, tree: Sequence[Node], name: str, then: str, leave: str) -> None:
-        """Put nodes into a piece and those after it; `then` follows them; `leave` follows where a program ends."""
+        """Put nodes into a piece and those after it; `then` follows them; `leave` follows the end of a program."""
         piece = self.pieces[name]
         for place, node in enumerate(tree):
             if simple(node):
@@ -98,7 +98,7 @@ class Pieces:
         piece.then = then
 
     def _cut(self, node: Node, after: str, leave: str) -> str:
-        """Return what follows a piece that a node ends; `after` follows the node."""
+        """Return the piece or decision after a piece that a node ends; `after` follows the node."""
         match node:
             case WaitInput():
                 return self._decision(to=after, inputs=(node.input,), waits=True, line=node.line)
@@ -147,7 +147,7 @@ class Pieces:
 
     # ---------------------------------------------------------------------------------------------------------- tidying
     def _tidy(self) -> None:
-        """Leave out pieces that do nothing, and what nothing leads to."""
+        """Remove empty and unreachable pieces."""
         for piece in self.pieces.values():
             piece.then = self._real(piece.then)
         for decision in self.decisions.values():
@@ -166,7 +166,7 @@ class Pieces:
         self.decisions = {name: decision for name, decision in self.decisions.items() if name in used}
 
     def _real(self, name: str) -> str:
-        """Return what follows instead of pieces that do nothing."""
+        """Return the first piece or decision that is not empty, from a name on."""
         seen = set()
         while name in self.pieces and not self.pieces[name].body and name not in seen:
             seen.add(name)
@@ -174,7 +174,7 @@ class Pieces:
         return name
 
     def returns(self, name: str) -> bool:
-        """Return whether a piece is reached again by pieces that follow each other without a decision."""
+        """Return whether a piece is reached again through pieces without a decision between them."""
         at = self.pieces[name].then
         seen = set()
         while at in self.pieces and at not in seen:

@@ -1,4 +1,4 @@
-"""The pins of a sketch: what they are called, what they were at the source, and how setup() prepares them."""
+"""Pins of a sketch: their names, their counterparts at the source, and their preparation in setup()."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class SketchPins:
         return found
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return pairs of what a wire is for, and the pin."""
+        """Return pairs of the purpose of a wire and its pin."""
         names = [("step", f"pin {self._step_pin(1)}, STEP"), ("direction", f"pin {self.library.dir_pins[0]}, DIR")]
         names += [("enable", f"pin {ENABLE}, ENABLE"), ("abort", f"pin {ABORT}"), ("home", f"pin {HOME}")]
         names += [(f"output{n}", f"pin {pin}") for n, pin in enumerate(self.library.outputs, 1)]
@@ -90,5 +90,5 @@ class SketchPins:
 
 
 def level_name(level: int) -> str:
-    """Return a level in the words of Arduino."""
+    """Return the Arduino name of a level."""
     return "HIGH" if level else "LOW"

@@ -1,4 +1,4 @@
-"""What writers share: the lines and verdicts they collect, comments at their places, numbers, times of moves."""
+"""Common base of writers: collecting lines and verdicts, placing comments, numbers, times of moves."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from ..translation_report import LineKind, LineVerdict, OutLine
 
 PS = 10**12
 MS = 10**9
-FAR = 1_000_000  # steps of a motion that an input shall end, where the target has no motion without end
+FAR = 1_000_000  # steps of a motion that an input ends, if the target has no motion without end
 
 
 class Draft:
-    """The lines of a result in the making, and the verdicts on the lines of the source."""
+    """The lines of a result under construction, and the verdicts on the lines of the source."""
 
     def __init__(self, comment: Callable[[str], str], program: Program, indent: str = "  ") -> None:
         self.lines: list[OutLine] = []
@@ -54,17 +54,17 @@ class Draft:
         self.add(self.comment(text), source)
 
     def same(self, line: int, says: str = "") -> None:
-        """Note that a line of the source is the same."""
+        """Record that a line of the source is the same."""
         self.verdicts.append(LineVerdict(line, LineKind.SAME, says))
 
     def nearly(self, line: int, says: str, off: float = 0.0, off_ps: int = 0) -> None:
-        """Note that a line of the source is nearly the same, and by how much it differs."""
+        """Record that a line of the source is nearly the same, and by how much it differs."""
         verdict = LineVerdict(line, LineKind.NEARLY, says, off=off, off_ps=off_ps)
-        if verdict not in self.verdicts:  # a loop that was unrolled, and each pass says so
+        if verdict not in self.verdicts:  # an unrolled loop repeats the remark in each pass
             self.verdicts.append(verdict)
 
     def impossible(self, line: int, says: str, limit: str, remedy: str) -> None:
-        """Note that a line of the source is not possible, and leave a comment in its place."""
+        """Record that a line of the source is not possible, and put a comment in its place."""
         verdict = LineVerdict(line, LineKind.IMPOSSIBLE, says, limit, remedy)
         if verdict not in self.verdicts:
             self.verdicts.append(verdict)
@@ -72,16 +72,14 @@ class Draft:
 
 
 def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callable[[str], str]) -> list[OutLine]:
-    """Return a result with the comments of the source: beside what they were beside, or before what follows them."""
+    """Return a result with the comments of the source: next to the same code, or before the code that follows them."""
     found = list(out)
     for line in lines:
         if not line.comment:
             continue
         beside = next((at for at, each in enumerate(found) if line.code and each.source == line.number), None)
         while beside is not None and beside + 1 < len(found) and found[beside + 1].source == line.number:
-            beside += (
-                1  # the last line of those that were written for it first: not the head of a loop that begins here
-            )
+            beside += 1  # the last of the lines first written for it: not the head of a loop that begins here
         if beside is not None and not found[beside].comment:
             found[beside] = replace(found[beside], comment=line.comment)
             continue
@@ -93,7 +91,7 @@ def with_comments(lines: Iterable[Line], out: Sequence[OutLine], comment: Callab
 
 
 def heading(program: Program) -> list[OutLine]:
-    """Return the comments with which a program begins."""
+    """Return the comments at the beginning of a program."""
     return [OutLine("", line.comment, line.number) for line in _heading(program) if line.comment]
 
 
@@ -103,7 +101,7 @@ def _heading(program: Program) -> list[Line]:
 
 
 def lines_of(program: Program, block: int) -> list[Line]:
-    """Return the lines of a block but for the heading; a comment on a line of its own belongs to what follows it."""
+    """Return the lines of a block except the heading; a comment on a line of its own belongs to the code after it."""
     found: list[Line] = []
     waiting: list[Line] = []
     belongs = -1
@@ -128,12 +126,12 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def grouped(value: int) -> str:
-    """Return a whole number as a person writes it: 1,000,000."""
+    """Return an integer with separators: 1,000,000."""
     return f"{value:,}"
 
 
 def seconds(ps: float) -> str:
-    """Return a time with the unit that suits it: 1.25 s, 30 ms, 400 us."""
+    """Return a time in a suitable unit: 1.25 s, 30 ms, 400 us."""
     for size, unit in ((1e12, "s"), (1e9, "ms"), (1e6, "us")):
         if abs(ps) >= size:
             return f"{ps / size:.4g} {unit}"
@@ -141,13 +139,13 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return how many decimals of a millimetre are less than an eighth of a step."""
+    """Return the number of decimals of a millimetre that resolves an eighth of a step."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 
 # --------------------------------------------------------------------------------------------------------------- times
 def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, why: str) -> None:
-    """Note by how much the time of a move differs that starts from standstill."""
+    """Record the difference in time of a move that starts from standstill."""
     profile, steps = action.profile, action.steps
     if profile is None or not steps:
         sheet.nearly(action.line, f"the steps are the same; {why}")
@@ -159,7 +157,7 @@ def compare_times(sheet: Draft, action: MoveBy | MoveTo, acceleration: float, wh
 
 # ----------------------------------------------------------------------------------------------------------- registers
 class Held:
-    """What the registers of the source hold, at a place of the program, if that is known."""
+    """Values of the source's registers at a place of the program, as far as known."""
 
     def __init__(self) -> None:
         self.distance: int | None = None
@@ -168,7 +166,7 @@ class Held:
         self.profile: Profile | None = None
 
     def note(self, action: Action) -> None:
-        """Follow an action."""
+        """Apply an action."""
         match action:
             case SetDistance():
                 self.distance = action.steps
@@ -180,7 +178,7 @@ class Held:
                 self.profile = action.profile or self._changed(action)
             case MoveBy() | MoveTo():
                 steps = self.steps(action)
-                # P turns the direction, and leaves it so.
+                # P changes the direction permanently.
                 if isinstance(action, MoveTo) and steps:
                     self.sign = 1 if steps > 0 else -1
                 self.position = None if steps is None or self.position is None else self.position + steps
@@ -188,7 +186,7 @@ class Held:
                 pass
 
     def _changed(self, action: SetProfile) -> Profile | None:
-        """Return the profile after a change that the program has under more than one condition."""
+        """Return the profile after a change that the program makes under more than one condition."""
         old = self.profile
         if old is None or action.value is None:
             return None
@@ -199,7 +197,7 @@ class Held:
         return old
 
     def steps(self, action: MoveBy | MoveTo) -> int | None:
-        """Return the steps of a move with their sign, from what is known here."""
+        """Return the steps of a move with their sign, from the values known here."""
         if action.steps is not None:
             return action.steps
         if isinstance(action, MoveTo):
@@ -212,21 +210,21 @@ class Held:
 
 
 def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
-    """Handle what no target has to do: the host's own directives, queries, saving; return whether it was one.
+    """Handle actions that no target needs: the host's own directives, queries, saving; return whether it was one.
 
-    `keeps` says where the result is kept without power, `language` what the limits are those of.
+    `keeps` names the non-volatile storage of the result, `language` the reference of the limits.
     """
     match action:
         case HostDirective():
             sheet.same(action.line, "directed at the host, not at the part: left out")
         case Query():
-            sheet.nearly(action.line, "the query is left out; nothing moves by it")
+            sheet.nearly(action.line, "the query is left out, since it moves nothing")
         case SaveProgram():
             sheet.same(action.line, keeps)
         case EraseProgram():
             sheet.nearly(action.line, "nothing is erased: the result is a program of its own")
         case Stop():
-            sheet.nearly(action.line, "nothing is left to stop: each move has ended before what follows it")
+            sheet.nearly(action.line, "nothing is left to stop: each move ends before the next command")
         case Special() if action.needless:
             sheet.same(action.line, action.needless)
         case Special():
@@ -234,16 +232,16 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
                 action.line,
                 action.says,
                 f"no such command in {language}",
-                action.remedy or "see the manual of the source for what it does",
+                action.remedy or "see the manual of the source for its effect",
             )
         case SetTarget() | SetEndless():
-            sheet.same(action.line, "it is in the motion")
+            sheet.same(action.line, "included in the motion")
         case _:
             return False
     return True
 
 
 def wired(program: Program, names: Iterable[tuple[str, str]]) -> tuple[tuple[str, str, str], ...]:
-    """Return which wire of the source becomes which of the target; empty: the target has none."""
+    """Return the wires of the source and of the target; empty: the target has none."""
     known = dict(names)
     return tuple((role, name, known.get(role, "")) for role, name in program.wiring.items())

@@ -1,7 +1,7 @@
-"""What writers share whose language has loops and branches: the walk through the tree of a program (`flow.py`).
+"""Common base of writers whose language has loops and branches: the walk through the tree of a program (`flow.py`).
 
-A language says how it opens and closes a loop or a branch, how it sets a variable, and how it writes a condition on
-inputs; what a single action becomes is a method of the writer as well.
+A language defines how a loop or a branch is opened and closed, how a variable is set, and how a condition on inputs is
+written; the result of a single action is a method of the writer as well.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .language_writer import LanguageWriter
 
 
 class Structured(LanguageWriter):
-    """A writer at work on one program; `nothing` is what a language needs where nothing is done."""
+    """A writer of one program in a language with loops; `nothing` is the language's empty statement."""
 
     nothing = ""
     true = "true"
@@ -24,7 +24,7 @@ class Structured(LanguageWriter):
     def __init__(self, target: Target, program: Program, options: WriterOptions, indent: str = "  ") -> None:
         super().__init__(target, program, options, indent)
         self.numbers = counters()
-        self.final: Action | None = None  # with which a stored program ends anyway
+        self.final: Action | None = None  # which a stored program ends with anyway
 
     def program_tree(self, actions: Sequence[Action]) -> None:
         """Write a stored program."""
@@ -34,11 +34,11 @@ class Structured(LanguageWriter):
     # ------------------------------------------------------------------------------------------------ the language
     @abstractmethod
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write that a variable becomes a number."""
+        """Write the command that sets a variable to a number."""
 
     @abstractmethod
     def count(self, name: str, source: int) -> None:
-        """Write that a variable is increased by 1."""
+        """Write the command that increases a variable by 1."""
 
     @abstractmethod
     def compare(self, name: str, sign: str, value: int) -> str:
@@ -46,19 +46,19 @@ class Structured(LanguageWriter):
 
     @abstractmethod
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return the condition that all inputs have their levels; write before it what that needs."""
+        """Return the condition that all inputs have their levels; write any lines that it needs first."""
 
     @abstractmethod
     def repeat(self, passes: int, source: int) -> str:
-        """Write the head of a loop; return what closes it."""
+        """Write the head of a loop; return its closing text."""
 
     def forever(self, source: int) -> str:
-        """Write the head of an endless loop; return what closes it."""
+        """Write the head of an endless loop; return its closing text."""
         return self.while_true(self.true, source)
 
     @abstractmethod
     def while_true(self, condition: str, source: int) -> str:
-        """Write the head of a loop that goes on as long as a condition holds; return what closes it."""
+        """Write the head of a loop that repeats as long as a condition holds; return its closing text."""
 
     @abstractmethod
     def as_long_as(self, node: AsLongAs) -> None:
@@ -66,7 +66,7 @@ class Structured(LanguageWriter):
 
     @abstractmethod
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write the head of a branch; return the text for "else", and what closes it."""
+        """Write the head of a branch; return the text for "else", and the closing text."""
 
     def negated(self, condition: str) -> str:
         """Return the opposite of a condition."""
@@ -74,7 +74,7 @@ class Structured(LanguageWriter):
 
     # ------------------------------------------------------------------------------------------------------ the walk
     def inside(self, tree: Sequence[Node], close: str, source: int) -> None:
-        """Write what is inside a loop or a branch, and what closes it."""
+        """Write the body of a loop or a branch, and the closing text."""
         self.forget(tree)
         self.sheet.depth += 1
         before = len(self.sheet.lines)
@@ -87,13 +87,13 @@ class Structured(LanguageWriter):
         self.forget(tree)
 
     def forget(self, tree: Sequence[Node]) -> None:
-        """Forget what the registers hold, where more than one path may lead: what the tree sets is not known there."""
+        """Drop the known register values where several paths meet: those set in the tree are unknown there."""
         if any(isinstance(each, SetProfile) for each in nodes(tree)):
             self.registers.profile, self.known = None, {}
         self.registers.position = None
 
     def tree(self, tree: Sequence[Node]) -> None:
-        """Write a tree."""
+        """Write the commands of a program tree."""
         for node in tree:
             match node:
                 case Repeat():
@@ -129,7 +129,7 @@ class Structured(LanguageWriter):
             self.inside(node.otherwise, close, node.line)
 
     def _states(self, node: Stages) -> None:
-        """Write pieces that follow each other as each of them says: a loop around a branch for each."""
+        """Write pieces that select each other: a loop around a branch for each."""
         number = next(self.numbers)
         state = "state" if number == 1 else f"state{number}"
         counted = [piece.number for piece in node.states if piece.passes]

@@ -1,6 +1,6 @@
-"""TMCL, for a module that runs a program by itself: the language of Trinamic's controllers.
+"""TMCL, the language of Trinamic's controllers, for a module that runs a program by itself.
 
-It has labels, jumps and subroutines, as the parts themselves have, so the flow is kept.  Rates and accelerations are in
+It has labels, jumps and subroutines, like the parts themselves, so the flow is kept.  Rates and accelerations are in
 pulses/s and pulses/s^2 of the resolution in parameter 140; parameters 19 and 20 are the start rate.  Numbers of
 parameters, their ranges and the commands are those of the TMCM-1290 TMCL firmware manual, V1.01.
 """
@@ -57,13 +57,13 @@ def parameters(profile: Profile) -> dict[int, float]:
 
 
 def label(name: str) -> str:
-    """Return a label as TMCL has it: a letter, then letters and digits."""
+    """Return a label in TMCL form: a letter, then letters and digits."""
     plain = re.sub(r"\W", "", name)
     return plain[0].upper() + plain[1:] if plain.startswith(("line", "start", "end")) else f"Label{plain}"
 
 
 class TmclWriter(LanguageWriter):
-    """A writer at work on one program."""
+    """A writer of TMCL for one program."""
 
     needs = "MVP and ROR need a number"
     keeps = "the module keeps its program in EEPROM"
@@ -133,7 +133,6 @@ class TmclWriter(LanguageWriter):
         ]
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return where the wires go."""
         names = [("step", "the motor itself"), ("direction", "the motor itself"), ("home", "home switch")]
         names += [(f"output{n}", f"GPIO{at}") for n, at in self.lines.items() if at < LINES]
         return names + [(f"input{n}", f"GPIO{at}") for n, at in self.inputs.items() if at < LINES]
@@ -161,7 +160,7 @@ class TmclWriter(LanguageWriter):
                 self.action(action)
 
     def _label(self, name: str, line: int, after: list[Action]) -> None:
-        """Write a label to which something leads."""
+        """Write a label that is a target of jumps."""
         block = [each for each in self.program.actions if each.block == self.block]
         jumps = [each for each in block if isinstance(each, Jump | Loop) and each.to == name]
         entered = any(isinstance(each, RunProgram) and each.at == name for each in self.program.actions)
@@ -169,7 +168,7 @@ class TmclWriter(LanguageWriter):
             self.sheet.add(f"{self._at(name)}:", line)
         forward = any(each not in after for each in jumps) or entered
         if forward or any(isinstance(each, SetProfile) for each in after):
-            self.known = {}  # more than one path leads here, with different parameters
+            self.known = {}  # several paths meet here, with different parameters
 
     def _at(self, name: str) -> str:
         return f"{'' if self.block < 1 else f'P{self.block + 1}'}{label(name)}"
@@ -209,7 +208,7 @@ class TmclWriter(LanguageWriter):
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write that a user variable becomes a number."""
+        """Write the assignment of a number to a user variable."""
         self.sheet.add(f"SGP {DISTANCE if name == 'distance' else DIRECTION}, 2, {value}", line)
 
     def profile(self, action: SetProfile) -> None:
@@ -282,7 +281,7 @@ class TmclWriter(LanguageWriter):
         sheet.nearly(line, says, abs(becomes - was) / was if was else 0.0, round(abs(becomes - was) * PS))
 
     def _turn(self, position: int, line: int) -> None:
-        """Write that the direction is from now on the one in which the motor moves to a position."""
+        """Write that the direction is from now on that of a move to a position."""
         ahead = self._new("Ahead")
         self._all(line, f"SGP {DIRECTION}, 2, 1", "GAP 1, 0", f"COMP {position}", f"JC LE, {ahead}")
         self._all(line, f"SGP {DIRECTION}, 2, -1", f"{ahead}:")
@@ -320,7 +319,7 @@ class TmclWriter(LanguageWriter):
         sheet.add(f"{'ROR' if sign > 0 else 'ROL'} 0, {rate}", line)
         turning = self._new("Turning")
         sheet.add(f"{turning}:", line)
-        if until is None:  # what the source calls abort is wired to the home switch
+        if until is None:  # the abort input of the source is wired to the home switch
             sheet.add("GAP 9, 0", line)
             sheet.add("COMP 1", line)
         else:
@@ -329,7 +328,7 @@ class TmclWriter(LanguageWriter):
         sheet.add("MST 0", line)
         slowing = self._new("Slowing")
         self._all(line, f"{slowing}:", "GAP 3, 0", "COMP 0", f"JC NE, {slowing}")
-        sheet.nearly(line, "MST decelerates" if until else "what ends it goes to the home switch; MST decelerates")
+        sheet.nearly(line, "MST decelerates" if until else "the input that ends it is the home switch; MST decelerates")
 
     def output(self, action: SetOutput) -> None:
         at = self.lines[action.number]

@@ -1,4 +1,4 @@
-"""What the NEW-NAME does: a method for each command, found by the name of its row."""
+"""The model of the NEW-NAME: a method for each command, found by the name of its row."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ PULSE = 2 * 10**6
 
 
 def runs(speed: int, steps: int) -> list[tuple[int, int]]:
-    """Return a move as runs of equal intervals, picoseconds and count each.  A ramp is a run for every speed."""
+    """Return a move as runs of equal intervals: interval in picoseconds, and count.  A ramp has a run for every speed."""
     return [(SECOND // speed, steps)]
 
 
 class NewName(LineChip):
-    """The NEW-NAME: constant speed, stops at once."""
+    """The NEW-NAME, which moves at constant speed and stops immediately."""
 
     sheet = SHEET
 
@@ -26,17 +26,17 @@ class NewName(LineChip):
         super().__init__(*args, **options)
         self.axes = (Axis(self.kernel, range(-(1 << 31), 1 << 31), 0),)
         self.speed = 100
-        self.rest_ps = 0  # when the motor stops
+        self.rest_ps = 0  # instant at which the motor stops
         self.playing = Playing(StepTrain(self.clock, 0, []))
         self.start()
 
     async def run(self) -> None:
-        """Work from power-up on."""
+        """Run the firmware from power-up on."""
         self.outputs_reset()
         self.listen()
 
     def refresh_idle(self) -> None:
-        """Set whether there is nothing to do: a run until idle waits for the end of a move."""
+        """Set whether the chip is idle: a run until idle waits for the end of a move."""
         self.idle = not self.answering and self.kernel.now >= self.rest_ps
 
     def do_speed(self, speed: int) -> None:
@@ -44,9 +44,9 @@ class NewName(LineChip):
         self.speed = speed
 
     def do_move(self, steps: int) -> str | None:
-        """Begin a move.  Its steps are a train, not an event each: a long move costs no more than a short one."""
+        """Begin a move.  Its steps are a train, not single events: a long move takes no more time than a short one."""
         if self.kernel.now < self.rest_ps:
-            self.finding("busy", "M during a move: the manual does not say what it does; it is refused")
+            self.finding("busy", "M during a move is refused: the manual does not define its effect")
             return self.refused.decode()
         train = StepTrain(self.clock, self.tick, runs(self.speed, abs(steps)))
         self.playing = Playing(train)
@@ -58,9 +58,9 @@ class NewName(LineChip):
         return None
 
     def do_stop(self) -> None:
-        """Take no step after this one."""
+        """Stop after the present step."""
         self.playing.until = self.rest_ps = self.kernel.now + 1
 
     def do_position(self) -> int:
-        """Return where the motor is, in steps."""
+        """Return the position of the motor, in steps."""
         return self.position

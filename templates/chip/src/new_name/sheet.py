@@ -6,7 +6,7 @@ from slewline.build import Arg, Lines, Pin, Row, SerialLine, Sheet, Table
 
 
 def row(form: str, name: str, says: str, *args: Arg) -> Row:
-    """Return a command: its letter, its name, which that of its method follows (SPEED: do_speed), and what it does."""
+    """Return a command: its letter, its name, which also names its method (SPEED: do_speed), and its effect."""
     return Row(form, name, args, 1000, says, "p. 2", stored=False)  # it takes 1000 µs; no program stores it
 
 
@@ -23,8 +23,8 @@ SHEET = Sheet(
     commands=Table(
         row("V", "SPEED", "steps/s", Arg("speed", 2, 1, 20000)),
         row("M", "MOVE", "steps, clockwise if positive", Arg("steps", 3, -999999, 999999, sign="may", zero=False)),
-        row("S", "STOP", "at once"),
-        row("P", "POSITION", "returns it"),
+        row("S", "STOP", "stops immediately"),
+        row("P", "POSITION", "returns the position"),
     ),
     dialect=Lines(),
     channels=(SerialLine(bits=8, parity="none", stop=1, bauds={(): 9600}),),

@@ -1,4 +1,4 @@
-"""What the NEW-NAME does: its pins, its options, and a task that waits for edges and times."""
+"""The model of the NEW-NAME: its pins, its options, and a task that waits for edges and times."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from slewline.build import Kernel, Option, Part, Time, first_of, picoseconds
 
 
 class NewName(Part):
-    """A relay: some time after the coil, its contact follows."""
+    """A relay whose contact follows the coil after a delay."""
 
     options = (Option("delay", "time", "5 ms", "from the coil to the contact", low=1),)
-    wiring = {"coil": "output1"}  # where `to` joins it: to the pin of the chip with this role
+    wiring = {"coil": "output1"}  # `to` joins the coil to the pin of the chip with this role
 
     def __init__(self, kernel: Kernel, name: str, *, delay: Time = "5 ms") -> None:
         super().__init__(kernel, name)
         self.delay_ps = picoseconds(delay)
-        self.due_ps: int | None = None  # when the contact will move
-        self.add_pin("coil", "in", "high: it has current", pull=0)
-        self.add_pin("contact", "out", "high: it is closed", initial=0)
+        self.due_ps: int | None = None  # instant at which the contact moves
+        self.add_pin("coil", "in", "high: energised", pull=0)
+        self.add_pin("contact", "out", "high: closed", initial=0)
         kernel.spawn(self._run, name=name)
 
     async def _run(self) -> None:
@@ -28,9 +28,9 @@ class NewName(Part):
                 closed = int(coil.level == 1)
                 contact.drive(closed)
             elif late:
-                self.finding("short", "the coil changed back before the contact had moved, which does not move now")
+                self.finding("short", "the coil changed back before the contact had moved; the contact does not move")
 
     @property
     def idle(self) -> bool:
-        """Is there nothing to do?  A run until idle waits for the contact."""
+        """Whether the contact is at rest; a run until idle waits for this."""
         return self.due_ps is None

@@ -118,11 +118,11 @@ class ParallelPort:
             return -1
         byte: int = self.bus.byte
         if byte != seen:
-            chip.finding("byte-changed", f"the byte changed from {seen:#04x} before BUSY fell; {byte:#04x} counts")
+            chip.finding("byte-changed", f"the byte changed from {seen:#04x} before BUSY fell; {byte:#04x} is used")
         if running and byte != EMPTY:
             chip.finding(
                 "missing-ff",
-                f"a program runs, and the first handshake brought {byte:#04x}; the host should leave the bus open",
+                f"a program runs, and the first handshake had byte {byte:#04x}; the host should leave the bus open",
             )
         self.busy.activate()
         self.open, self.served = True, fell

@@ -114,8 +114,12 @@ class SerialSide:
             del edges[:2]
             self.first_bit = None
             if self._untold():
-                came = "a line feed (\\n) between them" if line_feed else "characters before two carriage returns"
-                self.chip.finding("not-adapted", f"{came}: not recognised; start with \\r\\r, without \\n")
+                came = (
+                    "a line feed (\\n) between carriage returns"
+                    if line_feed
+                    else "characters before two carriage returns"
+                )
+                self.chip.finding("not-adapted", f"{came}: no rate is recognised; start with \\r\\r, without \\n")
             return
         edges.clear()
         first, self.first_bit = self.first_bit, bit
@@ -136,7 +140,7 @@ class SerialSide:
             if self._untold():
                 self.chip.finding(
                     "wrong-rate",
-                    f"two carriage returns at {rate:.0f} baud; it adapts to standard rates from {slowest:.0f} to "
+                    f"two carriage returns at {rate:.0f} baud; the chip adapts to standard rates from {slowest:.0f} to "
                     f"{fastest:.0f} baud at {self.chip.crystal_hz / 1e6:g} MHz; set the host to one of these",
                 )
             return
@@ -162,7 +166,7 @@ class SerialSide:
     def _receive(self, character: Character) -> None:
         self.over_ps = character.end_ps
         if character.framing_wrong:
-            self.chip.finding("serial-framing", f"no stop bit after {character.byte:#04x}: it is lost")
+            self.chip.finding("serial-framing", f"no stop bit after {character.byte:#04x}: the byte is lost")
         elif len(self.buffer) >= ROOM:
             self.chip.finding(
                 "serial-overrun",

@@ -147,7 +147,7 @@ class Motion(Stepping):
             return False
         self.endless = self.registers.continuous or self.slew.is_active
         if not self.number and not self.endless and self.text == "G":
-            self.chip.finding("no-steps", "G with N 0: no step to take")
+            self.chip.finding("no-steps", "G with N 0 takes no step")
         return self.endless or self.number > 0
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
@@ -198,5 +198,5 @@ class Motion(Stepping):
     def progress(self) -> str:
         ends = "inhibit_abort=0 at a step's end" if self.endless else "its target unless inhibit_abort=0 there"
         if self.aborted:
-            return f"{self.text}, inhibit_abort=0: down to rate {self.at_start.first}, and on to {ends}"
+            return f"{self.text}, inhibit_abort=0: decelerates to rate {self.at_start.first}, then continues to {ends}"
         return f"{self.text} runs until inhibit_abort=0" if self.endless else super().progress

@@ -99,7 +99,7 @@ class BusPort:
             await until(self.kernel, self.clock.ps(tick))
         if request.changes > self.accepted:
             if request.changed_at < self.busy_ps:
-                chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte counts")
+                chip.finding("short-request", "I/O REQUEST rose before READY fell; the byte is valid")
         elif request.is_active:
             chip.waits("waiting for io_request=1 (then READY rises)")
             await level(*request.when_inactive)

@@ -128,7 +128,7 @@ class Motion:
             chip.waits(self.progress)
             await self.play(plan)
         elif text == "G":
-            chip.finding("no-steps", "G with N 0: no step to take")
+            chip.finding("no-steps", "G with N 0 takes no step")
         await self.end()
 
     def begin(self, number: int, sign: int, text: str) -> None:

@@ -82,8 +82,8 @@ class HostDialogue:
             return
         self.busy_run = self.interpreter.task
         remedy = "wait until F is answered with R, or end it with K or Z"
-        said = command.text if form else f"{text!r}, which is no command,"
-        self.chip.finding("busy", f"{said} while a program runs: B is the answer, nothing is done; {remedy}")
+        said = command.text if form else f"{text!r}, which is not a command,"
+        self.chip.finding("busy", f"{said} is answered with B and ignored while a program runs; {remedy}")
 
     def mistake(self, code: str, text: str) -> str:
         """Report a mistake of the host, or a fault of the EEPROM; return the code, which is the answer."""
@@ -100,7 +100,7 @@ class HostDialogue:
         if self.program.store(command):
             return "Y"
         sheet = self.chip.sheet
-        room = f"{len(self.program.memory)} of {sheet.buffer_bytes} locations are taken"
+        room = f"{len(self.program.memory)} of {sheet.buffer_bytes} locations are used"
         return self.mistake("E3", f"{command.text} does not fit: {room}; {dialect_of(sheet).shorter(sheet)}")
 
     # ------------------------------------------------------------------------------------------------- the program
@@ -120,8 +120,10 @@ class HostDialogue:
         if not self.program.memory or missing:
             if missing:
                 named = ", ".join(missing)
-                return self.mistake("E4", f"E with {named} never set; {set_first(named)}")
-            return self.mistake("E4", f"E with an empty program; {state_remedy(self.chip.sheet, entering=False)}")
+                return self.mistake("E4", f"E is refused without {named}; {set_first(named)}")
+            return self.mistake(
+                "E4", f"E is refused, because the program is empty; {state_remedy(self.chip.sheet, entering=False)}"
+            )
         self.registers.overflow = False
         self.interpreter.run(self.interpreter.execute)
         return "Y"
@@ -139,7 +141,7 @@ class HostDialogue:
         """H: run to the home switch in a direction, 1 or -1; return the answer."""
         speed = self.program.homing_speed
         if not speed:
-            return self.mistake("E4", f"H without a start-stop speed; {set_first('S')}")
+            return self.mistake("E4", f"H is refused without a start-stop speed; {set_first('S')}")
         self.interpreter.run(partial(self._home, direction, speed))
         return "Y"
 

@@ -155,7 +155,7 @@ class Instructions:
         if not steps or self._speeds_missing():
             return
         if self.counter.room(steps) < abs(steps):
-            self._overflow(f"{text} from {self.counter.position} leaves the position counter")
+            self._overflow(f"{text} from {self.counter.position} exceeds the position counter")
             return
         direction = 1 if steps > 0 else -1
         self.counter.set_out(text, direction)

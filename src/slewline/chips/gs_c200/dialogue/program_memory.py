@@ -18,7 +18,7 @@ SPEEDS = {"S": "start_stop", "T": "top_speed", "R": "ramp"}  # the registers tha
 
 def set_first(missing: str) -> str:
     """Return the remedy for a motion without certain registers, given as "S, T"."""
-    return f"set {missing} at the head of the program"
+    return f"set {missing} at the start of the program"
 
 
 class Program:

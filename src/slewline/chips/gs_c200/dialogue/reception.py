@@ -22,9 +22,9 @@ def fault(line: Line, command: str, sheet: Sheet, straps: Straps, longest: int) 
     if line.faulty:
         here = f"{straps.setting.in_full} ({straps.set_by})"
         remedy = "set the host to the same rate and format, or check the line for noise"
-        return f"a parity or framing fault: this module is set to {here}; {remedy}"
+        return f"a parity or framing error: this module is set to {here}; {remedy}"
     if line.too_long:
-        return f"more than {longest} characters; end each command with a carriage return"
+        return f"the line has more than {longest} characters; end each command with a carriage return"
     if line.checked and line.text[-1] != checksum(line.text[:-1], straps.kept):
         return _checksum(line.text, command, sheet, straps)
     return ""

@@ -4,24 +4,24 @@
     B        ________|‾‾‾‾‾‾‾|_______|
     count    0   1   2   3   4   5   6        four counts a period
 
-A level counts when it has lasted for three clocks of the chip, and from then on: a change at tick t is seen from tick
-t + 12 on.  A change of both channels that the filters let through at one tick is no step of a shaft: it is not counted.
+A level counts once it has lasted for three clocks of the chip: a change at tick t is seen from tick t + 12 on.  A
+change of both channels that leaves the filters at the same tick is not a step of a shaft, and is not counted.
 
-Inputs are read when the CP chip asks, at the start of a cycle, and what has happened since then is processed at once:
-plainly where it is little, in arrays where it is much.  That costs most of a cycle, however little comes of it.  So the
-counter looks ahead: what A and B promise for the next cycles it works off in one pass, with the same filters and the
-same decoder, and answers out of this window.  What was found holds unless a driver of A or B changes.
+The CP chip reads the inputs at the start of a cycle.  All changes since the last reading are processed together, one by
+one if there are few, in arrays if there are many.  That takes most of the time of a cycle, however few changes there
+are.  Therefore the counter looks ahead: it processes the promises of A and B for the next cycles in one pass, with the
+same filters and the same decoder, and answers from this window.  The result holds unless a driver of A or B changes.
 
     promised   _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_
     windows    | 4    | 8          | 16            x              cycles: each twice as long as the one before
-    asked      ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: a driver changes; the window is dropped, what has
-                                                                  happened is read, and the next window is short again
+    queries    ^   ^  ^  ^  ^      ^  ^   ^   ^        ^ read     x: a driver changes; the window is dropped, the
+                                                                  changes so far are read, the next window is short
 
-At its end a window is adopted: that is where filters and decoder stand then.  Until then it is but what is to come; who
-asks for the past (`history`) makes the counter read up to the last question what has happened.
+At its end a window is adopted: filters and decoder take its final state.  Until then it is a forecast; a query about
+the past (`history`) makes the counter read all changes up to the last query.
 
-Rules of this file: a window that would find something is refused, so findings are reported when it has happened, not
-before.  Nothing that a window has found is kept before its end.
+Rules of this file: a window with a finding is refused, so a finding is reported when its cause happens, not before.  No
+result of a window is stored before its end.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-MUCH = 64  # changes; more are worth arrays
+MUCH = 64  # changes; for more, arrays are faster
 FILTER_TICKS = sheet.FILTER_TICKS
 DWELL_TICKS = sheet.TIMES["dwell"].ticks  # the shortest state within the specification
-Edges = tuple[Any, Any]  # instants and levels, as a reading has them
+Edges = tuple[Any, Any]  # instants and levels, as in a reading
 
 
 class Filter:
-    """The filter of an input: the level behind it, and the edges that it holds back; their ticks and levels.
+    """The filter of an input: its output level, and the edges that it still delays, with their ticks and levels.
 
-    The level is that before the tick of the last question; None: not known yet.
+    The level is that before the tick of the last query; None before it is known.
     """
 
     __slots__ = ("clock", "late", "level")
@@ -62,10 +62,10 @@ class Filter:
         self.late: tuple[list[int], list[Any]] = ([], [])
 
     def passed(self, tick: int, edges: Edges) -> Sequence[int] | Any:
-        """Return the ticks at which the level behind the filter has changed since the last question, before a tick.
+        """Return the ticks at which the filter's output has changed since the last query, before a tick.
 
         Args:
-            edges: those that have come since the last question.
+            edges: the edges at its input since the last query.
         """
         times, levels = edges
         if len(times) > MUCH:
@@ -74,7 +74,7 @@ class Filter:
         levels = [*self.late[1], *levels]
         passed = bisect_left(ticks, tick - FILTER_TICKS)
         self.late, found = (ticks[passed:], levels[passed:]), []
-        here, following = self.level, [*ticks[1 : passed + 1], tick]  # what came last has lasted until the question
+        here, following = self.level, [*ticks[1 : passed + 1], tick]  # the last edge's level has lasted until the query
         for begin, end, shown in zip(ticks[:passed], following, levels, strict=False):
             level = 1 if shown else 0
             if level != here and end - begin >= FILTER_TICKS:
@@ -84,7 +84,7 @@ class Filter:
         return found
 
     def _passed_many(self, tick: int, times: Any, levels: Any) -> Any:
-        """The same of many edges."""
+        """Return the same as `passed`, computed with arrays."""
         import numpy as np
 
         ticks, levels = self.clock.ticks_array(np.asarray(times, np.int64)), np.asarray(levels) == 1
@@ -96,7 +96,7 @@ class Filter:
         lasting = ticks[1 : passed + 1] - ticks[:passed][: len(ticks) - 1] >= FILTER_TICKS
         ticks, levels = ticks[:passed], levels[:passed]
         if not lasting.all():
-            lasting = np.concatenate((lasting, [True]))[:passed]  # what came last has lasted until the question
+            lasting = np.concatenate((lasting, [True]))[:passed]  # the last edge's level has lasted until the query
             ticks, levels = ticks[lasting], levels[lasting]
         ticks, levels = real_edges(ticks, levels.view(np.int8), self.level)
         self.level = int(levels[-1]) if len(levels) else self.level
@@ -104,7 +104,7 @@ class Filter:
 
 
 class FilteredInput:
-    """An input behind its filter: HOME, or a channel of an encoder.  An open one reads low."""
+    """An input with its filter: HOME, or a channel of an encoder.  An open one reads low."""
 
     def __init__(self, pin: Terminal, clock: Clock) -> None:
         self.pin, self.clock = pin, clock
@@ -112,23 +112,23 @@ class FilteredInput:
         self.begin()
 
     def begin(self) -> None:
-        """What is on the pin at the end of this instant is what the filter has seen for long."""
+        """Start with the level at the end of this instant, as if it had lasted for long."""
         self.reading.begin()
         self.begun = self.pin.net.kernel.now
         self.filter = Filter(self.clock)
 
     @property
     def quiet(self) -> bool:
-        """Will nothing pass the filter any more, unless a driver of the pin changes?"""
+        """True if no edge will leave the filter, unless a driver of the pin changes."""
         return not self.filter.late[0] and self.reading.quiet
 
     def level_before(self, tick: int) -> int:
-        """The level behind the filter as it was before a tick, none of which is earlier than the one asked before."""
+        """Return the output level before a tick, which must not be earlier than that of the last query."""
         self.filter.passed(tick, self.edges_before(tick))
         return self.filter.level or 0
 
     def edges_before(self, tick: int) -> Edges:
-        """Return the edges in front of the filter since the last question, before a tick."""
+        """Return the edges at the filter's input since the last query, before a tick."""
         clock = self.clock
         if clock.ps(tick) <= self.begun:
             return [], []  # the first level is not known before the end of its instant
@@ -139,28 +139,28 @@ class FilteredInput:
 
 
 class QuadratureDecoder:
-    """Counts quadrature states, A and B each behind its filter.  `found` is what it has found: code, text, tick."""
+    """Counter of quadrature states, with filters on A and B.  `found` has its findings: code, text, tick."""
 
     __slots__ = ("a", "b", "burst", "counts", "found", "since")
 
     def __init__(self, a: Filter, b: Filter) -> None:
         self.a, self.b = a, b
         self.counts = 0
-        self.since: int | None = None  # the tick at which the present state came
-        self.burst = False  # states are too short; over when one lasts twice as long as it must
+        self.since: int | None = None  # the tick at which the present state began
+        self.burst = False  # states are too short; over when one lasts twice the minimum
         self.found: list[tuple[str, str, int]] = []
 
     def copy(self) -> Self:
-        """Return one that goes on from here by itself."""
+        """Return an independent copy of the present state."""
         twin = copy(self)
         twin.a, twin.b, twin.found = copy(self.a), copy(self.b), []
         return twin
 
     def count(self, tick: int, of_a: Edges, of_b: Edges) -> tuple[Any, Any]:
-        """Count what has come in front of the filters since the last question, before a tick.
+        """Count the edges at the filters' inputs since the last query, before a tick.
 
         Returns:
-            The ticks at which there was a count, and the counts from there on: two lists, or two arrays.
+            The ticks of the counts, and the count from each tick on: two lists, or two arrays.
         """
         a, b = self.a.passed(tick, of_a), self.b.passed(tick, of_b)
         if len(a) + len(b) > MUCH:
@@ -168,11 +168,11 @@ class QuadratureDecoder:
         return self._count(a, b) if len(a) or len(b) else ([], [])
 
     def _differed_before(self, a: Sequence[int], b: Sequence[int]) -> bool:
-        """Did A and B differ before some changes up to the present levels?"""
+        """Return whether A and B differed before the changes that led to the present levels."""
         return bool(((self.a.level or 0) ^ (self.b.level or 0) ^ len(a) ^ len(b)) & 1)
 
     def _count(self, a: Sequence[int], b: Sequence[int]) -> tuple[list[int], list[int]]:
-        """Work off changes of A and B, one after the other."""
+        """Process changes of A and B, one by one."""
         differ = self._differed_before(a, b)
         of_a = set(a)
         both = of_a.intersection(b)
@@ -182,7 +182,7 @@ class QuadratureDecoder:
                 self._check_states([tick - since], tick)
             since = tick
             if tick in both:
-                self.found.append(("encoder-illegal", "changed at once, which is not counted,", tick))
+                self.found.append(("encoder-illegal", "changed at the same time, which is not counted,", tick))
                 continue
             differ = not differ
             count += 1 if differ is (tick in of_a) else -1
@@ -192,7 +192,7 @@ class QuadratureDecoder:
         return ticks, counts
 
     def _count_many(self, a: Any, b: Any) -> tuple[Any, Any]:
-        """The same of many."""
+        """Process changes of A and B, in arrays."""
         import numpy as np
 
         ticks = np.concatenate([np.asarray(a, np.int64), np.asarray(b, np.int64)])
@@ -201,7 +201,7 @@ class QuadratureDecoder:
         lasted = ticks[1:] - ticks[:-1]
         if not lasted.all():  # both at one tick
             return self._count(np.asarray(a).tolist(), np.asarray(b).tolist())
-        differ = self._differed_before(a, b)  # every change turns that round
+        differ = self._differed_before(a, b)  # every change inverts it
         up = (np.arange(1, len(ticks) + 1) + differ & 1 == 1) != of_b
         counts = self.counts + np.cumsum(np.where(up, 1, -1))
         self.counts = int(counts[-1])
@@ -209,39 +209,39 @@ class QuadratureDecoder:
             lasted = np.concatenate(([ticks[0] - self.since], lasted))
         if self.burst or lasted.min() < DWELL_TICKS:
             told = lasted[(lasted < DWELL_TICKS) | (lasted >= 2 * DWELL_TICKS)]
-            turns = np.diff(told < DWELL_TICKS, prepend=self.burst)  # where a burst begins or ends
+            turns = np.diff(told < DWELL_TICKS, prepend=self.burst)  # start or end of a burst
             self._check_states(told[turns].tolist(), int(ticks[-1]))
         self.since = int(ticks[-1])
         return ticks, counts
 
     def _check_states(self, lasted: Sequence[int], tick: int) -> None:
-        """Report bursts of short states.  `lasted`: how long each was, in clocks; the last one ended at a tick."""
+        """Report bursts of short states.  `lasted`: the duration of each, in clocks; the last one ended at a tick."""
         for state in lasted:
             if state >= 2 * DWELL_TICKS:
                 self.burst = False
             elif state < DWELL_TICKS and not self.burst:
                 self.burst = True
-                text = f"made a state of {state} clocks, less than {DWELL_TICKS},"
+                text = f"had a state of {state} clocks, less than {DWELL_TICKS},"
                 self.found.append(("encoder-fast", text, tick))
 
 
 class CountWindow(NamedTuple):
-    """What A and B promise before a tick, counted: the counts, from ticks on, and where all stand at its end."""
+    """The promises of A and B before a tick, counted: the counts, from ticks on, and the final state."""
 
     stop: int
     before: int  # counts at its start
     ticks: Any
     counts: Any
     decoder: QuadratureDecoder
-    levels: tuple[Any, Any]  # in front of the filters
+    levels: tuple[Any, Any]  # at the inputs of the filters
 
     def counts_before(self, tick: int) -> int:
-        """Return the counts as they are before a tick."""
+        """Return the counts before a tick."""
         i = bisect_left(self.ticks, tick)
         return int(self.counts[i - 1]) if i else self.before
 
     def coming(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the counts as they are before some ticks: (n,) int64."""
+        """Return the counts before a number of ticks: (n,) int64."""
         import numpy as np
 
         return np.append(self.before, self.counts).astype(np.int64)[np.searchsorted(self.ticks, ticks)]
@@ -251,20 +251,20 @@ class QuadratureCounter:
     """The channels A and B of an encoder, counted fourfold.
 
     Args:
-        finding: takes what an encoder does that the chip is not specified for.
+        finding: is called for encoder signals beyond the chip's specification.
     """
 
-    least: ClassVar[int] = 4  # cycles of the first window, and of the first one behind a window that was dropped
-    most: ClassVar[int] = 256  # cycles of a window; twice as many are hardly quicker, and more to be dropped
+    least: ClassVar[int] = 4  # cycles of the first window, and of the first one after a dropped window
+    most: ClassVar[int] = 256  # cycles of a window; twice as many are hardly faster, and more may be dropped
 
     def __init__(self, a: Terminal, b: Terminal, clock: Clock, finding: Callable[[str, str], object]) -> None:
         self.a, self.b = FilteredInput(a, clock), FilteredInput(b, clock)
         self.clock, self.finding = clock, finding
-        self.window: CountWindow | None = None  # what is known of the counts to come
+        self.window: CountWindow | None = None  # forecast of the counts
         self._reach = self.least  # cycles of the next window
-        self._refused = 0  # the end of a window that would have found something
+        self._refused = 0  # the end of a window with a finding
         self._history = History()  # the counts, by ticks of the chip
-        self._asked = self._done = 0  # the ticks of the last question, and before which all has been processed
+        self._asked = self._done = 0  # the tick of the last query, and the tick before which all has been processed
         self.watch(self._drop)
         self.begin()
 
@@ -274,19 +274,19 @@ class QuadratureCounter:
         self.a.begin()
         self.b.begin()
         self.decoder = QuadratureDecoder(self.a.filter, self.b.filter)
-        self.counts = 0  # before the tick of the last question
+        self.counts = 0  # before the tick of the last query
         self._history.note(self.clock.ticks_from(self.a.begun), 0)
         self._asked = self._done = 0
         self._drop()
 
     def watch(self, told: Callable[[], object]) -> None:
-        """Call a function when a driver of A or B changes: an axis that sleeps must wake."""
+        """Call a function when a driver of A or B changes, to wake a sleeping axis."""
         self.a.reading.on_change.add(told)
         self.b.reading.on_change.add(told)
 
     @property
     def quiet(self) -> bool:
-        """Will there be no count after the last question, unless a driver of A or B changes?"""
+        """True if no count comes after the last query, unless a driver of A or B changes."""
         window = self.window
         if window is None:
             return self.a.quiet and self.b.quiet
@@ -297,7 +297,7 @@ class QuadratureCounter:
         return ends and not (window.decoder.a.late[0] or window.decoder.b.late[0])
 
     def counts_before(self, tick: int) -> int:
-        """The counts as they were before a tick, none of which is earlier than the one asked before."""
+        """Return the counts before a tick, which must not be earlier than that of the last query."""
         if tick == self._asked:
             return self.counts
         self._asked, window = tick, self.window
@@ -312,12 +312,12 @@ class QuadratureCounter:
 
     @property
     def history(self) -> History:
-        """The counts up to the last question, by ticks of the chip."""
+        """The counts up to the last query, by ticks of the chip."""
         self._work_off()
         return self._history
 
     def _read(self, tick: int) -> None:
-        """Work off what has happened before a tick."""
+        """Process all changes before a tick."""
         decoder, self._done = self.decoder, tick
         self._history.note_many(*decoder.count(tick, self.a.edges_before(tick), self.b.edges_before(tick)))
         self.counts = decoder.counts
@@ -327,7 +327,7 @@ class QuadratureCounter:
 
     # ------------------------------------------------------------------------------------------------------- look ahead
     def _look_ahead(self, tick: int) -> None:
-        """Work off what is promised from a tick on, up to which all has been read."""
+        """Process the promises from a tick on, after all changes before it have been read."""
         if tick < self._refused:
             return
         stop = tick + min(self._reach, self.most) * sheet.CYCLE_TICKS
@@ -343,7 +343,7 @@ class QuadratureCounter:
             self.window = CountWindow(stop, self.counts, ticks, counts, decoder, (a[2], b[2]))
 
     def _adopt(self, window: CountWindow) -> None:
-        """Stand at the end of a window, as if all up to there had been read."""
+        """Adopt the state at the end of a window, as if all changes up to there had been read."""
         ps = self.clock.ps(window.stop) - 1
         self.decoder = decoder = window.decoder
         self.a.filter, self.b.filter = decoder.a, decoder.b
@@ -353,13 +353,13 @@ class QuadratureCounter:
         self.window, self._reach = None, min(2 * self._reach, self.most)
 
     def _drop(self) -> None:
-        """Forget what was to come: a driver has changed."""
+        """Drop the window, because a driver has changed."""
         self.window = None
         self._reach = self.least
         self._refused = 0
 
     def _work_off(self) -> None:
-        """Read what has happened up to the last question, of which a window has known before."""
+        """Read the changes up to the last query that so far only a window has processed."""
         if self._done < self._asked:
             self.window = None
             self._read(self._asked)

@@ -1,4 +1,4 @@
-"""Encoder position feedback of one axis: the actual position, and how far it is from the target."""
+"""Encoder position feedback of one axis: the actual position, and its distance from the target."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-STEPS = RANGE // ONE  # of a round of the target
+STEPS = RANGE // ONE  # of one turn of the target
 
 
 class Feedback:
-    """What the encoder tells; without one, the actual position stays as it is."""
+    """Position from the encoder; without an encoder the actual position never changes."""
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock, pulses: Pulses) -> None:
         self.kernel, self.clock, self.cycle_clock = chip.kernel, chip.clock, cycle_clock
@@ -32,15 +32,15 @@ class Feedback:
         pulses.axis.on_forget.add(self.forget)
 
     def begin(self) -> None:
-        """Count from 0: reset is over."""
+        """Count from 0 after reset."""
         if self.encoder is not None:
             self.encoder.begin()
-        self.counts = self.error8 = self.whole = 0  # of the encoder; error * 256; steps of the target that are in it
+        self.counts = self.error8 = self.whole = 0  # of the encoder; error * 256; steps of the target included in it
         self.offset = 0
         self.offsets.note(self.kernel.now, 0)
 
     def read(self, n: int) -> None:
-        """Count up to the start of a cycle, and compare with the target."""
+        """Count up to the start of a cycle, and compare the position with the target."""
         encoder = self.encoder
         if encoder is None:
             return
@@ -53,9 +53,9 @@ class Feedback:
         state.error = self.error8 >> 8
 
     def errors_coming(self, n: int, window: CountWindow) -> NDArray[np.int64]:
-        """Return the position errors of the cycles behind `n` in a window, as `read` will find them: (n,) int64.
+        """Return the position errors of the cycles after `n` in a window, as `read` will compute them: (n,) int64.
 
-        It has read `n` last.  Behind the end of the run, which is due by itself, they are what they were if it went on.
+        `n` is the last cycle read.  After the end of the run, which is due for itself, the run is assumed to continue.
         """
         import numpy as np
 
@@ -65,11 +65,11 @@ class Feedback:
         if law is not None:
             whole = (pulses.x0 + pulses.sign * law.travels(cycles - pulses.since)) // ONE
             error8 -= self.state.step_ratio * (whole - whole[0])
-        found: NDArray[np.int64] = np.clip(self.error8 + error8[1:] >> 8, -0x8000, 0x7FFF)  # as `saturated` has it
+        found: NDArray[np.int64] = np.clip(self.error8 + error8[1:] >> 8, -0x8000, 0x7FFF)  # as in `saturated`
         return found
 
     def declare(self, n: int, value: int) -> None:
-        """Make the actual position a whole number of steps from now on, as the target is; the position error is 0."""
+        """Set the actual position to a whole number of steps from now on, like the target; the position error is 0."""
         state = self.state
         self.whole, self.error8, state.error, state.motion_error = value, 0, 0, False
         if self.encoder is not None:
@@ -78,7 +78,7 @@ class Feedback:
             state.actual = value
 
     def forget(self, before: int) -> None:
-        """Forget what was before an instant, of which no question comes any more."""
+        """Discard the past before an instant, which no query needs any more."""
         self.offsets.forget(before)
         if self.encoder is not None:
             self.encoder.history.forget(self.clock.ticks_until(before))

@@ -1,4 +1,4 @@
-"""The electronic gear of one axis: the encoder of another machine displaces it, as the ratio says."""
+"""The electronic gear of one axis: the encoder of another machine displaces it by the gear ratio."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .switches import LimitSwitches
 
 
 class ElectronicGear:
-    """Follows counts; `suspended` by a stop, a limit switch or the motor, until an update."""
+    """Follower of counts; `suspended` by a stop, a limit switch or the motor, until an update."""
 
     def __init__(
         self,
@@ -28,36 +28,36 @@ class ElectronicGear:
         self.at_rest = chip.drivers[f"atrest{state.number}"]
 
     def begin(self) -> None:
-        """Begin with nothing to follow: reset is over."""
-        self.followed = self.backlog = 0  # counts so far, displacement that waits
+        """Begin without a displacement to follow, after reset."""
+        self.followed = self.backlog = 0  # counts so far, deferred displacement
         self.suspended = False
 
     @property
     def behind(self) -> bool:
-        """Is there something left to follow?"""
+        """True if there is a displacement left to follow."""
         return bool(self.backlog or self.followed != self.feedback.counts)
 
     def enter(self, cause: str) -> None:
-        """Change to the gear, from the counts of now on."""
+        """Change to the gear, from the present counts on."""
         self.followed, self.backlog = self.feedback.counts, 0
         self.suspended = self.state.held or self.switches.flagged
         self.set_out(cause)
 
     def update(self, cause: str) -> None:
-        """Follow again after an update, from the counts of now on, unless a limit switch or the motor forbids it."""
+        """Follow again after an update, from the present counts on, unless a limit switch or the motor prevents it."""
         if self.suspended and not self.state.held and not self.switches.flagged:
             self.suspended = False
             self.followed = self.feedback.counts
         self.set_out(cause)
 
     def set_out(self, cause: str) -> None:
-        """Begin to follow; where that is forbidden, it ends at once."""
+        """Begin to follow; if the gear is suspended, end the motion immediately."""
         begins(self.chip, self.state, cause, 0, self.generator.pulse_range)
         if self.suspended:
             self.generator.log.end("limit" if self.switches.flagged else "cut")
 
     def follow(self, n: int) -> None:
-        """Displace the axis in a cycle; what exceeds the pulse range waits."""
+        """Displace the axis in a cycle; displacement beyond the pulse range is deferred."""
         state, pulses, counts = self.state, self.pulses, self.feedback.counts
         new, self.followed = counts - self.followed, counts
         if self.suspended or self.feedback.encoder is None:
@@ -71,7 +71,7 @@ class ElectronicGear:
                 self.backlog = displaced = 0
             self.backlog -= displaced
             if self.backlog and not waited:
-                text = f"axis {state.number}: the encoder asks for more than the pulse range; steps follow later"
+                text = f"axis {state.number}: the encoder exceeds the pulse range; the missing steps follow later"
                 self.chip.finding("gear-backlog", text)
         pulses.cut(n)
         state.velocity = displaced

@@ -1,7 +1,7 @@
-"""The profile generator of one axis: what moves it, and the next run toward that.
+"""The profile generator of one axis: its aim, and the next run toward the aim.
 
-An aim is kept for as long as it takes, whatever interrupts it: a destination (point, curve), a velocity (contour), rest
-(stop).  The electronic gear has none, it makes a run a cycle (gear.py).
+An aim is kept across all interruptions: a destination (point, curve), a velocity (contour), rest (stop).  The
+electronic gear has none, and makes one run per cycle (gear.py).
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ AIMS = {TRAPEZOIDAL: "point", VELOCITY: "contour", S_CURVE: "curve"}
 
 
 class ProfileGenerator:
-    """What an axis is up to.  `aim` is empty at rest; `fresh` says: decide again, run or no run."""
+    """Motion of an axis.  `aim` is empty at rest; `fresh` requires a new decision, even during a run."""
 
     def __init__(self, chip: ChipContext, state: AxisState, pulses: Pulses) -> None:
         self.chip, self.state, self.pulses, self.log = chip, state, pulses, pulses.axis.log
         self.ranges = sheet.STANDARD_RANGE * ONE, sheet.HIGH_RANGE * ONE
 
     def begin(self) -> None:
-        """Begin at rest: reset is over."""
-        self.mode = TRAPEZOIDAL  # in force
+        """Begin at rest after reset."""
+        self.mode = TRAPEZOIDAL  # active
         self.aim = ""
         self.fresh = False
         self.limits = MoveLimits(0, 0, 0)
-        self.start_velocity = 0  # in force since the start from rest
+        self.start_velocity = 0  # active since the start from rest
         self.phases = Phases(1, 0, 0, 0, 0, 0, 0)
         self.done = 0  # cycles of an S-curve that were over when the run began
         self.clamped = self.high_speed = False
@@ -44,12 +44,12 @@ class ProfileGenerator:
 
     @property
     def top(self) -> int:
-        """The maximum velocity, as far as the pulse range allows."""
+        """The maximum velocity, limited by the pulse range."""
         return min(self.state.active.velocity, self.pulse_range)
 
     @property
     def fastest(self) -> int:
-        """No cycle of the run displaces by more."""
+        """The greatest displacement of any cycle of the run."""
         if self.pulses.law is None:
             return 0
         if self.aim == "curve":
@@ -61,12 +61,12 @@ class ProfileGenerator:
         velocity = self.state.active.velocity
         if velocity > self.pulse_range and not self.clamped:
             self.clamped = True
-            text = f"{velocity / ONE:.2f} steps/cycle; the pulse range ends at {self.pulse_range // ONE}"
+            text = f"{velocity / ONE:.2f} steps/cycle exceed the pulse range; allowed {self.pulse_range // ONE}"
             self.chip.finding("clamped", f"axis {self.state.number}: {text}")
 
     # ---------------------------------------------------------------------------------------------------- begin and end
     def set_out(self, distance: int) -> None:
-        """Begin a motion from rest, as the profile mode has it."""
+        """Begin a motion from rest, in the present profile mode."""
         state = self.state
         state.in_motion = True
         self.aim = AIMS[self.mode]
@@ -79,7 +79,7 @@ class ProfileGenerator:
             self.done = 0
 
     def slow_down(self, n: int) -> None:
-        """Aim at rest, by braking."""
+        """Make rest the aim, by deceleration."""
         if self.aim != "curve":
             self.aim, self.fresh = "stop", True
             return
@@ -89,13 +89,13 @@ class ProfileGenerator:
             self.phases, self.fresh = stopped, True
 
     def cut(self, n: int) -> None:
-        """End the run with the start of a cycle; another one is to go on from there."""
+        """End the run at the start of a cycle; another one will continue from there."""
         if self.aim == "curve" and self.pulses.law is not None:
             self.done += n - self.pulses.since
         self.pulses.cut(n)
 
     def halt(self, n: int, complete: bool = True) -> None:
-        """Stop at once, where the axis is in a cycle."""
+        """Stop immediately, at the position of the axis in a cycle."""
         self.pulses.cut(n)
         if complete and self.mode != GEAR:
             self.complete()
@@ -103,24 +103,24 @@ class ProfileGenerator:
             self.rest()
 
     def complete(self) -> None:
-        """End a motion, which was to end here."""
+        """End a motion at its planned end."""
         self.rest()
         self.state.events |= MOTION_COMPLETE
 
     def rest(self) -> None:
-        """Speed zero from now on."""
+        """Set the speed to zero from now on."""
         self.log.end()
         self.state.velocity = self.state.phase = 0
         self.state.in_motion = False
         self.aim = ""
 
     def wrapped(self) -> None:
-        """Decide again where a destination lies: the target has passed an end of its range."""
+        """Compute the distance to a destination again: the target has passed an end of its range."""
         self.fresh |= self.aim == "point"
 
     # ------------------------------------------------------------------------------------------------------------- runs
     def go_on(self, n: int) -> None:
-        """Begin the next run with a cycle; the motion is over where there is none."""
+        """Begin the next run with a cycle; without one the motion is over."""
         self.fresh = False
         planned = self.plan(n)
         if planned is None:
@@ -129,7 +129,7 @@ class ProfileGenerator:
             self.schedule(n, *planned)
 
     def plan(self, n: int) -> tuple[Law, CycleRun] | None:
-        """Return the next run; None: the motion is over."""
+        """Return the next run; None when the motion is over."""
         state, pulses = self.state, self.pulses
         if self.aim == "curve":
             if pulses.law is not None:
@@ -160,7 +160,7 @@ class ProfileGenerator:
     def contour(self, velocity: int) -> CycleRun:
         """Return the next run of velocity contouring."""
         acceleration = self.state.active.acceleration
-        if acceleration * velocity < 0:  # it turns round; below s at once, even if s is above V
+        if acceleration * velocity < 0:  # it reverses; below s immediately, even if s is above V
             self.limits = MoveLimits(self.limits.velocity, self.limits.acceleration, self.start_velocity)
             return brake(self.limits, abs(velocity))
         if not velocity:
@@ -173,13 +173,13 @@ class ProfileGenerator:
         self.pulses.schedule(n, law, run, self.phases if isinstance(law, SCurve) else None)
 
     def verify(self, n: int, law: Law, run: CycleRun) -> None:
-        """Check a run once, before anything is promised.
+        """Check a run once, before its pulses are promised.
 
         Raises:
-            PlanError: the law of motion made a mistake (never the host).
+            PlanError: a mistake in the law of motion, never of the host.
         """
         state, before = self.state, abs(self.state.velocity)
-        if self.mode == GEAR:  # it follows another machine, whatever that does
+        if self.mode == GEAR:  # it follows any motion of another machine
             fault = "" if run.speed <= self.pulse_range else f"displaces {run.speed}; allowed {self.pulse_range}"
         elif isinstance(law, SCurve):
             fault = fault_of_curve(law, run, self.phases, before)

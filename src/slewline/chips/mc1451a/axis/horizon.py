@@ -1,4 +1,4 @@
-"""The next cycle in which an axis must be worked, assuming no input change and no command."""
+"""The next cycle in which an axis must be processed, assuming no input change and no command."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NEVER = 1 << 80
 
 
 class Horizon:
-    """When one axis is due."""
+    """The next due cycle of one axis."""
 
     def __init__(
         self,
@@ -29,10 +29,10 @@ class Horizon:
     ) -> None:
         self.state, self.generator, self.pulses = state, generator, generator.pulses
         self.feedback, self.gear, self.home = feedback, gear, home
-        self.counts_per_cycle = sheet.CYCLE_TICKS // sheet.FILTER_TICKS + 1  # the filter lets no more pass
+        self.counts_per_cycle = sheet.CYCLE_TICKS // sheet.FILTER_TICKS + 1  # no more edges leave the filter
 
     def after(self, n: int) -> int:
-        """Return the next cycle in which something is to be decided, `n` having been worked."""
+        """Return the next cycle that needs a decision, after cycle `n` has been processed."""
         state, pulses, encoder = self.state, self.pulses, self.feedback.encoder
         if state.update or state.was_off:
             return n + 1
@@ -45,7 +45,7 @@ class Horizon:
         return min(due, self.breakpoint_due(n), self.error_due(n))
 
     def passes(self, law: Law, distance: int, turns: int = 0) -> int:
-        """Return the cycle at which a run is so far from zero, in its direction and `turns` ranges further on."""
+        """Return the cycle at which a run passes a distance from zero, in its direction and `turns` ranges further."""
         pulses = self.pulses
         missing = distance + turns * RANGE - pulses.sign * pulses.x0
         if missing <= 0:
@@ -65,18 +65,18 @@ class Horizon:
                 return n + ((state.comparison - n - 1) % (1 << 32)) + 1
             case "pos" | "neg" if pulses.law is not None:
                 if (state.breakpoint == "pos") is not (pulses.sign > 0):
-                    return NEVER  # moving away: it is met only behind the end of the range, where work is due
+                    return NEVER  # moving away: it is met only past the end of the range, where a cycle is due
                 edge = value * ONE if pulses.sign > 0 else -((value + 1) * ONE) + 1
                 return max(self.passes(pulses.law, edge, pulses.turn * pulses.sign), n + 1)
             case "actl_pos" | "actl_neg" if encoder is not None and not encoder.quiet:
-                wraps = RANGE // ONE // 2 - abs(state.actual)  # what lies behind the end of the range may meet it too
+                wraps = RANGE // ONE // 2 - abs(state.actual)  # a position past the end of the range may meet it too
                 return n + max(min(abs(value - state.actual), wraps) // self.counts_per_cycle, 1)
             case "ext" if not self.home.quiet:
                 return n + 1
         return NEVER
 
     def error_due(self, n: int) -> int:
-        """Return when the position error may pass its limit, one way or the other; it has not passed it before."""
+        """Return when the position error may pass its limit in either direction; it has not passed it before."""
         state, feedback, encoder = self.state, self.feedback, self.feedback.encoder
         if encoder is None or not state.step_ratio:
             return NEVER
@@ -84,9 +84,9 @@ class Horizon:
             rate = self.generator.fastest * state.step_ratio  # 2^-24 counts per cycle
             if not rate:
                 return NEVER
-            margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all at once
+            margin = abs(state.pos_err - abs(state.error)) - state.step_ratio // 256 - 2  # a step counts all
             return n + max((margin << 24) // rate, 1)
-        if encoder.window is None:  # something is about to be found, which is to be reported when it is
+        if encoder.window is None:  # a finding is about to occur, and must be reported at its time
             return n + 1
         beyond = abs(feedback.errors_coming(n, encoder.window)) > state.pos_err
         passes = (beyond != state.motion_error).nonzero()[0]

@@ -1,15 +1,15 @@
-"""A lazy reader of a wire: what happened on it is read on demand, from what its drivers promised.
+"""A lazy reader of a wire: it reads past edges on demand, from the promises of the wire's drivers.
 
-A chip that looks at an input once in a while need not see every edge.  A reading asks the promises of the net
-for the edges since the last question, and just before a driver replaces its promise or its level, it reads what that
-has shown so far.  So an edge costs no event, whatever drives the net, and none is lost:
+A chip that samples an input once in a while need not process every edge.  A query reads the edges since the last one
+from the promises of the net, and just before a driver replaces its promise or its level, the reader reads the edges so
+far.  So an edge costs no event, whatever drives the net, and none is lost:
 
     drive       promise of a train       |  level 0    |  wave
     wire        _|‾|_|‾|_|‾|_|‾|_|‾|_|‾|_|_____________|‾‾‾‾‾‾|__
-    read                   ^ asked       ^ replaced    ^ replaced   ^ asked
+    read                   ^ query       ^ replaced    ^ replaced   ^ query
 
-Rules of this file: nothing past the last committed instant is read, only looked at (`coming`); what comes and goes
-within one instant is not seen.
+Rules of this file: edges after the last committed instant are not read, only forecast (`coming`); a pulse within one
+instant is not seen.
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ from ....core.wires.pin import Terminal
 
 
 class PinEdges:
-    """The edges of the wire on a pin, from this instant on; the changes of this instant itself make its first level.
+    """The edges of the wire on a pin, from this instant on; changes of this instant itself only set its first level.
 
-    `on_change` is called when a driver of the wire changes: what it shows then can be read in the next round.
+    `on_change` is called when a driver of the wire changes; its new edges can be read in the next round.
     """
 
     def __init__(self, pin: Terminal) -> None:
-        self.pin = pin  # wiring may still make its net one with another
+        self.pin = pin  # wiring may still join its net with another
         self.on_change: Hook[[]] = Hook()
         self.begin()
         pin.net.sample(self._before_change)
 
     def begin(self) -> None:
-        """Forget everything up to this instant."""
-        self._read = self.pin.net.kernel.now  # up to and with this instant
-        self._changed: int | None = self._read  # a drive that began at this instant has not been looked at
+        """Discard all edges up to this instant."""
+        self._read = self.pin.net.kernel.now  # up to and including this instant
+        self._changed: int | None = self._read  # a drive that began at this instant has not been read
         self._first = True
         self.first: Level = None
         self._level: Level = None
         self._edges: list[tuple[Any, Any]] = []
 
     def edges_until(self, ps: int) -> tuple[Any, Any]:
-        """Return the edges since the last question, up to an instant (ps), the last committed one at most.
+        """Return the edges since the last query, up to an instant (ps), at most the last committed one.
 
         Returns:
-            Times in ps and the levels after them: two lists, or two arrays where a promise gave them.
+            Times in ps and the levels after them: two lists, or two arrays if they come from a promise.
         """
         self._catch_up(ps)
         edges, self._edges = self._edges, []
@@ -61,11 +61,11 @@ class PinEdges:
         return [ps for times, _ in edges for ps in times], [level for _, levels in edges for level in levels]
 
     def coming(self, ps: int) -> tuple[Any, Any, Level] | None:
-        """Return the edges that are promised behind those that were asked for, up to an instant (ps) to come.
+        """Return the edges promised after the last query, up to a future instant (ps).
 
         Returns:
-            Times in ps and the levels after them, and the last level; None: it cannot be known before the end of this
-                instant what the drivers show.
+            Times in ps and the levels after them, and the last level; None if the levels of the drivers are not known
+                before the end of this instant.
         """
         if self._first or self._changed is not None or self._edges:
             return None
@@ -73,16 +73,16 @@ class PinEdges:
         return times, levels, levels[-1] if len(levels) else self._level
 
     def skip(self, ps: int, level: Level) -> None:
-        """Take up to an instant (ps) for asked: what has come is what was promised, with this level in the end."""
+        """Count the edges up to an instant (ps) as read: they came as promised, with this level at the end."""
         self._read, self._level = ps, level
 
     @property
     def quiet(self) -> bool:
-        """Is no edge promised behind those that were asked for?  Then none comes unless a driver changes."""
+        """True if no edge is promised after the last query: none comes unless a driver changes."""
         return self._changed is None and self.ends_by(self._read)
 
     def ends_by(self, ps: int) -> bool:
-        """Return whether no edge is promised behind an instant (ps)."""
+        """Return whether no edge is promised after an instant (ps)."""
         promises = (driver.promise for driver in self.pin.net.active if driver.promise is not None)
         return all(promise.after(ps) is None for promise in promises)
 
@@ -94,7 +94,7 @@ class PinEdges:
             self.on_change()
 
     def _catch_up(self, ps: int) -> None:
-        """Read what the present drive has shown up to an instant."""
+        """Read the edges of the present promise up to an instant."""
         net, since = self.pin.net, self._changed
         if since is not None and since <= ps:
             self._changed = None
@@ -109,7 +109,7 @@ class PinEdges:
             self._read = ps
 
     def _real(self, times: Any, levels: Any) -> tuple[Any, Any]:
-        """Edges that are real: a list may hold others."""
+        """Return the edges that change the level, out of a list that may contain others."""
         if isinstance(times, list):
             real = [*map(ne, levels, [self._level, *levels])]
             if not all(real):

@@ -1,12 +1,12 @@
-"""The run of an axis in progress: what it makes of the registers, and the pulses that it promises.
+"""The run of an axis in progress: its effect on the registers, and the pulses that it promises.
 
-A displacement chosen once often follows a law for thousands of cycles: a run.  Its pulses are promised whole, its
-position is computed on request.  When it is cut, what it has left behind (part of a step, PULSE high or low) is
-what the next one begins with.
+A displacement chosen once often follows a law for thousands of cycles: a run.  Its pulses are promised whole, and its
+position is computed on request.  When it is cut, its remainder (part of a step, PULSE high or low) is the start of the
+next one.
 
     target    x0 ____----^^^^          x    PULSE rises where the target passes half a step, and falls, which is the
               |   run        | cut          step, where it passes a whole one
-    cycle     since          n              lead: how far the target is beyond what has been emitted
+    cycle     since          n              lead: how far the target is beyond the emitted position
 
 Positions and displacements are in 1/65536 step.
 """
@@ -30,9 +30,9 @@ RANGE = 1 << 47  # of the target: 2^31 steps
 
 
 class TargetLaw(NamedTuple):
-    """From cycle `first` on the target goes as a law says, from `x0` in cycle `since`; without a law it stays there.
+    """The law of the target from cycle `first` on, with `x0` in cycle `since`; without a law the target is at rest.
 
-    The law of an S-curve comes from its phases; other laws change by no more than an acceleration, but for jumps.
+    The law of an S-curve comes from its phases; other laws change by no more than an acceleration, except in jumps.
     """
 
     first: int
@@ -45,10 +45,10 @@ class TargetLaw(NamedTuple):
 
 
 class Pulses:
-    """The run of one axis, and what is promised of it.
+    """The run of one axis, and its promised pulses.
 
-    `law` is that of its displacements, None at rest; `sign` its direction.  `acceleration` is what the law may add
-    to the speed in a cycle, for later questions.
+    `law` is that of its displacements, None at rest; `sign` its direction.  `acceleration` is the greatest change of
+    speed in a cycle by the law, for later queries.
     """
 
     def __init__(self, chip: ChipContext, state: AxisState, cycle_clock: CycleClock) -> None:
@@ -61,22 +61,22 @@ class Pulses:
         self.axis.on_forget.add(self.forget)
 
     def begin(self) -> None:
-        """Begin at rest: reset is over."""
+        """Begin at rest after reset."""
         self.law: Law | None = None
         self.since, self.cycles, self.landing = 0, 0, False
         self.sign = 1
         self.x0 = 0  # target at the start of the run; not wrapped within it
-        self.turn = 0  # how often the run has wrapped
-        self.rounds = 0  # how often the target has, since a position was declared
+        self.turn = 0  # number of wraps of the run
+        self.rounds = 0  # number of wraps of the target since a position was declared
         self.lead, self.high = 0, False  # target minus emitted position, and PULSE, at the start of the run
-        self.surplus = 0  # of the lead: issued in this cycle for a target that was declared again since
+        self.surplus = 0  # part of the lead: output in this cycle for a target declared again since
         self.curve: Phases | None = None
         self.acceleration = 0
         self.past = [TargetLaw(0, 0, 0, 1, None)]
         self.playing: Playing | None = None
 
     def move(self, n: int) -> bool:
-        """Show where the run has come to at the start of a cycle, and how fast: after its end, how fast it was.
+        """Show the target and the speed at the start of a cycle; after the end of the run, its last speed.
 
         Returns whether the target has passed an end of its range.
         """
@@ -99,7 +99,7 @@ class Pulses:
         return True
 
     def cut(self, n: int) -> None:
-        """End the run with the start of a cycle: note where it has come to."""
+        """End the run at the start of a cycle, and keep its final state."""
         if self.law is None:
             return
         y = self.sign * self.lead + self.law.travel(n - self.since)
@@ -113,14 +113,14 @@ class Pulses:
         self._withdraw()
 
     def _withdraw(self) -> None:
-        """End with this instant what is promised."""
+        """End the promised pulses at this instant."""
         if self.playing is not None:
             self.playing.until = self.kernel.now + 1
             self.pulse.renew()
             self.playing = None
 
     def remember(self, n: int) -> None:
-        """Keep what begins with cycle n, for later questions."""
+        """Record the law from cycle n on, for later queries."""
         entry = TargetLaw(n, self.since, self.x0, self.sign, self.law, self.curve, self.acceleration)
         if self.past[-1].first == n:
             self.past[-1] = entry
@@ -128,21 +128,21 @@ class Pulses:
             self.past.append(entry)
 
     def forget(self, before: int) -> None:
-        """Forget the cycles before an instant, which will not be asked for any more."""
+        """Discard the cycles before an instant, which no query needs any more."""
         cycle = self.cycle_clock.cycle_at(before)
         del self.past[: max(bisect_right(self.past, cycle, key=lambda entry: entry.first) - 1, 0)]
 
     def end(self) -> None:
-        """Reset: end with this instant whatever is promised; a position declared in it counts first."""
+        """Reset: end the promised pulses at this instant, after the load of a position declared in it."""
         self.law = None
         self._do()
         self._withdraw()
 
     def schedule(self, n: int, law: Law, run: CycleRun, curve: Phases | None = None) -> None:
-        """Begin a run with cycle n; its pulses follow when whatever belongs to this instant is over.
+        """Begin a run with cycle n; its pulses follow after all other work of this instant.
 
         Args:
-            curve: the phases, where the law is that of an S-curve.
+            curve: the phases, if the law is that of an S-curve.
         """
         sign = self.sign
         self.cut(n)
@@ -154,7 +154,7 @@ class Pulses:
             self.soon(lambda: self.play(law))
 
     def soon(self, what: Callable[[], object]) -> None:
-        """Do something in the next round, when the old pulses of this instant are over; one thing after the other."""
+        """Call functions in the next round, in order, when the old pulses of this instant are over."""
         if not self.waiting:
             self.kernel.call_at(self.kernel.now, self._do)
         self.waiting.append(what)
@@ -165,7 +165,7 @@ class Pulses:
             what()
 
     def play(self, law: Law) -> None:
-        """Promise the pulses of a run, unless a reset in this very instant has ended it."""
+        """Promise the pulses of a run, unless a reset in this instant has ended it."""
         if self.law is not law:
             return
         train = CycleTrain(self.clock, self.cycle_clock.tick(self.since), law, self.cycles, self.sign * self.lead)
@@ -176,7 +176,7 @@ class Pulses:
         self.pulse.play(SquareView(self.playing, self.high))
 
     def declare(self, n: int, value: int) -> None:
-        """Make the target a whole number of steps from now on; the pulses of cycle n go on."""
+        """Set the target to a whole number of steps from now on; the pulses of cycle n continue."""
         state, law = self.state, self.law
         state.target = value * ONE
         self.turn = self.rounds = 0
@@ -191,7 +191,7 @@ class Pulses:
         self.soon(lambda: self._load(n, value))
 
     def _load(self, n: int, value: int) -> None:
-        """Set the emitted position to this, and what has been emitted since cycle n began."""
+        """Set the emitted position to a value, plus the steps emitted since cycle n began."""
         if self.playing is not None:
             begun = self.playing.count(self.kernel.now) - self.playing.count(self.cycle_clock.ps(n))
             value += self.sign * begun

@@ -1,4 +1,4 @@
-"""The limit switches of one axis: which are active, and which of them halts the axis."""
+"""The limit switches of one axis: their state, and the one that stops the axis."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ..registers import NEGATIVE_LIMIT, POSITIVE_LIMIT, AxisState, Registers
 
 
 class LimitSwitches:
-    """Both switches, by the event bit of each.  The levels are those that the cycle under way has seen."""
+    """Both switches, by the event bit of each.  The levels are those sampled by the present cycle."""
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.registers, self.state = registers, state
@@ -20,22 +20,22 @@ class LimitSwitches:
         self.begin()
 
     def begin(self) -> None:
-        """Begin with the levels of this instant: reset is over."""
+        """Begin with the levels of this instant, after reset."""
         self.levels = {limit: net.level or 0 for limit, net in self.nets.items()}
         self.armed = {limit: True for limit in self.nets}  # has been inactive since it tripped
 
     def active(self, limit: int) -> bool:
-        """Is a switch sensed, and active?"""
+        """Return whether a switch is enabled, and active."""
         registers = self.registers
         return registers.limits_on and bool(self.levels[limit] ^ registers.limit_sense >> self.bits[limit] & 1)
 
     @property
     def flagged(self) -> bool:
-        """Does the event of a switch bar the axis?"""
+        """True if the event of a switch keeps the axis from moving."""
         return self.registers.limits_on and bool(self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def tripped(self) -> int:
-        """Return the event of the switch that goes active and halts the axis, or 0; one over-travel at a time."""
+        """Return the event of the switch that becomes active and stops the axis, or 0; one over-travel at a time."""
         if not self.registers.limits_on:
             self.armed = {POSITIVE_LIMIT: True, NEGATIVE_LIMIT: True}
             return 0

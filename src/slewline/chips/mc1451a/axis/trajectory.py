@@ -1,22 +1,22 @@
-"""The trajectory generator of one axis: what it decides at the start of a cycle, and how long that holds by itself.
+"""The trajectory generator of one axis: its decisions at the start of a cycle, and how long they hold.
 
     cycle n      T_n ------------------------------------------ T_n+1
                  | 0 arrive    1 updates   2 limits             |
                  | 3 choose the displacement up to T_n+1        |      position    x(T_n)  ____----  x(T_n+1)
                  | 4 pulses    5 encoder   6 breakpoint         |      moves evenly from T_n to T_n+1
 
-A displacement chosen once often follows a law for thousands of cycles: a run.  While a run lasts and no input departs
-nothing is decided, so nothing is worked: `due` is the next cycle that must be.  `sync` says what the registers hold in
-between.  The twin works every cycle, and must come to the same.
+A displacement chosen once often follows a law for thousands of cycles: a run.  While a run lasts and no input changes,
+there is no decision, so no cycle is processed: `due` is the next cycle that must be.  `sync` sets the registers in
+between.  The twin processes every cycle, and its results must be the same.
 
-Each object knows those above it in this picture, never one below:
+Each object knows only those above it in this picture:
 
-    LimitSwitches   Pulses      which switch is active; the run, and what is promised of it
-      Feedback                  what the encoder tells
-        ProfileGenerator        what moves the axis, and the next run toward that
-          Gear                  a run a cycle, as the encoder has it
-            Updates  Horizon    what commands have written; the next cycle that is due
-      Trajectory                makes them, and calls them in the order of a cycle
+    LimitSwitches   Pulses      the active switches; the run, and its promised pulses
+      Feedback                  the position from the encoder
+        ProfileGenerator        the aim of the axis, and the next run toward it
+          Gear                  one run per cycle, by the encoder
+            Updates  Horizon    the values written by commands; the next cycle that is due
+      Trajectory                creates them, and calls them in the order of a cycle
 
 Positions and displacements are in 1/65536 step.
 """
@@ -39,7 +39,7 @@ from .updates import Updates
 
 
 class Trajectory:
-    """One axis: what it is made of, and the order of its work.  `due` is the next cycle that must be worked."""
+    """One axis: its objects, and the order of their work.  `due` is the next cycle that must be processed."""
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState, cycle_clock: CycleClock) -> None:
         self.chip, self.state, self.cycle_clock = chip, state, cycle_clock
@@ -56,13 +56,13 @@ class Trajectory:
         self.due = 0
 
     def begin(self) -> None:
-        """Begin at rest, with cycle 0 due: reset is over."""
+        """Begin at rest after reset, with cycle 0 due."""
         for each in (self.home, self.switches, self.pulses, self.feedback, self.generator, self.gear, self.updates):
             each.begin()
         self.due = 0
 
     def sync(self, n: int) -> None:
-        """Let the registers show cycle n, in which nothing is decided."""
+        """Set the registers to cycle n, which needs no decision."""
         if self.pulses.move(n):
             self.generator.wrapped()
         self.feedback.read(n)
@@ -80,15 +80,15 @@ class Trajectory:
         self.due = self.horizon.after(n)
 
     def arrive(self, n: int) -> None:
-        """End what the run set out to do until now."""
+        """Complete the run up to this cycle."""
         if n:
-            self.feedback.read(n - 1)  # what the cycle before has seen, if it was read then
+            self.feedback.read(n - 1)  # level in the cycle before, if it was read then
         pulses = self.pulses
         if pulses.law is not None:
             if pulses.move(n):
                 self.generator.wrapped()
             i = n - pulses.since
-            self.state.velocity = pulses.sign * pulses.law.velocity(i - 1)  # as it was up to here
+            self.state.velocity = pulses.sign * pulses.law.velocity(i - 1)  # position error up to here
             if i >= pulses.cycles:
                 landing = pulses.landing
                 pulses.cut(n)
@@ -96,7 +96,7 @@ class Trajectory:
                     self.generator.complete()
 
     def look_at_limits(self, n: int) -> None:
-        """Halt the axis where a switch goes active."""
+        """Stop the axis if a switch becomes active."""
         limit = self.switches.tripped()
         if limit:
             mark_deviation(self.chip, self.state, "limit", LIMIT_NAMES[limit])
@@ -105,7 +105,7 @@ class Trajectory:
             self.gear.suspended = True
 
     def choose(self, n: int) -> None:
-        """Choose the displacement of this cycle, unless the run goes on."""
+        """Choose the displacement of this cycle, unless the run continues."""
         generator, pulses = self.generator, self.pulses
         if generator.mode == GEAR:
             self.gear.follow(n)
@@ -136,7 +136,7 @@ class Trajectory:
         state.motion_error = error
 
     def look_at_breakpoint(self, n: int) -> None:
-        """Update the axis in the next cycle, where the condition of its breakpoint is met."""
+        """Update the axis in the next cycle if the condition of its breakpoint is met."""
         state = self.state
         if state.breakpoint and self.met(n):
             command, state.breakpoint = state.breakpoint_command, ""
@@ -146,7 +146,7 @@ class Trajectory:
                 state.take(command)
 
     def met(self, n: int) -> bool:
-        """Is the condition of the breakpoint met?"""
+        """Return whether the condition of the breakpoint is met."""
         state, value = self.state, signed(self.state.comparison, 32)
         match state.breakpoint:
             case "time":

@@ -1,4 +1,4 @@
-"""What the host commands an axis to do: settings that act at once, updates, stops."""
+"""Commands of the host to an axis: immediate settings, updates, stops."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FIXED = {mode: tuple(REGISTERS[name] for name in names) for mode, (_, names) in 
 
 
 class Updates:
-    """What commands have written, as a cycle finds it: it begins and ends the motions of an axis."""
+    """The values written by commands, as read by a cycle; it begins and ends the motions of an axis."""
 
     def __init__(
         self,
@@ -43,11 +43,11 @@ class Updates:
         self.feedback, self.switches, self.gear, self.log = feedback, switches, gear, generator.log
 
     def begin(self) -> None:
-        """Begin without any command: reset is over."""
-        self.omitted: list[str] = []  # what the finding has named, without which nothing has started
+        """Begin without any command, after reset."""
+        self.omitted: list[str] = []  # registers named in the finding, whose absence prevents a start
 
     def settings(self, n: int) -> None:
-        """Take over what commands have set at once: profile mode, motor, pulse range."""
+        """Apply the immediate settings: profile mode, motor, pulse range."""
         state, generator = self.state, self.generator
         if state.was_off or not state.motor_on:
             state.was_off = False
@@ -71,7 +71,10 @@ class Updates:
         if mode != VELOCITY or before == GEAR:
             self.log.stop()
         if mode in (TRAPEZOIDAL, S_CURVE) and before != GEAR and state.in_motion:
-            self.chip.finding("mode-in-motion", f"axis {state.number}: profile mode changed in motion: stopped at once")
+            self.chip.finding(
+                "mode-in-motion",
+                f"axis {state.number}: the profile mode was changed in motion: the axis stops immediately",
+            )
             generator.halt(n)
         elif mode == GEAR or before == GEAR:
             generator.halt(n, complete=False)
@@ -83,7 +86,7 @@ class Updates:
             generator.aim, generator.fresh = "contour", True
 
     def update(self, n: int, taken: Profile) -> None:
-        """Let what an update has taken from the buffer take effect, in this order."""
+        """Apply the values that an update has taken from the buffer, in this order."""
         state, generator = self.state, self.generator
         state.update, generator.clamped = None, False
         if taken.synch_prfl:
@@ -105,7 +108,7 @@ class Updates:
             self.start(taken.cause)
 
     def synchronise(self, n: int) -> None:
-        """Make the target the actual position; no pulse, and the speed stays."""
+        """Set the target to the actual position, without a pulse and with the same speed."""
         if self.feedback.encoder is not None:
             self.feedback.read(n)
             mark_deviation(self.chip, self.state, "command", "SYNCH_PRFL")
@@ -114,15 +117,16 @@ class Updates:
             self.generator.fresh = self.state.in_motion
 
     def declare(self, n: int, position: int) -> None:
-        """Make both positions a number of steps from now on, and the error 0; the pulses of cycle n go on."""
+        """Set both positions to a number of steps from now on, and the error to 0; the pulses of cycle n continue."""
         self.generator.fresh |= self.pulses.law is not None
         self.pulses.declare(n, position)
         self.feedback.declare(n, position)
 
     def copy(self, new: Profile) -> None:
-        """Copy to the active registers.  To load what may not change in motion is a command error; the destination may.
+        """Copy the buffer to the active registers; a register that may not change in motion is a command error.
 
-        What an earlier update has refused waits in the buffer for one at rest, and is no error again (command errors).
+        The destination is copied even then.  Refused values wait in the buffer for an update at rest, without a second
+        error (command errors).
         """
         state = self.state
         old = state.active
@@ -146,7 +150,7 @@ class Updates:
         self.generator.slow_down(n)
 
     def start(self, cause: str) -> None:
-        """Let the axis move, or go on, after an update."""
+        """Start the axis, or continue its motion, after an update."""
         state, generator = self.state, self.generator
         if generator.mode == S_CURVE and state.in_motion:
             return  # the profile in progress ends first
@@ -167,29 +171,29 @@ class Updates:
                 return
             generator.start_velocity = state.start_velocity
             if generator.mode != S_CURVE and generator.start_velocity >= active.velocity:
-                text = f"axis {state.number}: the start velocity is not below the maximum: no ramps"
+                text = f"axis {state.number}: the start velocity is not below the maximum: there are no ramps"
                 self.chip.finding("start-velocity", text)
             self.omitted = []
         begins(self.chip, state, cause, generator.start_velocity, generator.pulse_range)
         generator.set_out(distance)
 
     def powerless(self, acceleration: int) -> bool:
-        """Can nothing set the axis in motion?"""
+        """Return whether the registers allow no motion at all."""
         if self.generator.mode == S_CURVE:
             return not (acceleration and self.state.active.jerk)
         return not acceleration and (self.generator.mode == VELOCITY or not self.state.start_velocity)
 
     def omit(self, cause: str) -> None:
-        """Report what the host has not set, without which nothing starts; once, while it is the same."""
+        """Report the registers that the host must set before a motion; once, until they change."""
         names, told = missing_of(self.generator.mode, self.state), self.omitted
         if names and names != told:
             zero = " and ".join(REGISTERS[name].replace("_", " ") for name in names)
-            text = f"axis {self.state.number}: {cause} while {zero} {'are' if names[1:] else 'is'} 0: nothing starts"
-            self.chip.finding("no-start", f"{text}; give {' and '.join(names)} before it")
+            text = f"axis {self.state.number}: {cause} while {zero} {'are' if names[1:] else 'is'} 0: no motion starts"
+            self.chip.finding("no-start", f"{text}; send {' and '.join(names)} before it")
             self.omitted = names
 
     def refused(self, distance: int) -> bool:
-        """Does a limit switch forbid the move?  In the point-to-point modes that is a command error."""
+        """Return whether a limit switch prevents the move; in the point-to-point modes that is a command error."""
         switches = self.switches
         if not switches.flagged and not switches.active(POSITIVE_LIMIT if distance > 0 else NEGATIVE_LIMIT):
             return False

@@ -1,9 +1,9 @@
-r"""The one check of every run before its pulses are promised: what a run of cycles must keep.
+r"""The one check of every run before its pulses are promised: the conditions that a run of cycles must meet.
 
     speed        ______  limit                          fits on:  from the cycle before to the first one, the speed
           before/      \                                           changes by no more than the law allows
            ----/        \____                          keeps:    no cycle is faster than the limit, or than before
-                          landing: exactly there        lands:    what ends a move ends it at the destination
+                          landing: exactly there        lands:    the last run of a move ends at the destination
 
 A fault is a mistake in a law of motion, never of the host or of the user.
 """
@@ -19,7 +19,7 @@ from ..profiles.s_curves import PLACES, SCurve
 
 
 def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remaining: int) -> str:
-    """Return what is wrong with a run of evenly changing speed; "" when nothing is.
+    """Return the fault of a run with constant change of speed; "" for none.
 
     Args:
         before: the speed of the cycle before, 1/65536 step per cycle, in the direction of the run.
@@ -41,7 +41,7 @@ def fault_of_run(law: Law, run: CycleRun, limits: MoveLimits, before: int, remai
 
 
 def fault_of_curve(law: SCurve, run: CycleRun, curve: Phases, before: int) -> str:
-    """Return what is wrong with the rest of an S-curve; "" when nothing is.  Arguments as above."""
+    """Return the fault of the rest of an S-curve; "" for none.  Arguments as above."""
     if run.cycles < 1:
         return f"{run.cycles} cycles"
     one, too_fast = 1 << PLACES, curve.velocity + 1 << PLACES

@@ -1,1 +1,1 @@
-"""The laws of motion in cycles, their ideals, and what an axis did by them."""
+"""The laws of motion in cycles, their ideals, and the record of an axis."""

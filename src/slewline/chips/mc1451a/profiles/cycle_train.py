@@ -1,7 +1,7 @@
-"""Trains of cycles: a position that moves evenly within each cycle of a controller, and the steps that come of it.
+"""Trains of cycles: a position that moves evenly within each cycle of a controller, and the resulting steps.
 
-A chip that computes its trajectory once per cycle says how far the position is displaced in each one.  Steps fall where
-the position passes whole numbers, PULSE rises half a step earlier:
+A chip that computes its trajectory once per cycle computes the displacement of the position in each cycle.  Steps occur
+where the position passes whole numbers, PULSE rises half a step earlier:
 
     position                                       . 3        cycle i runs from i * 8192 ticks on and displaces d(i)
                                         .    '
@@ -12,9 +12,9 @@ the position passes whole numbers, PULSE rises half a step earlier:
     .  '        1
     |      cycle 0     |      cycle 1     |      cycle 2
 
-What makes one train is one law for the displacements d(i), in one direction: constant or changing evenly (`Linear`),
-or an S-curve (s_curves.py).  The train itself is asked rather than expanded, like any other.  All positions are
-integers, in 1/65536 step, and every answer is exact.
+One train has one law for the displacements d(i), in one direction: constant or changing evenly (`Linear`), or an
+S-curve (s_curves.py).  The train itself is queried rather than expanded, like any other.  All positions are integers,
+in 1/65536 step, and every answer is exact.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
 ONE = 1 << 16  # a step
 CYCLE = 8192  # ticks
-BLOCK = 3 << 12  # steps that are expanded at a time: they stay in the cache, and in memory that is at hand
-STRETCH = 1 << 10  # cycles that are expanded at a time where steps are rare
+BLOCK = 3 << 12  # steps expanded at a time: they fit into the cache, and into allocated memory
+STRETCH = 1 << 10  # cycles expanded at a time if steps are rare
 NEAREST = 1.5 * 2.0**52  # a float plus this has no decimals; its bits are then those of this plus the integer
 NEAREST_BITS = 0x4338 << 48
 
@@ -47,8 +47,8 @@ NEAREST_BITS = 0x4338 << 48
 class Cycles:
     """The targets of an axis cycle by cycle, `rate` cycles a second; all arrays (n,) int64, phases int8.
 
-    Numbers of the cycles, instants of their begins in ps, targets there in 1/65536 step, target velocities in 1/65536
-    step per cycle, and phases of S-curves, 1 to 7 (0: none).
+    Numbers of the cycles, their start times in ps, targets there in 1/65536 step, target velocities in 1/65536 step per
+    cycle, and phases of S-curves, 1 to 7 (0: none).
     """
 
     per_second: float
@@ -78,15 +78,15 @@ class Cycles:
 
 # --------------------------------------------------------------------------------------------------------------- laws
 class Law(Protocol):
-    """How far the position has come when a cycle begins: from 0 on, never back, at most 512 steps a cycle."""
+    """The travel at the start of each cycle: from 0 on, never decreasing, at most 512 steps a cycle."""
 
     @property
     def steady(self) -> int:
-        """The displacement of every cycle, if it is always the same one; else 0."""
+        """The displacement of every cycle, if it is constant; otherwise 0."""
 
     @property
     def even(self) -> bool:
-        """Does the displacement only rise, or only fall, by as much from each cycle to the next?"""
+        """True if the displacement rises or falls by the same amount from each cycle to the next."""
 
     def travel(self, i: int) -> int:
         """Return the distance before cycle i, in 1/65536 step."""
@@ -97,7 +97,7 @@ class Law(Protocol):
     def velocity(self, i: int) -> int:
         """Return the velocity in cycle i, in 1/65536 step per cycle.
 
-        What a curve has to round in a cycle is left out of it, so that it changes evenly.
+        It excludes the rounding of a curve in a cycle, so it changes evenly.
         """
 
     def velocities(self, i: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -133,10 +133,10 @@ class CycleTrain(Train):
 
     Args:
         origin: the tick at which cycle 0 begins.
-        cycles: how many there are; OPEN at a constant speed that lasts.
-        lead: how far the position is beyond the last step when cycle 0 begins, counted in the direction of movement:
-            less than a step either way.
-        unit: what is counted; half a step for the edges of PULSE.
+        cycles: their number; OPEN at a constant speed without end.
+        lead: the distance of the position beyond the last step when cycle 0 begins, in the direction of movement: less
+            than a step, positive or negative.
+        unit: the unit that is counted; half a step for the edges of PULSE.
     """
 
     __slots__ = ("_near", "cycle", "cycles", "law", "lead", "unit")
@@ -152,7 +152,7 @@ class CycleTrain(Train):
             -1,
             0,
             0,
-        )  # a cycle, the distance before and after it: a question for one is followed by one for the next
+        )  # a cycle, the distance before and after it: a query for one is followed by one for the next
 
     @property
     def halves(self) -> CycleTrain:
@@ -160,7 +160,7 @@ class CycleTrain(Train):
         return CycleTrain(self.clock, self.origin, self.law, self.cycles, self.lead, self.cycle, self.unit // 2)
 
     def positions(self, i: int, j: int) -> NDArray[np.int64]:
-        """Return the positions at the begins of cycles i ... j-1: (n,) int64, in 1/65536 step, counted as `lead` is."""
+        """Return the positions at the start of cycles i ... j-1: (n,) int64, in 1/65536 step, counted like `lead`."""
         import numpy as np
 
         return self.lead + self.law.travels(np.arange(i, j))
@@ -234,14 +234,14 @@ class CycleTrain(Train):
         return min(max(self.clock.ticks_from(until - 1) - self.origin, 0), self.length)
 
     def _cycle(self, distance: int) -> int:
-        """The cycle that covers so much, more than 0: there is less before it."""
+        """Return the first cycle whose end is at least a distance, more than 0, from the start."""
         law = self.law
         if law.steady:
             return (distance - 1) // law.steady
         return bisect_left(range(self.cycles), distance, key=law.travel) - 1
 
     def _enter(self, i: int) -> tuple[int, int, int]:
-        """A cycle, and the distances before and after it."""
+        """Return a cycle, and the distances before and after it."""
         if self._near[0] != i:
             self._near = (i, self.law.travel(i), self.law.travel(i + 1))
         return self._near
@@ -266,14 +266,14 @@ class CycleTrain(Train):
         return out
 
     def _parts(self, first: int, out: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Fill in the begins from step `first` on, part by part; each counts ticks since a tick that comes with it.
+        """Fill in the start ticks from step `first` on, part by part; each part counts ticks from its own origin.
 
         Step number m of a part, counted from 1, begins on tick ceil(m * scale + rest), where both are fractions n/d, d
         being the displacement of its cycle.  With 1/2 - 1/2d added it may as well be rounded to the nearest integer,
         from which it is then at most 1/2 - 1/2d away.  As floats, m * scale and rest are at most 2^45/d each, besides
-        whole ticks up to 2^23.  So what they lose in rounding is less than 2^-6/d + 2^-28, and 1/2d is more.
+        whole ticks up to 2^23.  So their rounding error is less than 2^-6/d + 2^-28, and 1/2d is more.
 
-        All is done in place: to get memory for one more array takes longer than to fill it.
+        All is done in place: to allocate memory for one more array takes longer than to fill it.
         """
         import numpy as np
 
@@ -292,14 +292,14 @@ class CycleTrain(Train):
             yield since, part
 
     def _steady(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, None]]:
-        """Parts at constant speed: how many steps, since when they count, scale and rest."""
+        """Yield parts at constant speed: number of steps, origin, scale and rest."""
         speed = self.law.steady
         for a in range(first, last, BLOCK):
             since, rest = divmod((a * self.unit - self.lead) * self.cycle, speed)
             yield min(BLOCK, last - a), since, self.unit * self.cycle / speed, (rest - 0.5) / speed + 0.5, None
 
     def _uneven(self, first: int, last: int) -> Iterator[tuple[int, int, Any, Any, Any]]:
-        """The same of parts in which every cycle has its own speed: scale and rest of each, and its steps."""
+        """Yield parts in which every cycle has its own speed: scale and rest of each, and its steps."""
         import numpy as np
 
         end = self._cycle(last * self.unit - self.lead) + 1
@@ -320,7 +320,7 @@ class CycleTrain(Train):
 
 @cache
 def _counting() -> NDArray[np.float64]:
-    """1, 2, 3 ... for a part of an expansion."""
+    """Return 1, 2, 3 ... for a part of an expansion."""
     import numpy as np
 
     return np.arange(1, BLOCK + 1, dtype=np.float64)
@@ -329,7 +329,7 @@ def _counting() -> NDArray[np.float64]:
 class SquareView(TrainView):
     """PULSE of a played train of cycles: high in the second half of each step.
 
-    `high`: the movement begins with PULSE high, a half step having been left open; so it stays until the first step.
+    `high`: the movement begins with PULSE high, from an unfinished half step, until the first step.
     """
 
     __slots__ = ("halves", "high")
@@ -341,7 +341,7 @@ class SquareView(TrainView):
 
     @property
     def rises(self) -> Events:
-        """Its edges to high: every other half step."""
+        """Its rising edges: every second half step."""
         return SquareRises(self)
 
     def level(self, ps: int) -> int:
@@ -350,9 +350,9 @@ class SquareView(TrainView):
         return over % 2 if over else int(self.high)
 
     def after(self, ps: int) -> When:
-        """Return the next edge strictly after an instant (ps); None: none is foreseen."""
+        """Return the next edge strictly after an instant (ps); None if none is planned."""
         halves = self.halves
-        k = max(halves.count(ps), int(self.high))  # what is high does not rise
+        k = max(halves.count(ps), int(self.high))  # a high level does not rise
         if k >= halves.steps:
             return None
         return before(halves.clock.ps(halves.end(k)), self.of.until)
@@ -378,7 +378,7 @@ class SquareRises(Events):
         return max((self.halves.count(self.view.of.within(ps)) + 1) // 2 - self.high, 0)
 
     def time(self, k: int) -> When:
-        """Return the instant of rise k (ps); None: the train has fewer, or is cut off before."""
+        """Return the instant of rise k (ps); None if the train has fewer, or is cut off before."""
         return before(self.halves.time(2 * (k + self.high) - 1), self.view.until)
 
     def times(self, first: int, last: int) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""What an axis did, cycle by cycle: asked afterwards, from the runs that its trajectory generator keeps."""
+"""The past of an axis, cycle by cycle, computed on request from the runs that its trajectory generator keeps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ChipsetAxis(AxisOfChip):
-    """An axis of a chipset, which can be asked for its cycles.  `motion` is None where the twin works them."""
+    """An axis of a chipset, whose cycles can be queried.  `motion` is None if the twin processes them."""
 
     def __init__(self, chip: Chip, number: int, motion: Motion | None) -> None:
         super().__init__(chip, number)
@@ -43,15 +43,15 @@ class ChipsetAxis(AxisOfChip):
         begin, end = self._window(start, stop)
         self.motor.check_kept(begin)
         cycle_clock, pulses = motion.cycle_clock, motion.trajectories[self.number - 1].pulses
-        if not pulses.past:  # the supply has just come, or never did: no cycle has begun
+        if not pulses.past:  # the supply is new, or still off: no cycle has begun
             return cycles_of(pulses, 0, 0)
         first = max(cycle_clock.cycle_at(begin - 1) + 1, pulses.past[0].first)
         return cycles_of(pulses, first, cycle_clock.cycle_at(end) + 1)
 
     def quantities(self) -> tuple[Quantity, ...]:
-        """Return velocity and position, and where cycles are kept what follows from them.
+        """Return velocity and position, and the derived quantities if cycles are kept.
 
-        These are acceleration, and jerk if there was an S-curve; of an axis whose encoder has turned, the actual
+        These are acceleration, and jerk if there was an S-curve; for an axis whose encoder has turned, the actual
         position as well.
         """
         found, forces = super().quantities(), self._forces()
@@ -62,7 +62,7 @@ class ChipsetAxis(AxisOfChip):
         return found
 
     def phases(self, start: Time | None = None, stop: Time | None = None) -> list[tuple[int, int, str]]:
-        """Return the phases of S-curves between two instants: begin and end in ps, and "1" to "7"."""
+        """Return the phases of S-curves between two instants: start and end in ps, and "1" to "7"."""
         forces = self._forces()
         return phases(forces, *self._window(start, stop)) if forces is not None else []
 
@@ -71,7 +71,7 @@ class ChipsetAxis(AxisOfChip):
 
 
 def encoder_of(motion: Motion, number: int) -> tuple[Quantity, ...]:
-    """Return the actual position of an axis, as the filters let its counts through; () if the encoder never turned."""
+    """Return the actual position of an axis, from the filtered counts; () if the encoder never turned."""
     import numpy as np
 
     motion.catch_up()

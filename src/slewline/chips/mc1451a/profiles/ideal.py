@@ -1,11 +1,11 @@
-"""What a motion of an axis is made with, and its ideal: the continuous profiles that the cycles approximate.
+"""The parameters of a motion of an axis, and its ideal: the continuous profiles that the cycles approximate.
 
     trapezoid                              S-curve
       V       .________                      V          . 3|  4  |5 .
             .'         '.                            2.'   |     |   '. 6
       s __.'             '.__                   1_.-'                    '-._7
 
-An update in motion begins a new ideal, where the target is then and as fast as it is.  A gear has none: it follows.
+An update in motion begins a new ideal, at the present target and velocity.  A gear has none: it follows.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from .profile import UNIT, Phases, s_curve
 
 
 class RegistersAtStart(NamedTuple):
-    """The registers of a motion, as they were when it began, in the units of the commands."""
+    """The registers at the start of a motion, in the units of the commands."""
 
     crystal_hz: int
     start_ps: int
     mode: int
     target: int  # 1/65536 step
-    speed: int  # of the cycle before, signed
+    speed: int  # speed of the cycle before, signed
     position: int
-    velocity: int  # as far as the pulse range allows
+    velocity: int  # limited by the pulse range
     acceleration: int
     max_acceleration: int
     jerk: int
@@ -44,7 +44,7 @@ class RegistersAtStart(NamedTuple):
         return self.crystal_hz / sheet.CYCLE_TICKS
 
     def parameters(self) -> MotionParameters:
-        """What a picture names: the rates in force, and what else the profile mode takes."""
+        """Return the parameters for a picture: the active rates, and the other registers of the profile mode."""
         if self.mode == GEAR:
             return MotionParameters({}, {"RATIO": self.ratio})
         rates = {f"VEL = {self.velocity}": self.velocity / ONE * self.per_s}
@@ -75,7 +75,7 @@ class RegistersAtStart(NamedTuple):
 
 
 def begins(chip: ChipContext, state: AxisState, cause: str, start_velocity: int, pulse_range: int) -> None:
-    """Keep that a motion of an axis begins now, with what is in force."""
+    """Record that a motion of an axis begins now, with the active registers."""
     active, log = state.active, chip.axes[state.number - 1].log
     made = RegistersAtStart(
         chip.crystal_hz,
@@ -96,7 +96,7 @@ def begins(chip: ChipContext, state: AxisState, cause: str, start_velocity: int,
 
 
 def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) -> None:
-    """Note that something makes the motion of an axis another one than it was to be."""
+    """Record an event by which the motion of an axis departs from its plan."""
     log = chip.axes[state.number - 1].log
     log.depart()
     log.mark(kind, text)
@@ -104,7 +104,7 @@ def mark_deviation(chip: ChipContext, state: AxisState, kind: str, text: str) ->
 
 # ------------------------------------------------------------------------------------ profiles, in steps and seconds
 def turned(pieces: Iterable[IdealPiece], way: float) -> list[IdealPiece]:
-    """Return the same pieces in the direction of a number."""
+    """Return the same pieces with the sign of a number."""
     sign = -1 if way < 0 else 1
     return [IdealPiece(t, sign * v, sign * a, sign * j) for t, v, a, j in pieces]
 
@@ -118,9 +118,9 @@ def change(before: float, after: float, acceleration: float) -> list[IdealPiece]
 
 
 def trapezoid(distance: float, speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return a point-to-point move with linear ramps that is so fast already; a signed distance, a signed speed.
+    """Return a point-to-point move with linear ramps, from a present speed; distance and speed are signed.
 
-    One that is too fast for its destination, or goes away from it, first comes to rest.
+    If it is too fast for its destination, or moves away from it, it decelerates to rest first.
     """
     way = speed or distance
     d, v, s = (-distance, -speed, start) if way < 0 else (distance, speed, start)
@@ -144,12 +144,12 @@ def trapezoid(distance: float, speed: float, top: float, acceleration: float, st
 
 
 def contour(speed: float, top: float, acceleration: float, start: float) -> list[IdealPiece]:
-    """Return the way to the greatest velocity in the direction of an acceleration, and on for ever."""
+    """Return the ramp to the greatest velocity in the direction of an acceleration, and that velocity without end."""
     if not acceleration:
         return [IdealPiece(FOREVER, speed)]
     a = abs(acceleration)
     down: list[IdealPiece] = []
-    if speed * acceleration < 0:  # the wrong way: to rest first
+    if speed * acceleration < 0:  # the wrong direction: to rest first
         if abs(speed) > start:
             down = turned(change(abs(speed), start, a), speed)
         speed = 0
@@ -158,7 +158,7 @@ def contour(speed: float, top: float, acceleration: float, start: float) -> list
 
 
 def curve(phases: Phases, per_s: float) -> list[IdealPiece]:
-    """Return the seven phases of an S-curve; what lasts no time is among them."""
+    """Return the seven phases of an S-curve, including those with no duration."""
     jerk = phases.jerk / ONE**2 * per_s**3
     pieces, v, a = [], 0.0, 0.0
     for length, bend in zip(phases.lengths, (1, 0, -1, 0, -1, 0, 1), strict=True):

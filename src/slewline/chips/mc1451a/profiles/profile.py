@@ -6,14 +6,14 @@ cycle, accelerations per cycle and cycle.  A `CycleRun` is a number of cycles wh
     speed                                                    V  maximum velocity       a  acceleration
       V          ___________________                         s  starting velocity      r  remaining distance
                 /                   \
-             a /|                   |\ a                     B(c): what is left behind when a cycle at speed c is
-              / |                   | \                      followed by braking: c + (c-a) + ... down to s
+             a /|                   |\ a                     B(c): distance of a cycle at speed c and the
+              / |                   | \                      braking after it: c + (c-a) + ... down to s
       s  ____|  |                   |  |____
-         0  up  |      coast        | down, landing          landing: the last cycle covers what remains
+         0  up  |      coast        | down, landing          landing: the last cycle covers the rest
 
 In every cycle the trapezoid takes the greatest speed whose B fits into r.  That rule needs no memory: a new
 destination or a new maximum in mid-move is the same rule with other numbers, and every run is the rule applied for as
-long as it says the same.
+long as its result is the same.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ class CycleRun(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class MoveLimits:
-    """What a move may do: maximum velocity V, acceleration a, starting velocity s."""
+    """The limits of a move: maximum velocity V, acceleration a, starting velocity s."""
 
     velocity: int
     acceleration: int
     start: int
 
     def braking(self, speed: int) -> int:
-        """Return B: the distance of a cycle at this speed and of the braking after it, one cycle at s included."""
+        """Return B: the distance of a cycle at this speed and of the deceleration after it, with one cycle at s."""
         a, s = self.acceleration, self.start
         cycles = -(-(speed - s) // a) if speed > s else 0
         return cycles * speed - a * cycles * (cycles - 1) // 2 + s
@@ -61,15 +61,15 @@ class MoveLimits:
         if not a:
             return s
         p = 2 * s + a
-        cycles = (isqrt(p * p + 8 * a * (remaining - s)) - p) // (2 * a)  # so many whole steps of a above s
+        cycles = (isqrt(p * p + 8 * a * (remaining - s)) - p) // (2 * a)  # number of whole steps of a above s
         return max(s + cycles * a, (remaining - s + a * cycles * (cycles + 1) // 2) // (cycles + 1))
 
     def step(self, remaining: int, speed: int) -> tuple[int, bool]:
         """Return the displacement of the next cycle, and whether it is the landing.
 
         Args:
-            remaining: distance to the destination; not positive if that lies behind.
-            speed: that of the cycle before, not negative.
+            remaining: distance to the destination; not positive if the axis has reached or passed it.
+            speed: the speed of the cycle before, not negative.
         """
         jump = max(self.acceleration, self.start)
         slower = speed - self.acceleration
@@ -82,7 +82,7 @@ class MoveLimits:
         return self.slower(speed), False
 
     def slower(self, speed: int) -> int:
-        """Return the next speed when braking: down to s, then zero."""
+        """Return the next speed of a deceleration: down to s, then zero."""
         return 0 if speed <= self.start else max(speed - self.acceleration, self.start)
 
 
@@ -99,7 +99,7 @@ def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
         return CycleRun(1, first)
 
     def same(i: int) -> bool:
-        """Does the rule go on like this after cycle i?"""
+        """Return whether the run still follows the rule after cycle i."""
         before = first + i * change
         left = remaining - first * (i + 1) - change * (i * (i + 1) // 2)
         if before + change <= 0 or left <= 0 < remaining:
@@ -110,7 +110,7 @@ def trapezoid(limits: MoveLimits, remaining: int, speed: int) -> CycleRun:
 
 
 def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int:
-    """Return how long a run may be expected to go on; a guess, which only saves time."""
+    """Return an estimate of the length of a run, which only saves time."""
     if change > 0:
         return (limits.velocity - first) // change
     if change < 0:
@@ -119,7 +119,7 @@ def expected(limits: MoveLimits, remaining: int, first: int, change: int) -> int
 
 
 def holds(same: Callable[[int], bool], guess: int) -> int:
-    """Return the smallest i with not same(i), by galloping search from a guess; `same` must be monotonic."""
+    """Return the smallest i with not same(i), by an exponential search from a guess; `same` must be monotonic."""
     if guess > 0 and not same(guess - 1):
         low, high = 0, guess - 1
     else:
@@ -137,7 +137,7 @@ def holds(same: Callable[[int], bool], guess: int) -> int:
 
 
 def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
-    """The next run on the way down to `floor` (0: by way of s); a run of speed 0 ends it."""
+    """Return the next run of a deceleration to `floor` (for 0: to s first); a run of speed 0 ends it."""
     a, s = limits.acceleration, limits.start
     if floor:
         if speed - a <= floor:
@@ -146,13 +146,13 @@ def brake(limits: MoveLimits, speed: int, floor: int = 0) -> CycleRun:
     first = limits.slower(speed)
     if not first:
         return CycleRun(1, 0)
-    if first == s or first >= speed:  # without acceleration a speed above s stays as it is
+    if first == s or first >= speed:  # without acceleration a speed above s is unchanged
         return CycleRun(1 if first == s else OPEN, first)
     return CycleRun(1 + (first - s - 1) // a, first, -a)
 
 
 def contour(limits: MoveLimits, speed: int) -> CycleRun:
-    """The next run of velocity contouring in the commanded direction: up to V, or down to it, and on for ever."""
+    """Return the next run of velocity contouring in the commanded direction: up or down to V, then without end."""
     a, top = limits.acceleration, limits.velocity
     if speed > top:
         return brake(limits, speed, top) if a else CycleRun(OPEN, speed)
@@ -166,18 +166,18 @@ def contour(limits: MoveLimits, speed: int) -> CycleRun:
 
 # ------------------------------------------------------------------------------------------------------------- S-curves
 class Phases(NamedTuple):
-    """An S-curve of so long phases.  They need not begin with a cycle: a cycle covers what the curve covers in it.
+    """An S-curve, by the times of its phases, which may end within a cycle.
 
     Times are in 2^-PLACES cycle.  Up to the end of phase 2 positions are counted from the start, in phases 3 to 5 from
-    the line on which the axis coasts, and from phase 6 on back from the destination.  So what the rounding of the times
-    leaves over, less than 2^-30 of 1/65536 step, does not add up.
+    the line on which the axis coasts, and from phase 6 on back from the destination.  So the error from rounding the
+    times, less than 2^-30 of 1/65536 step, does not add up.
     """
 
     jerked: int  # phases 1, 3, 5, 7
     steady: int  # phases 2, 6
     coasting: int  # phase 4
     distance: int  # 2^-PLACES of 1/65536 step
-    velocity: int  # 1/65536 step per cycle; the maximum, which the peak may not reach
+    velocity: int  # 1/65536 step per cycle; the maximum, above or equal to the peak
     acceleration: int  # the same per cycle^2, likewise
     jerk: int  # 2^-32 step per cycle^3
 
@@ -200,9 +200,9 @@ class Phases(NamedTuple):
         return min(self.velocity << 16 + 2 * PLACES, reached * fast)
 
     def stopped(self, done: int) -> Phases:
-        """Return what is left of the move when it is stopped smoothly after `done` cycles.
+        """Return the rest of the move if it is stopped smoothly after `done` cycles.
 
-        It decelerates as it has accelerated: phases that have been entered are cut to what has been done of them.
+        The deceleration mirrors the acceleration: phases that have begun are shortened to their part so far.
         """
         t1, t2, t4 = self.jerked, self.steady, self.coasting
         passed = done * UNIT
@@ -215,9 +215,9 @@ class Phases(NamedTuple):
         return curve._replace(distance=curve.peak * (2 * jerked + steady + coasting) >> 16 + 2 * PLACES)
 
     def pieces(self) -> list[JerkPiece]:
-        """Return the curve in pieces: the cycles that lie in one phase, and each that lies in several by itself.
+        """Return the curve in pieces: the cycles within one phase, and each cycle that spans several phases by itself.
 
-        Such a one counts as the first phase in it that has jerk.
+        A cycle that spans several phases counts as the first of them that has jerk.
         """
         found, ends, begin = [], [], 0
         for phase, length in enumerate(self.lengths, 1):
@@ -226,7 +226,7 @@ class Phases(NamedTuple):
                 found.append(self._piece(phase, cycle))
                 ends.append(end)
             begin = end
-        pieces, stays = [], JerkPiece(self.cycles, 7, self.distance, 0, 0, 0)  # when the move is over
+        pieces, stays = [], JerkPiece(self.cycles, 7, self.distance, 0, 0, 0)  # end of the move
         for piece, following, end in zip(found, [*found[1:], stays], ends, strict=True):
             last = following.cycle - 1
             if not end & UNIT - 1:
@@ -239,10 +239,10 @@ class Phases(NamedTuple):
         return [*pieces, stays]
 
     def _piece(self, phase: int, cycle: int) -> JerkPiece:
-        """Return the cycles of a phase from this one on.
+        """Return the cycles of a phase from a cycle on.
 
-        Its numbers are rounded up on the way to the maximum velocity and down from there on, the positions with them:
-        so no cycle between leads further than one at the maximum velocity.
+        Its numbers are rounded up during acceleration and down after it, including the positions: so no cycle
+        displaces by more than one at the maximum velocity.
         """
         x6, v2, a, j = self._state(phase, cycle * UNIT)
         speed, change = 3 * ((v2 << PLACES) + (a << 2 * PLACES)) + (j << 3 * PLACES), a + (j << PLACES)
@@ -253,7 +253,7 @@ class Phases(NamedTuple):
     def _state(self, phase: int, t: int) -> tuple[int, int, int, int]:
         """Return six times the position, twice the velocity, acceleration and jerk of a phase at a time.
 
-        They have 16 binary places, and PLACES more for each power of a cycle, so that they are exact.
+        They have 16 binary places, and PLACES more for each power of a cycle, so they are exact.
         """
         t1, j = self.jerked, self.jerk
         if phase <= 2:
@@ -272,7 +272,7 @@ class Phases(NamedTuple):
         return line - bent, 2 * peak - j * t * t, -j * t, -j
 
     def _risen(self, phase: int, t: int) -> tuple[int, int, int, int]:
-        """Return the same of phase 1 or 2."""
+        """Return the same for phase 1 or 2."""
         t1, steep, j = self.jerked, self.acceleration << 16 + PLACES, self.jerk
         if phase == 1:
             return j * t**3, j * t * t, j * t, j
@@ -291,10 +291,10 @@ def s_curve(distance: int, velocity: int, acceleration: int, jerk: int) -> Phase
     if v * j >= a * a and d * a * j >= v * (v * j + a * a):  # both maxima are reached
         t1, fast = ceil(a << PLACES, j), ceil(v << PLACES, a)
         t2, t4 = fast - t1, ceil(d << PLACES, v) - fast - t1
-    elif v * j < a * a and d * d * j >= 4 * v**3:  # the velocity is
+    elif v * j < a * a and d * d * j >= 4 * v**3:  # the maximum velocity is reached
         t1, t2 = square_root(ceil(v << 2 * PLACES, j)), 0
         t4 = ceil(d << PLACES, v) - 2 * t1
-    elif d * j * j >= 2 * a**3:  # the acceleration is
+    elif d * j * j >= 2 * a**3:  # the maximum acceleration is reached
         t1 = ceil(a << PLACES, j)
         t2 = ceil(square_root(t1 * t1 + ceil(4 * d << 2 * PLACES, a)) - 3 * t1, 2)
     else:

@@ -1,10 +1,10 @@
-r"""Acceleration and jerk of an axis, as its laws have them: asked afterwards, from the runs that are kept.
+r"""Acceleration and jerk of an axis by its laws, computed on request from the runs that are kept.
 
-acceleration     ____                 trapezoid: what each cycle adds to the velocity; a jump (start velocity, a stop
-          ______|    |____      __    at once, the electronic gear) has no acceleration, and is not drawn
+acceleration     ____                 trapezoid: the change of velocity in each cycle; a jump (start velocity, an
+          ______|    |____      __    abrupt stop, the electronic gear) has no acceleration, and is not drawn
                           |____|
-                  2                   S-curve: of the continuous curve, phase by phase; its jerk holds for a whole
-              1 /---\ 3   4   7       phase, from the instant at which the phase begins, cycle or not
+                  2                   S-curve: of the continuous curve, phase by phase; its jerk is constant for a
+              1 /---\ 3   4   7       whole phase, from the instant at which the phase begins, even within a cycle
           ____/      \____    /--
                           5\_/6
 """
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class JerkSegment(NamedTuple):
-    """A time in which the jerk holds; the acceleration at its begin, steps/s^2, and the phase of an S-curve, or 0."""
+    """A time of constant jerk; the acceleration at its start, steps/s^2, and the phase of an S-curve, or 0."""
 
     begin_ps: int
     acceleration: float
@@ -49,7 +49,7 @@ class Forces:
         self.per_s = self.cycle_clock.per_s
 
     def ps(self, cycle: int, parts: int = 0) -> int:
-        """Return the instant so many parts (2^-PLACES cycle) after the start of a cycle."""
+        """Return the instant a number of parts (2^-PLACES cycle) after the start of a cycle."""
         cycle_clock = self.cycle_clock
         if not parts:
             return cycle_clock.ps(cycle)
@@ -57,7 +57,7 @@ class Forces:
         return (ticks * PS_PER_S // cycle_clock.clock.hz) >> PLACES
 
     def cycles(self, start: int, stop: int) -> NDArray[np.int64]:
-        """Return when cycles begin at start <= t <= stop (ps), and in which one `start` lies: (n,) int64 ps."""
+        """Return the start times of the cycles from the one that contains `start` up to `stop`: (n,) int64 ps."""
         import numpy as np
 
         cycle_clock = self.cycle_clock
@@ -65,7 +65,7 @@ class Forces:
         return cycle_clock.clock.ps_array(numbers * cycle_clock.cycle_ticks, cycle_clock.origin)
 
     def stretches(self, start: int, stop: int) -> list[JerkSegment]:
-        """Return what begins by `stop` (ps), and what is in force at `start`; ascending, the first before `start`."""
+        """Return the segments that begin by `stop` (ps), and the one at `start`; ascending."""
         self.pulses.axis.check_kept(start)
         self.motion.catch_up()
         past = self.pulses.past
@@ -86,7 +86,7 @@ class Forces:
         return [stretch for stretch in found if stretch.begin_ps <= stop]
 
     def _of_run(self, entry: TargetLaw, before: TargetLaw | None, following: TargetLaw | None) -> Iterator[JerkSegment]:
-        """Even changes from cycle to cycle; in the first one from what was before, unless that is a jump."""
+        """Yield constant changes from cycle to cycle; the first one from the speed before, unless that is a jump."""
         unit = self.per_s**2 / ONE
         change = entry.sign * entry.law.velocity(1) - entry.sign * entry.law.velocity(0) if entry.law else 0
         if not entry.acceleration:
@@ -103,7 +103,7 @@ class Forces:
     def _of_curve(
         self, entry: TargetLaw, phases: Phases, law: SCurve, following: TargetLaw | None
     ) -> Iterator[JerkSegment]:
-        """The phases of an S-curve, as far as the run has worked them."""
+        """Yield the phases of an S-curve up to the end of the run."""
         zero = entry.since - law.first  # the cycle in which the curve begins
         begun, over = entry.first - zero, None if following is None else following.first - zero
         parts = 0
@@ -132,7 +132,7 @@ class Acceleration(Quantity):
         self.forces = forces
 
     def value(self, stretch: JerkSegment, ps: int) -> float:
-        """Return the value at an instant of a stretch."""
+        """Return the value at an instant of a segment."""
         return stretch.acceleration + stretch.jerk * (ps - stretch.begin_ps) / PS_PER_S
 
     def values_at(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -150,7 +150,7 @@ class Acceleration(Quantity):
         return np.asarray(values + slopes * (times - begins[which]) / PS_PER_S, np.float64)
 
     def slope(self, stretch: JerkSegment) -> float:
-        """Return how fast the value grows in a stretch, per second."""
+        """Return the growth of the value in a segment, per second."""
         return stretch.jerk
 
     def changes(self, start: int, stop: int) -> Outline:
@@ -176,7 +176,7 @@ class Acceleration(Quantity):
         return Outline(np.array(times, np.int64), np.array(values, np.float64) + 0.0)
 
     def staircase(self, start: int, stop: int) -> Outline:
-        """Where it grows evenly, a value at the start of every cycle."""
+        """Return the outline with a value at the start of every cycle while the value grows evenly."""
         import numpy as np
 
         stretches = self.forces.stretches(start, stop)
@@ -191,21 +191,21 @@ class Acceleration(Quantity):
 
 
 class Jerk(Acceleration):
-    """The jerk of an axis: of S-curves, constant over a phase; else 0, for where an acceleration jumps it has none."""
+    """The jerk of an axis: constant over each phase of an S-curve, otherwise 0: a jump of acceleration has none."""
 
     name, unit, held = "jerk", "steps/s³", True
 
     def value(self, stretch: JerkSegment, ps: int) -> float:
-        """Return the jerk of a stretch, which is the same at each instant."""
+        """Return the jerk of a segment, which is constant."""
         return stretch.jerk
 
     def slope(self, stretch: JerkSegment) -> float:
-        """Return 0: within a stretch the jerk does not change."""
+        """Return 0: the jerk of a segment is constant."""
         return 0.0
 
 
 def phases(forces: Forces, start: int, stop: int) -> list[tuple[int, int, str]]:
-    """Return the phases of S-curves between two instants, as far as they lie there: begin and end in ps, and 1 to 7."""
+    """Return the phases of S-curves between two instants, cut to that range: start and end in ps, and 1 to 7."""
     found: list[tuple[int, int, str]] = []
     stretches = forces.stretches(start, stop)
     for stretch, following in zip(stretches, [*stretches[1:], JerkSegment(stop, 0.0, 0.0)], strict=True):

@@ -1,6 +1,6 @@
 """S-curves, cycle by cycle: pieces in which the displacement changes by a constant jerk, added up exactly.
 
-    displacement     3 . 4 . 5           a cycle that lies in one phase of the curve belongs to the piece of that phase;
+    displacement     3 . 4 . 5           a cycle within one phase of the curve belongs to the piece of that phase;
                    .           .         one in which a phase ends is a piece by itself
                2 .               . 6
                .                   .
@@ -23,7 +23,7 @@ HALF_WORD = 1 << 63
 
 
 class JerkPiece(NamedTuple):
-    """Cycles of an S-curve in which the jerk is constant: `position` is where they begin.
+    """Cycles of an S-curve with constant jerk; `position` is that at their start.
 
     From cycle to cycle position += speed, then speed += change, then change += jerk.  All have PLACES binary places.
     """
@@ -48,7 +48,7 @@ class JerkPiece(NamedTuple):
 
 
 class SCurve:
-    """The cycles of an S-curve, from number `first` of them on; the last piece is its end, where it stays.
+    """The cycles of an S-curve, from its cycle `first` on; the last piece is its end, where the axis rests.
 
     Positions, at most 2^47, are rounded down, and so are velocities, each by itself.  A piece with jerk has less than
     2^21 cycles.
@@ -64,7 +64,7 @@ class SCurve:
         self.start = self._piece(first).covered(first) >> PLACES
 
     def _piece(self, k: int) -> JerkPiece:
-        """Return the piece in which a cycle of the curve lies."""
+        """Return the piece of a cycle of the curve."""
         return self.pieces[bisect_right(self.cycles, k) - 1]
 
     def travel(self, i: int) -> int:
@@ -99,8 +99,8 @@ class SCurve:
     def _sums(self, i: NDArray[np.int64], of: int) -> NDArray[np.int64]:
         """Return positions (0) or displacements (1) of many cycles, 1/65536 step.
 
-        They are computed twice: as floats, which are wrong by less than 1, and as integers with PLACES binary places,
-        of which the upper bits are lost, so that they are right modulo 64.
+        They are computed twice: as floats, with an error below 1, and as integers with PLACES binary places whose upper
+        bits are lost, so they are right modulo 64.
         """
         import numpy as np
 

@@ -1,1 +1,1 @@
-"""The slow twin of the MC1451A: the same, cycle by cycle."""
+"""The slow twin of the MC1451A: the same motion, cycle by cycle."""

@@ -1,4 +1,4 @@
-"""What an axis of the slow twin plays: the steps of one cycle, each at its own tick."""
+"""The train of an axis of the slow twin: the steps of one cycle, each at its own tick."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class OneCycle(Train):
-    """The steps of a cycle that begins at a tick, each at its own, and how far they displace the position."""
+    """The steps of a cycle that begins at a tick, each at its own tick, and the displacement of the position."""
 
     def __init__(self, clock: Clock, origin: int, steps: list[int], displaced: int) -> None:
         super().__init__(clock, origin)
@@ -31,7 +31,7 @@ class OneCycle(Train):
         return sum(at <= tick - self.origin for at in self.ticks)
 
     def steps_at(self, ticks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many steps have begun by each of some ticks, (n,) int64."""
+        """Return how many steps have begun by each of a number of ticks, (n,) int64."""
         return sum(((ticks >= at).astype("i8") for at in self.ticks), ticks * 0)
 
     def ends(self, first: int = 0, last: int | None = None) -> NDArray[np.int64]:

@@ -1,7 +1,7 @@
-"""The chipset's motion, one cycle at a time: the oracle of the fast path, slow and obvious.
+"""The chipset's motion, one cycle at a time: the reference for the fast path, slow and obvious.
 
-The fast path computes blocks of cycles ahead.  This twin works each cycle when it begins, one axis after the other
-(twin_axis.py), and looks at the pins then; it watches HOME and the encoder edge by edge (twin_inputs.py).
+The fast path computes blocks of cycles ahead.  This twin processes each cycle when it begins, one axis after the other
+(twin_axis.py), and samples the pins then; it watches HOME and the encoder edge by edge (twin_inputs.py).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .twin_inputs import TwinEncoder, TwinFilter
 
 
 class Stepwise:
-    """Works every cycle of all axes."""
+    """Processor of every cycle of all axes."""
 
     def __init__(self, chip: ChipContext, registers: Registers, interrupt: HostInterrupt, activity: Activity) -> None:
         self.chip, self.kernel, self.registers = chip, chip.kernel, registers
@@ -31,7 +31,7 @@ class Stepwise:
         self.courses: list[TwinAxis] = []
 
     def start(self) -> None:
-        """Reset is over: cycle 0 begins."""
+        """Begin cycle 0 after reset."""
         self.origin, self.begun = self.chip.clock.ticks_from(self.kernel.now), 0
         for home, encoder in zip(self.homes, self.encoders, strict=True):
             home.begin()
@@ -51,17 +51,17 @@ class Stepwise:
         return max(self.begun - 1, 0)
 
     async def run(self) -> None:
-        """Work each cycle when it begins."""
+        """Process each cycle when it begins."""
         while True:
             await until(self.kernel, self.begins(self.begun))
             self.catch_up()
 
     def begins(self, cycle: int) -> int:
-        """The instant at which a cycle begins."""
+        """Return the instant at which a cycle begins."""
         return self.chip.clock.ps(self.origin + sheet.CYCLE_TICKS * cycle)
 
     def catch_up(self) -> None:
-        """Work the cycles that have begun by now."""
+        """Process the cycles that have begun by now."""
         while self.running and self.begins(self.begun) <= self.kernel.now:
             self.begun += 1
             for course in self.courses:
@@ -70,18 +70,18 @@ class Stepwise:
             self.activity.worked()
 
     def attend(self) -> None:
-        """A command has written something: a motor that was off ends its motion, even if it is on again in time."""
+        """Record a write by a command: a motor that was off ends its motion, even if it is on again in time."""
         for course in self.courses:
             course.was_off |= not course.state.motor_on
 
     def declare(self, state: AxisState, value: int) -> None:
-        """The position becomes this, without a step; an axis in motion to a destination goes on to it from there."""
+        """Set the position without a step; an axis in motion to a destination continues to it from there."""
         self.courses[state.number - 1].relocate(value)
         if self.chip.sheet.encoder:
             state.actual = value
 
     def stop(self) -> None:
-        """Reset, or no supply: no cycle begins, and no step is made after this instant."""
+        """Stop for reset or without supply: no cycle begins, and no step is made after this instant."""
         if self.running:
             self.task.kill()
             self.running, self.begun = False, 0

@@ -3,10 +3,10 @@
     T_n               T_n+1             T_n+2
      |<-- 8192 clocks->|                 |
     _|_________________|_________________|_      target: x at T_n; it moves by `velocity` from T_n to T_n+1,
-     x                 x + velocity              which is decided at T_n and evenly spread over the cycle
+     x                 x + velocity              which is chosen at T_n and evenly spread over the cycle
 
-PULSE shows the target: it rises half a step behind the last step that was made, and falls, which is the next step, a
-whole one after it.  `lead` is how far the target is ahead of the steps made so far.
+PULSE shows the target: it rises when the target is half a step past the last step made, and falls, which is the next
+step, a whole step past it.  `lead` is how far the target is ahead of the steps made so far.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ REPORTED = range(-32768, 32768)  # position errors
 
 
 def signed(number: int, bits: int) -> int:
-    """A number in two's complement: what is beyond the ends of its range comes in again at the other end."""
+    """Return a number in two's complement, wrapped into its range."""
     half = 1 << (bits - 1)
     return (number + half) % (2 * half) - half
 
@@ -56,31 +56,31 @@ class TwinAxis:
         self.chip, self.state = chip, state
         self.home, self.encoder, self.switches = home, encoder, Switches(chip, registers, state)
         self.axis = self.chip.axes[state.number - 1]
-        # what the last cycle has seen of the settings, and what has become of them since
+        # the settings read by the last cycle, and their changes since
         self.mode, self.high_speed = state.mode, state.high_speed
         self.was_off = False
         # the motion
         self.landing = self.stopping = self.clamped = False
-        self.why: set[str] = set()  # the registers, being 0, for which it was reported that nothing starts
-        self.start = 0  # the start velocity in force
-        self.displacement = 0  # of this cycle: the velocity, but for what an S-curve rounds
+        self.why: set[str] = set()  # registers of value 0 for which a missing start was reported
+        self.start = 0  # the active start velocity
+        self.displacement = 0  # of this cycle: the velocity without the rounding of an S-curve
         self.curve: TwinSCurve | None = None
         # electronic gear
         self.suspended = self.backlogged = False
         self.count = self.counts_used = 0  # encoder counts since reset
-        self.owed = 0  # by the gear: displacement yet to be made
+        self.owed = 0  # of the gear: remaining displacement
         # pulses
-        self.lead = 0  # the target is so far ahead of the steps made
-        self.pulse, self.direction = 0, 1  # the levels that have been put out or promised
+        self.lead = 0  # distance of the target ahead of the steps made
+        self.pulse, self.direction = 0, 1  # the levels that have been output or promised
         self.steps: list[int] = []  # ticks of this cycle's steps
         self.playing: Playing | None = None
-        self.told: list[Callable[[], object]] = []  # what the axis will be given
-        self.declared: int | None = None  # the position that it will be given
-        # position error, in 1/256 count, and whole steps of the target that it does not count yet
+        self.told: list[Callable[[], object]] = []  # work for the axis
+        self.declared: int | None = None  # position to load
+        # position error, in 1/256 count, and whole steps of the target not yet included
         self.error = self.gone = 0
 
     def cycle(self, number: int, tick: int) -> None:
-        """Decide everything that is decided at the start of a cycle, which begins at a tick."""
+        """Make all decisions at the start of a cycle, which begins at a tick."""
         self.arrive()
         self.see_settings()
         if self.state.update is not None:
@@ -93,29 +93,29 @@ class TwinAxis:
         self.show()
 
     def event(self, bit: int) -> None:
-        """Set an event of the status word; motion complete does not exist in the gear."""
+        """Set an event of the status word; the gear has no motion complete event."""
         if bit != MOTION_COMPLETE or self.mode != GEAR:
             self.state.events |= bit
 
     def tell(self, what: Callable[[], object]) -> None:
-        """Let the axis know in the next round, when the step that is due at this very instant counts as made."""
+        """Call a function in the next round, when a step due at this instant counts as made."""
         if not self.told:
             self.chip.kernel.call_at(self.chip.kernel.now, self.say)
         self.told.append(what)
 
     def say(self) -> None:
-        """Report what is due, one thing after the other."""
+        """Call the functions that are due, in order."""
         told, self.told = self.told, []
         for what in told:
             what()
 
     def finding(self, code: str, text: str) -> None:
-        """Keep what the host did wrong with this axis."""
+        """Record a mistake of the host with this axis."""
         self.chip.finding(code, f"axis {self.state.number}: {text}")
 
     # ------------------------------------------------------------------------------------------------------ 0: arrive
     def arrive(self) -> None:
-        """The target is where the last cycle was to bring it."""
+        """Set the target to the end of the last cycle's displacement."""
         state = self.state
         self.lead += self.displacement - self.direction * ONE * len(self.steps)
         self.steps = []
@@ -128,7 +128,7 @@ class TwinAxis:
             self.rest(complete=True)
 
     def rest(self, complete: bool) -> None:
-        """The motion is over."""
+        """End the motion."""
         self.axis.log.end()
         state = self.state
         self.displacement = state.velocity = state.phase = 0
@@ -138,7 +138,7 @@ class TwinAxis:
 
     # ----------------------------------------------------------------------------------------------------- 1: updates
     def see_settings(self) -> None:
-        """Take over what acts without an update: the motor, the pulse range, the profile mode."""
+        """Apply the settings that need no update: the motor, the pulse range, the profile mode."""
         state = self.state
         if self.was_off or not state.motor_on:
             if state.in_motion:
@@ -154,7 +154,7 @@ class TwinAxis:
             self.change_mode()
 
     def change_mode(self) -> None:
-        """Another profile mode: velocity contouring takes the axis over as it moves, the gear as it follows."""
+        """Change the profile mode: velocity contouring continues the motion, the gear follows from the counts now."""
         state = self.state
         if state.in_motion:
             mark_deviation(self.chip, state, "command", PROFILE_COMMANDS[state.mode])
@@ -173,7 +173,7 @@ class TwinAxis:
         state.phase = 0
 
     def update(self, tick: int, taken: Profile) -> None:
-        """What an update has taken from the buffer takes effect."""
+        """Apply the values that an update has taken from the buffer."""
         state = self.state
         if taken.synch_prfl and self.encoder is not None:
             self.read_encoder(self.encoder, tick)
@@ -202,7 +202,7 @@ class TwinAxis:
             self.set_out(taken.cause)
 
     def relocate(self, position: int) -> None:
-        """The target becomes a position; no pulses, and no position error."""
+        """Set the target to a position, without pulses and without a position error."""
         self.state.target, self.lead = position * ONE, 0
         self.error = self.gone = self.state.error = 0
         self.state.motion_error = False
@@ -212,13 +212,13 @@ class TwinAxis:
         self.tell(self.load)
 
     def load(self) -> None:
-        """The axis takes over the position that was declared, if one was."""
+        """Load the declared position, if any."""
         if self.declared is not None:
             self.axis.load(self.declared)
             self.declared = None
 
     def copy_registers(self, new: Profile) -> None:
-        """Registers become the active ones; those that may not change in motion keep the old values."""
+        """Activate registers, except the ones that may not change in motion."""
         active = self.state.active
         fixed: tuple[str, ...] = ()
         if self.state.in_motion:
@@ -235,19 +235,19 @@ class TwinAxis:
                 setattr(active, name, getattr(new, name))
 
     def gear_begins(self, cause: str) -> None:
-        """The gear is switched on; where it may not, that is over at once."""
+        """Switch on the gear; if it is suspended, end the motion immediately."""
         begins(self.chip, self.state, cause, 0, self.pulse_range())
         if self.suspended:
             self.axis.log.end("limit" if self.switches.flagged else "cut")
 
     def engage(self) -> None:
-        """The gear follows (again), from the counts of now on."""
+        """Let the gear follow (again), from the present counts on."""
         if self.suspended and not self.state.held and not self.switches.flagged:
             self.suspended = False
             self.counts_used = self.count
 
     def stop_smoothly(self) -> None:
-        """Slow down; at rest, the stop is complete."""
+        """Decelerate; at rest, the stop is complete."""
         if not self.state.in_motion:
             self.rest(complete=True)
             return
@@ -259,7 +259,7 @@ class TwinAxis:
             self.stopping = True
 
     def set_out(self, cause: str) -> None:
-        """Start a motion from rest, if there is one to be made and nothing is in its way."""
+        """Start a motion from rest, if there is one to make and no limit prevents it."""
         state, active = self.state, self.state.active
         velocity = self.greatest_velocity()
         distance = active.position * ONE - state.target
@@ -292,17 +292,17 @@ class TwinAxis:
                 self.finding("start-velocity", "the start velocity is not below the maximum: no ramps")
 
     def does_not_start(self, zero: set[str]) -> None:
-        """Report an update after which registers that are 0 keep the axis at rest; once, while these are the ones."""
+        """Report an update after which registers of value 0 keep the axis at rest; once, until they change."""
         if zero != self.why:
             self.finding("no-start", f"no motion: {', '.join(sorted(zero))} 0")
         self.why = zero
 
     def greatest_velocity(self) -> int:
-        """The maximum velocity, as far as the pulse range allows."""
+        """Return the maximum velocity, limited by the pulse range."""
         return min(self.state.active.velocity, self.pulse_range())
 
     def pulse_range(self) -> int:
-        """The greatest displacement of a cycle."""
+        """Return the greatest displacement of a cycle."""
         return ONE * (sheet.HIGH_RANGE if self.high_speed else sheet.STANDARD_RANGE)
 
     def clamp(self) -> None:
@@ -313,7 +313,7 @@ class TwinAxis:
 
     # ------------------------------------------------------------------------------------------------------ 2: limits
     def look_at_limits(self) -> None:
-        """A switch that becomes active stops the axis."""
+        """Stop the axis if a switch becomes active."""
         for way in self.switches.tripped():
             self.event(LIMITS[way])
             mark_deviation(self.chip, self.state, "limit", "PosLimit" if way > 0 else "NegLimit")
@@ -323,7 +323,7 @@ class TwinAxis:
 
     # -------------------------------------------------------------------------------------------------- 3: trajectory
     def choose_velocity(self) -> None:
-        """The displacement from here to the start of the next cycle."""
+        """Choose the displacement from here to the start of the next cycle."""
         state = self.state
         if self.mode == GEAR:
             state.velocity = self.geared()
@@ -339,7 +339,7 @@ class TwinAxis:
         self.displacement = state.velocity
 
     def trapezoidal(self) -> int:
-        """Toward the destination."""
+        """Return the velocity toward the destination."""
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         distance = state.active.position * ONE - state.target
@@ -351,7 +351,7 @@ class TwinAxis:
         return way * speed
 
     def contoured(self) -> int:
-        """Toward the maximum velocity, in the direction of the acceleration."""
+        """Return the velocity toward the maximum, in the direction of the acceleration."""
         state = self.state
         most, acceleration = self.greatest_velocity(), abs(state.active.acceleration)
         way, wanted = sign(state.velocity or state.active.acceleration), sign(state.active.acceleration)
@@ -363,13 +363,13 @@ class TwinAxis:
         return way * contour(speed, most, acceleration, min(self.start, most))
 
     def ended(self, speed: int) -> int:
-        """The speed itself; a stop that has come to 0 is complete."""
+        """Return the speed; complete a stop that has reached 0."""
         if speed == 0:
             self.rest(complete=True)
         return speed
 
     def geared(self) -> int:
-        """What the encoder has moved since the last cycle, times the ratio, as far as the pulse range allows."""
+        """Return the encoder movement since the last cycle times the ratio, limited by the pulse range."""
         active = self.state.active
         moved, self.counts_used = self.count - self.counts_used, self.count
         self.owed += moved * active.ratio
@@ -391,12 +391,12 @@ class TwinAxis:
         curve = self.curve if self.mode == S_CURVE and self.state.in_motion else None
         if velocity == 0 and curve is None:
             return
-        way = sign(velocity if curve is None else curve.distance)  # a curve begins slower than a velocity can tell
+        way = sign(velocity if curve is None else curve.distance)  # a curve begins slower than the least velocity
         if way != self.direction:
             self.direction = way
             self.tell(lambda: drivers[f"dir{number}"].drive(1 if way > 0 else 0))
         before, edges = self.pulse, []
-        half = 1  # half steps from the last step made
+        half = 1  # in half steps from the last step made
         while (distance := half * ONE // 2 - way * self.lead) <= abs(velocity):
             level = half % 2
             at = tick + max(-(-distance * sheet.CYCLE_TICKS // (abs(velocity) or 1)), 0)
@@ -412,7 +412,7 @@ class TwinAxis:
         self.tell(lambda: self.follow(tick, way, abs(velocity)))
 
     def follow(self, tick: int, way: int, displaced: int) -> None:
-        """The position follows the steps of this cycle."""
+        """Update the position with the steps of this cycle."""
         self.playing = Playing(OneCycle(self.chip.clock, tick, self.steps, displaced))
         self.axis.follow(self.playing, way)
 
@@ -439,7 +439,7 @@ class TwinAxis:
                 self.was_off = True
 
     def read_encoder(self, encoder: TwinEncoder, tick: int) -> None:
-        """Count what has come in before a tick."""
+        """Count the encoder's edges before a tick."""
         moved = encoder.counts(tick)
         self.count += moved
         self.state.actual = signed(self.state.actual + moved, 31)
@@ -447,7 +447,7 @@ class TwinAxis:
 
     # -------------------------------------------------------------------------------------------------- 6: breakpoint
     def test_breakpoint(self, number: int, tick: int) -> None:
-        """A breakpoint whose condition is met is over, and an update waits for the next cycle."""
+        """Clear a breakpoint whose condition is met, and request an update in the next cycle."""
         state = self.state
         value = signed(state.comparison, 32)
         self.home.look(tick)
@@ -470,12 +470,12 @@ class TwinAxis:
 
     # ------------------------------------------------------------------------------------------------------- 7: show
     def show(self) -> None:
-        """AtRest; in the gear it is low while steps are made."""
+        """Drive AtRest; in the gear it is low while steps are made."""
         rest = not self.steps if self.mode == GEAR else not self.state.in_motion
         self.chip.drivers[f"atrest{self.state.number}"].drive(int(rest))
 
     def cut(self) -> None:
-        """No step after this instant; a position declared in it counts."""
+        """Output no step after this instant; a position declared in it counts."""
         self.told.clear()
         self.load()
         if self.playing is not None:

@@ -2,7 +2,7 @@ r"""The inputs of the slow twin: HOME and the encoder, after filters and watched
 
         |<- 12 ->|           clocks
 pin   __/‾‾‾‾‾‾‾‾‾‾‾‾\_/‾\_____________
-seen  ___________/‾‾‾‾‾‾‾‾‾‾‾‾\_______    a look sees what was before it
+seen  ___________/‾‾‾‾‾‾‾‾‾‾‾‾\_______    a sample reads the level before it
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FORWARD = ((0, 0), (1, 0), (1, 1), (0, 1))  # the encoder's A and B in positive 
 
 
 class TwinFilter:
-    """An input after its filter: a level counts when it has lasted for three clocks of 160 ns."""
+    """An input with its filter: a level counts when it has lasted for three clocks of 160 ns."""
 
     def __init__(self, chip: ChipContext, name: str) -> None:
         self.chip, self.name = chip, name
@@ -28,14 +28,14 @@ class TwinFilter:
         self.begin()
 
     def begin(self) -> None:
-        """Begin again: the level at the end of this instant counts, and nothing has been seen."""
+        """Begin with the level at the end of this instant, and no edges."""
         self.begun = self.chip.kernel.now
         self.level = self.raw = int(self.chip.pins[self.name].net.level or 0)
         self.since = 0  # tick of the last change
-        self.edges: dict[int, int] = {}  # tick: level; what has come to count since the last look
+        self.edges: dict[int, int] = {}  # tick: level; edges accepted since the last sample
 
     def change(self, net: Net) -> None:
-        """The input changes at this instant."""
+        """Record a change of the input at this instant."""
         if net.kernel.now == self.begun:
             self.level = self.raw = int(net.level or 0)
             return
@@ -44,7 +44,7 @@ class TwinFilter:
         self.raw, self.since = int(net.level or 0), tick
 
     def pass_time(self, tick: int) -> None:
-        """What has lasted long enough by a tick counts."""
+        """Accept a level that has lasted long enough by a tick."""
         if self.raw != self.level and self.since + sheet.FILTER_TICKS <= tick:
             self.level = self.raw
             self.edges[self.since + sheet.FILTER_TICKS] = self.level
@@ -57,7 +57,7 @@ class TwinFilter:
 
 
 class TwinEncoder:
-    """A quadrature encoder after its filters: four counts a period, up when A is ahead of B."""
+    """A quadrature encoder with its filters: four counts a period, up when A is ahead of B."""
 
     def __init__(self, chip: ChipContext, number: int) -> None:
         self.chip, self.number = chip, number
@@ -68,12 +68,12 @@ class TwinEncoder:
         """Begin again."""
         self.a.begin()
         self.b.begin()
-        self.state: tuple[int, int] | None = None  # as the filters see it; not yet known
+        self.state: tuple[int, int] | None = None  # output of the filters; not yet known
         self.since = -DWELL  # tick of the last change
-        self.fast = False  # until a state lasts twice as long as it must
+        self.fast = False  # until a state lasts twice the minimum
 
     def counts(self, tick: int) -> int:
-        """Counts that have come in since the last time, just before a tick."""
+        """Return the counts since the last call, just before a tick."""
         if self.state is None:
             if self.chip.kernel.now == self.a.begun:
                 return 0
@@ -100,22 +100,22 @@ class Switches:
 
     def __init__(self, chip: ChipContext, registers: Registers, state: AxisState) -> None:
         self.chip, self.registers, self.state = chip, registers, state
-        self.armed = {1: True, -1: True}  # the next active level trips
+        self.armed = {1: True, -1: True}  # the next active level trips the switch
 
     @property
     def flagged(self) -> bool:
-        """Does the event of a switch bar the axis?"""
+        """True if the event of a switch keeps the axis from moving."""
         return bool(self.registers.limits_on and self.state.events & (POSITIVE_LIMIT | NEGATIVE_LIMIT))
 
     def active(self, way: int) -> bool:
-        """Is the switch sensed, and active?"""
+        """Return whether a switch is enabled, and active."""
         number = self.state.number
         level = int(self.chip.pins[f"{'pos' if way > 0 else 'neg'}limit{number}"].net.level or 0)
         low = self.registers.limit_sense >> (2 * (number - 1) + (way < 0)) & 1
         return self.registers.limits_on and level != low
 
     def tripped(self) -> Iterator[int]:
-        """Which switch becomes active; while one of them is in charge, the other one is not sampled."""
+        """Yield the switch that becomes active; while one has tripped, the other one is not sampled."""
         for way in (1, -1):
             self.armed[way] |= not self.active(way)
         for way in (1, -1):

@@ -1,4 +1,4 @@
-"""The laws of motion of the slow twin, for one cycle at a time: plain integers, taken from the rules as they stand.
+"""The laws of motion of the slow twin, for one cycle at a time: plain integers, straight from the rules.
 
 Distances are in 2^-16 step, and speeds in that per cycle.
 """
@@ -12,12 +12,12 @@ from math import ceil, floor
 
 
 def sign(number: int) -> int:
-    """1, or -1 for a negative number."""
+    """Return 1, or -1 for a negative number."""
     return -1 if number < 0 else 1
 
 
 def least(holds: Callable[[int], bool]) -> int:
-    """The least number, 0 and up, for which something holds that then holds for all greater ones."""
+    """Return the least number, 0 and up, that meets a condition which then holds for all greater ones."""
     high = 1
     while not holds(high):
         high *= 2
@@ -29,7 +29,7 @@ def least(holds: Callable[[int], bool]) -> int:
 
 
 def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
-    """Does it fit into the room to go at a speed for a cycle, then slower by the acceleration ..., last at `start`?"""
+    """Return whether a cycle at a speed and the deceleration to `start` after it fit into the room."""
     if speed <= start:
         return start <= room
     if acceleration == 0:
@@ -39,14 +39,14 @@ def braking(speed: int, acceleration: int, start: int, room: int) -> bool:
 
 
 def braked(speed: int, acceleration: int, start: int) -> int:
-    """The speed of the next cycle when an axis slows down; 0 when it has been as slow as its start velocity."""
+    """Return the speed of the next cycle of a deceleration; 0 after a cycle at the start velocity."""
     return 0 if speed <= start else max(speed - acceleration, start)
 
 
 def trapezoid(speed: int, room: int, most: int, acceleration: int, start: int) -> tuple[int, bool]:
-    """The next speed on the way to a destination, and whether the axis lands there with it.
+    """Return the next speed of a move to a destination, and whether the axis lands there with it.
 
-    The fastest that allows to brake in time; an axis that is too fast for that slows down.
+    It is the greatest speed from which the axis can stop in time; an axis that is too fast decelerates.
     """
     step = max(acceleration, start)
     if 0 <= room <= min(max(most, speed - acceleration), step) and speed <= room + step:
@@ -59,7 +59,7 @@ def trapezoid(speed: int, room: int, most: int, acceleration: int, start: int) -
 
 
 def contour(speed: int, most: int, acceleration: int, start: int) -> int:
-    """The next speed on the way to the maximum velocity; without acceleration it stays."""
+    """Return the next speed toward the maximum velocity; without acceleration it is constant."""
     if acceleration == 0:
         return speed
     if speed > most:
@@ -67,24 +67,24 @@ def contour(speed: int, most: int, acceleration: int, start: int) -> int:
     return min(max(speed + acceleration, start), most)
 
 
-FINE = 1 << 58  # so many parts of a cycle are told apart, and so many parts of 1/65536 step
+FINE = 1 << 58  # resolution: parts of a cycle, and parts of 1/65536 step
 
 
 def fine(number: Fraction) -> Fraction:
-    """A number rounded up to the next part."""
+    """Return a number rounded up to the next part."""
     return Fraction(-(-number * FINE // 1), FINE)
 
 
 def finest(holds: Callable[[Fraction], bool]) -> Fraction:
-    """The least number of parts for which something holds that then holds for all greater ones."""
+    """Return the least number of parts that meets a condition which then holds for all greater ones."""
     return Fraction(least(lambda parts: holds(Fraction(parts, FINE))), FINE)
 
 
 def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction, Fraction]:
-    """Cycles of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to parts of a cycle.
+    """Return the times of an S-curve's phases 1, 2 and 4: those of the continuous curve, rounded up to cycle parts.
 
-    Phase 1 lasts A/J and phases 1 and 2 together V/A, or sqrt(V/J) and no longer if A is not reached; phase 4 lasts
-    what is left of D at V.  If V is not reached, phase 4 falls out and V is what D allows.
+    Phase 1 lasts A/J and phases 1 and 2 together V/A, or only sqrt(V/J) if A is not reached; phase 4 is the rest of D
+    at V.  If V is not reached, phase 4 is omitted and V is limited by D.
     """
     if v * j >= a * a:
         t1, gaining = fine(a / j), fine(Fraction(v, a))
@@ -100,11 +100,11 @@ def phase_times(d: int, v: int, a: int, j: Fraction) -> tuple[Fraction, Fraction
 
 
 class TwinSCurve:
-    """An S-curve under way: +J, 0, -J, 0, -J, 0, +J.
+    """An S-curve in progress: +J, 0, -J, 0, -J, 0, +J.
 
-    A cycle takes the axis from where it is to where the curve has come to at its end.  Registers with 58 binary
-    places hold position, speed, and how that changes; with every cycle each is added to the one before it.  They
-    are loaded at the first cycle that begins in another phase.
+    A cycle moves the axis from its position to that of the curve at the end of the cycle.  Registers with 58 binary
+    places contain position, speed, and its changes; with every cycle each is added to the one before it.  They are
+    loaded at the first cycle that begins in another phase.
     """
 
     def __init__(self, distance: int, velocity: int, acceleration: int, jerk: int) -> None:
@@ -117,13 +117,13 @@ class TwinSCurve:
 
     @property
     def ends(self) -> list[Fraction]:
-        """When the phases 1 to 7 end, in cycles."""
+        """End times of the phases 1 to 7, in cycles."""
         t1, t2, t4 = self.t1, self.t2, self.t4
         return list(accumulate((t1, t2, t1, t4, t1, t2, t1)))
 
     @property
     def over(self) -> bool:
-        """Are all cycles done?"""
+        """True when all cycles are done."""
         return self.cycle >= self.ends[-1]
 
     @property
@@ -133,7 +133,7 @@ class TwinSCurve:
         return min(Fraction(self.velocity), steepest * (self.t1 + self.t2))
 
     def place(self, phase: int, t: Fraction) -> Fraction:
-        """Where the law of a phase has the axis at a time."""
+        """Return the position of the axis at a time by the law of a phase."""
         ends = self.ends
         coasting = self.peak * (t - ends[2] / 2)
         if phase == 1:
@@ -149,11 +149,11 @@ class TwinSCurve:
         return self.end - self.place(8 - phase, ends[6] - t)
 
     def phase(self, cycle: int) -> int:
-        """The phase in which a cycle begins; 8 after the end."""
+        """Return the phase in which a cycle begins; 8 after the end."""
         return 1 + sum(end <= cycle for end in self.ends)
 
     def load(self, phase: int, cycle: int) -> list[int]:
-        """The registers at the start of a cycle: rounded up as long as the axis gains speed, then down."""
+        """Return the registers at the start of a cycle: rounded up while the axis accelerates, then down."""
         if phase == 8:
             return [int(self.end * FINE // 1), 0, 0, 0]
         numbers = [self.place(phase, Fraction(cycle + i)) * FINE for i in range(4)]
@@ -164,7 +164,7 @@ class TwinSCurve:
         return found
 
     def step(self) -> tuple[int, int, int]:
-        """Work a cycle: the displacement in it, its velocity rounded down, and its phase."""
+        """Process a cycle; return its displacement, its velocity rounded down, and its phase."""
         phase, ends = self.phase(self.cycle), self.ends
         if phase != self.loaded:
             self.loaded, self.registers = phase, self.load(phase, self.cycle)
@@ -174,13 +174,13 @@ class TwinSCurve:
         self.cycle += 1
         following = self.phase(self.cycle)
         after = place + speed if following == phase else self.load(following, self.cycle)[0]
-        if not whole:  # other phases begin in this cycle: it counts as the first of them that has jerk
+        if not whole:  # further phases begin in this cycle: it counts as the first of them that has jerk
             phase, speed = phase | 1, after - place
         way = sign(self.distance)
         return way * (after // FINE - place // FINE), way * (speed // FINE), phase
 
     def smooth_stop(self) -> None:
-        """Phases that gain speed or keep it last no longer than they have lasted; braking mirrors what was gained."""
+        """End acceleration and constant speed now; the deceleration mirrors the acceleration so far."""
         done, before = self.cycle, (self.t1, self.t2, self.t4)
         rising = 2 * self.t1 + self.t2
         self.t1 = min(self.t1, Fraction(done))

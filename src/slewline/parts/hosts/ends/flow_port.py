@@ -1,13 +1,13 @@
-r"""What a host has on a bus that works both ways: commands out, messages in, a handshake a byte, and FPL says which.
+r"""Port of a host on a bidirectional bus: commands out, messages in, a handshake per byte; FPL shows the direction.
 
-    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high, so the part listens; IO_REQUEST high
+    command     wait BUSY high; IO_REQUEST low, bus open, wait BUSY low: FPL high, so the part receives; IO_REQUEST high
                 then for each byte: wait BUSY high, byte on the bus, IO_REQUEST low, wait BUSY low, IO_REQUEST high
-    message     FPL low: IO_REQUEST low, wait BUSY low, take the byte, IO_REQUEST high, wait BUSY high, while it is low
+    message     FPL low: IO_REQUEST low, wait BUSY low, read the byte, IO_REQUEST high, wait BUSY high, while it is low
 
-The empty handshake in front of a command is what a part wants whose program may run, and ignores otherwise.  A host
-that finds FPL low in it takes the message first (ch. 16, Immediate Commands), and so does one with its letter on the
-bus: it lets go, for the part answers a program on its serial side.  The host goes by FPL while it is in use, as far as
-it knows from the mode commands that it has sent itself; `heed` makes it go by others.
+A part whose program may be running needs the empty handshake before a command, and otherwise ignores it.  A host that
+finds FPL low in it reads the message first (ch. 16, Immediate Commands).  So does a host with its letter on the bus: it
+releases the bus, since the part may be answering its serial side.  The host follows FPL while it is in use, according
+to the mode commands that it has sent itself; `heed` overrides this.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ EMPTY = 0xFF
 
 
 class FlowPort:
-    """What a host has on the bus of its chip: drivers, the nets that it looks at, and a task that reads messages.
+    """Port of a host on the bus of its chip: drivers, the nets that it reads, and a task that reads messages.
 
     Args:
-        host: whose findings it reports.
-        queue: of the host, in whose requests it sends.
-        delay_ps: what the host's program takes before each byte.
+        host: reports the findings.
+        queue: of the host; the port sends in its requests.
+        delay_ps: time that the host's program takes before each byte.
     """
 
     def __init__(self, chip: Connection, host: Part, queue: RequestQueue, delay_ps: int) -> None:
@@ -70,12 +70,12 @@ class FlowPort:
         line("reset").watch(lambda _net: self.switched_on())
 
     def switched_on(self) -> None:
-        """Note that the part has been reset, or switched on, at this instant."""
-        self.bytes.leave()  # what goes next has been decided by what went before
+        """Record that the part has been reset, or switched on, at this instant."""
+        self.bytes.leave()  # the bytes before have decided the next one
         self.shadow.reset()
 
     def listen(self) -> None:
-        """Begin to listen, again."""
+        """Start to receive, again."""
         if self.listener is not None:
             self.listener.kill()
         self.taken = False
@@ -83,11 +83,11 @@ class FlowPort:
 
     @property
     def offered(self) -> bool:
-        """Is there a message for the host?"""
+        """Whether the part has a message for the host."""
         return self.control.heeds and self.flow.level == 0
 
     def rest(self) -> None:
-        """Let go of the bus, and ask for nothing; listen again, for whatever was under way was cut short."""
+        """Release the bus, make no request, and receive again: an exchange under way is cut short."""
         self.request.drive(1)
         self.bus.drive(None)
         self.shadow.decoder.reset()
@@ -100,13 +100,13 @@ class FlowPort:
         return self.sent
 
     def catch_up(self) -> None:
-        """Take notice of what has been sent by now: somebody asks."""
+        """Record the bytes sent so far, before a query."""
         if (exchange := self.bytes.exchange) is not None and exchange.under_way:
             self.queue.begun = True
             self.bytes.feed(exchange.under_way)
 
     def awaits(self, number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return what it waits for at a byte of what it sends (handshake.py)."""
+        """Return the levels that it waits for at a byte being sent (handshake.py)."""
         self.queue.begun |= number > 0
         self.bytes.feed(number)
         self.bytes.begins = self.shadow.at_letter
@@ -123,7 +123,7 @@ class FlowPort:
         self.turn.set()
 
     async def _free(self) -> None:
-        """Wait until the part takes a byte; messages are read before."""
+        """Wait until the part accepts a byte; messages are read before."""
         while True:
             if self.offered:
                 await level(self.busy, 1)
@@ -152,16 +152,16 @@ class FlowPort:
             asked = False
 
     def _no_message(self) -> None:
-        """Look at FPL no longer: its pin was low, and nothing drives the bus."""
+        """Stop sampling FPL: its pin was low, and nothing drives the bus."""
         self.control.heeding = False
         self.finding(
             "no-message",
-            f"the pin of FPL is low, and {self.chip} took an empty handshake instead of sending a message: the mode is "
+            f"the pin of FPL is low, but {self.chip} took an empty handshake instead of sending a message: the mode is "
             f"not the one that {self.name} has set; heed(True) or heed(None) makes it use FPL again",
         )
 
     async def _empty_handshake(self, asked: bool = False) -> None:
-        """Ask without a byte until the part listens; what it has to say comes first; `asked`: IO_REQUEST is low."""
+        """Request without a byte until the part receives; its messages come first; `asked`: IO_REQUEST is low."""
         while True:
             if not asked:
                 await self._free()
@@ -175,7 +175,7 @@ class FlowPort:
             return
 
     async def _listen(self) -> None:
-        """Read messages that come while nothing is sent."""
+        """Read messages that arrive while nothing is sent."""
         while True:
             if not self.offered:
                 await first_of(self.kernel, None, (self.control.news.net, None), *self._flows)
@@ -189,7 +189,7 @@ class FlowPort:
                 self._give_turn()
 
     async def send(self, data: bytes) -> None:
-        """Send bytes; an FF where a command begins is an empty handshake."""
+        """Send bytes; an FF at the start of a command is an empty handshake."""
         await self._take_turn()
         try:
             at, exchange = 0, None if self.delay_ps else self.bytes.possible()
@@ -226,7 +226,7 @@ class FlowPort:
             self._give_turn()
 
     def _sent(self, data: bytes) -> None:
-        """Take notice of bytes that have been sent."""
+        """Record bytes that have been sent."""
         self.sent += len(data)
         heeded = self.control.heeds
         self.shadow.take(data)
@@ -234,9 +234,9 @@ class FlowPort:
             self.control.news.set()
 
     async def _byte(self, byte: int, begins: bool, asked: bool) -> None:
-        """Offer a byte until the part takes it; the answer to another host may come before a letter.
+        """Offer a byte until the part accepts it; the answer to another host may come before a letter.
 
-        `asked`: it is on the bus, and IO_REQUEST is low.
+        `asked`: the byte is on the bus, and IO_REQUEST is low.
         """
         while True:
             if not asked:
@@ -269,7 +269,7 @@ class FlowPort:
 
 
 class OfferedBytes(HandshakenBytes):
-    """Bytes between each two of which the host lets go of the bus; with FF in front for an empty handshake."""
+    """Bytes between which the host releases the bus; a leading FF is an empty handshake."""
 
     __slots__ = ()
 
@@ -286,12 +286,12 @@ class OfferedBytes(HandshakenBytes):
 
 
 class FlowSender(Leader[Handshakes]):
-    """Bytes that a host sends to a chip as a value, where that is possible.
+    """Bytes that a host sends to a chip as a value, if possible.
 
     Attributes:
         empty: an empty handshake goes before them.
-        fed: how many of them the host has taken notice of.
-        begins: as they were withdrawn, a command began with the next byte.
+        fed: number of bytes recorded by the host.
+        begins: when they were withdrawn, a command began with the next byte.
     """
 
     def __init__(self, port: FlowPort) -> None:
@@ -301,15 +301,15 @@ class FlowSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """Has the last byte gone over as a value, and does nothing look since?"""
+        """Whether the last byte was sent as a value, and nothing has observed the lines since."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int, begins: bool, empty: bool) -> bool:
-        """Begin to send bytes as a value, from a place on; return whether that is possible."""
+        """Begin to send bytes as a value, from an index on; return whether this is possible."""
         port, exchange = self.port, self.exchange
         if exchange is None or data[at] == EMPTY or port.offered or exchange.chip.at_letter is not begins:
             return False
-        shadow = port.shadow  # which may take another byte for the end of a command than the chip
+        shadow = port.shadow  # which may find the end of a command at another byte than the chip does
         ends = 0 if shadow.entry is not None else shadow.decoder.kept(data, at, shadow.ascii) + 1
         if not (number := min(exchange.chip.takes(data, at), ends)):
             return False
@@ -320,14 +320,14 @@ class FlowSender(Leader[Handshakes]):
         return exchange.send(OfferedBytes(sent, port.kernel.now, None, last, chip.byte_times, chip.clock))
 
     def feed(self, number: int) -> int:
-        """Take notice of so many bytes, an empty handshake among them, that have gone; return how many it was not."""
+        """Record a number of sent bytes, including an empty handshake; return how many were not recorded before."""
         gone = max(number - self.empty, 0)
         self.port._sent(self.data[self.fed : gone])
         self.fed = gone
         return gone
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return what is possible with the chips whose IO_REQUEST this is; None: it is that of no chip, or of more."""
+        """Return the handshakes with the chip whose IO_REQUEST this is; None: no chip, or more than one."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -1,8 +1,8 @@
-"""What a host has on the command port of one chip: handshake, read-outs, live commands, requests on the fly.
+"""Port of a host on the command port of one chip: handshake, read-outs, live commands, requests on the fly.
 
     wait READY high, byte on the bus, I/O REQUEST low, wait READY low, I/O REQUEST high           (s.2, s.11)
 
-A host never hesitates unless it is set to: `delay_ps` is what its program takes before each byte.
+A host has no delay unless it is set: `delay_ps` is the time that its program takes before each byte.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ SETTLED_US = 100  # READY high for longer than any instruction takes to begin: t
 
 
 class CommandPort:
-    """What a host has on one chip: drivers on its command port, and the nets that it looks at.
+    """Port of a host on one chip: drivers on its command port, and the nets that it reads.
 
     Args:
-        queue: of the host, in whose requests the port is used.
-        received: what read-outs of any of its chips brought.
-        delay_ps: what its program takes before each byte.
+        queue: of the host; the port is used in its requests.
+        received: bytes of read-outs of all its chips.
+        delay_ps: time that its program takes before each byte.
     """
 
     def __init__(self, chip: Connection, queue: RequestQueue, received: bytearray, delay_ps: int) -> None:
@@ -48,7 +48,7 @@ class CommandPort:
         self.sent = 0  # without those under way as a value
 
         def line(role: str) -> Net:
-            """Return the net of the pin that has a role; where the part lacks one, a net that leads nowhere."""
+            """Return the net of the pin with a role; if the part lacks it, an unconnected net."""
             row = chip.sheet.role(role)
             return Net(self.kernel, f"{host}.({role})", tie=1) if row is None else chip.pins[row.name].net
 
@@ -67,27 +67,27 @@ class CommandPort:
 
     @property
     def all_sent(self) -> int:
-        """The number of bytes sent by now."""
+        """The number of bytes sent so far."""
         exchange = self.bytes.exchange
         return self.sent + (0 if exchange is None else exchange.under_way)
 
     def awaits(self, _number: int, low: bool) -> tuple[tuple[Net, int], ...]:
-        """Return what it waits for at a byte of what it sends (handshake.py)."""
+        """Return the levels that it waits for at a byte being sent (handshake.py)."""
         return ((self.ready, 0 if low else 1),)
 
     def rest(self) -> None:
-        """Let go of the bus and of PROG/LIVE, and ask for nothing."""
+        """Release the bus and PROG/LIVE, and make no request."""
         self.request.drive(1)
         self.select.drive(0)
         self.prog.drive(None)
         self.bus.drive(None)
 
     def ps(self, us: int) -> int:
-        """Return the picoseconds, at the crystal of the chip, of a time that is stated at that of the sheet."""
+        """Return a time of the sheet in picoseconds, scaled to the crystal of the chip."""
         return self.clock.ps(us * self.sheet.crystal_hz // 1_000_000)
 
     def text(self, command: str) -> bytes:
-        """Return a command as this port takes it now: ASCII, or letter, count and data in binary mode."""
+        """Return a command in the present mode of this port: ASCII, or letter, count and data in binary mode."""
         from ....language.dialect import spoken_as
         from ....language.text import CommandText, TextDialect
 
@@ -104,11 +104,11 @@ class CommandPort:
         raise UsageError(f"host: {command!r} is not a command; it cannot be put into binary form")
 
     def group_size(self, group: int) -> int:
-        """Bytes of a verify group in the present mode: the position has five digits, or two bytes in binary mode."""
+        """Return the bytes of a verify group in the present mode: position 5 digits, or 2 bytes in binary mode."""
         return 2 if group == 0 and self.mode.level == 0 else self.verify_bytes[group]
 
     def group_of(self, command: str) -> int | None:
-        """Return the verify group that a command points at; None: it points at none, or there is no such group."""
+        """Return the verify group that a command selects; None: it selects none, or the group does not exist."""
         for row in self.sheet.acting("read"):
             match = re.fullmatch(rf"{re.escape(row.form)} *([0-9]+) *", command)
             if match and int(match[1]) in self.verify_bytes:
@@ -116,13 +116,13 @@ class CommandPort:
         return None
 
     def pointing_at(self, group: int) -> str:
-        """Return the command that points at a verify group."""
+        """Return the command that selects a verify group."""
         (row,) = self.sheet.acting("read")
         return f"{row.form} {group}"
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def send(self, data: bytes) -> None:
-        """Send bytes by the two-line handshake; the last one leaves the bus when it has been taken."""
+        """Send bytes by the two-line handshake; the last one leaves the bus when it has been accepted."""
         kernel, queue, ready, drive_bus, request = (
             self.kernel, self.queue, self.ready, self.bus.put, self.request.put,
         )  # fmt: skip
@@ -145,7 +145,7 @@ class CommandPort:
             else:
                 drive_bus((0xFF, data[at]))
                 request(0)
-                if ready.level == 0:  # somebody else has pulled it low: the request is seen, and over
+                if ready.level == 0:  # another driver has pulled it low: the request has been received, and ends
                     await next_round(kernel)
                 await level(ready, 0)
             request(1)
@@ -155,7 +155,7 @@ class CommandPort:
             drive_bus(None)
 
     async def fetch(self, number: int) -> bytes:
-        """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST a byte."""
+        """Read verify bytes (s.6): I/O SELECT high, one I/O REQUEST per byte."""
         data = bytearray()
         await level(self.ready, 1)
         self.bus.drive(None)
@@ -172,8 +172,8 @@ class CommandPort:
         return bytes(data)
 
     async def start(self) -> None:
-        """Send the command that runs the program, and wait until it runs."""
-        await self.command_mode("wait until RUN is high, or give live commands")
+        """Send the command that runs the program, and wait until the program runs."""
+        await self.command_mode("wait until RUN is high, or use live commands")
         (run,) = self.sheet.acting("run")
         await self.send(self.text(run.form))
         await level(self.running, 0)
@@ -182,19 +182,19 @@ class CommandPort:
         """Wait until a byte may be sent.
 
         Raises:
-            UsageError: a program runs, which takes none.
+            UsageError: a program is running, which accepts none.
         """
         await level(self.ready, 1)
         if self.running.level == 0:
             raise UsageError(f"{self.queue.name}: {self.chip} takes no command while its program runs; {remedy}")
 
     async def live(self, commands: Sequence[str], number: int | None = None) -> list[tuple[int, bytes]]:
-        """Give commands through PROG/LIVE, read out what they point at; return (group, bytes) of each read-out."""
+        """Send commands through PROG/LIVE, read out the groups they select; return (group, bytes) of each read-out."""
         self.prog.drive(0)
         await self._between_instructions()
         last, found = commands[-1], []
         if self.group_of(last) is None:
-            commands = commands[:-1]  # else twice: the chip is left by one more command, and this one changes nothing
+            commands = commands[:-1]  # else twice: one more command leaves the chip, and this one changes nothing
         for command in commands:
             await self.send(self.text(command))
             group = self.group_of(command)
@@ -203,20 +203,20 @@ class CommandPort:
         data = self.text(last)
         await self.send(data[:-1])
         await level(self.ready, 1)
-        self.prog.drive(None)  # before the last terminator, so that the program goes on after it
+        self.prog.drive(None)  # before the last terminator, so that the program continues after it
         await self.send(data[-1:])
         await level(self.ready, 1)
         return found
 
     async def _between_instructions(self) -> None:
-        """READY high alone does not say it: an instruction may be about to begin a motion."""
+        """Wait between two instructions; READY high alone is not enough, since a motion may be about to begin."""
         while True:
             await level(self.ready, 1)
             if await first_of(self.kernel, self.kernel.now + self.ps(SETTLED_US), (self.ready, 0)) is None:
                 return
 
     async def verify(self, group: int, number: int | None = None, live: bool | None = False) -> bytes:
-        """Point at a group and read it; `live` as with `verify`."""
+        """Select a group and read it; `live` as for `verify`."""
         if live is None:
             await level(self.ready, 1)
             live = self.running.level == 0
@@ -236,7 +236,7 @@ class CommandPort:
         self.bus.drive(None)
 
     async def read_position(self) -> int:
-        """Read the position while the motor steps: I/O SELECT high, one byte at each rise of OUTSTROBE (s.6)."""
+        """Read the position while the motor steps: I/O SELECT high, one byte at each rising edge of OUTSTROBE (s.6)."""
         self.select.drive(1)
         data = bytearray()
         for _ in range(2):
@@ -250,7 +250,7 @@ class CommandPort:
 
 
 class BusSender(Leader[Handshakes]):
-    """Bytes that a host sends to a chip as a value, where that is possible."""
+    """Bytes that a host sends to a chip as a value, if possible."""
 
     def __init__(self, port: CommandPort) -> None:
         super().__init__(port.request.net)
@@ -258,11 +258,11 @@ class BusSender(Leader[Handshakes]):
 
     @property
     def by_value(self) -> bool:
-        """Has the last byte gone over as a value, and does nothing look since?"""
+        """Whether the last byte was sent as a value, and nothing has observed the lines since."""
         return self.exchange is not None and self.exchange.by_value
 
     def begin(self, data: bytes, at: int) -> bool:
-        """Begin to send bytes as a value, from a place on; return whether that is possible."""
+        """Begin to send bytes as a value, from an index on; return whether this is possible."""
         port, exchange = self.port, self.exchange
         if exchange is None or not (number := exchange.chip.takes(data, at)):
             return False
@@ -273,7 +273,7 @@ class BusSender(Leader[Handshakes]):
         return exchange.send(coming)
 
     def made(self, ends: tuple[Any, ...]) -> Handshakes | None:
-        """Return what is possible with the chips whose I/O REQUEST this is; None: it is that of no chip, or of more."""
+        """Return the handshakes with the chip whose I/O REQUEST this is; None: no chip, or more than one."""
         port = self.port
         if len(ends) != 1 or not hasattr(ends[0], "byte_times"):
             return None

@@ -1,6 +1,6 @@
-r"""What a host has on the host port of a chipset, and how it strobes bytes through it.
+r"""Port of a host on the host port of a chipset, and the strobes for its bytes.
 
-HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___ 82 µs ___/‾‾   looked at before each operation
+HostRdy   ‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\___ 82 µs ___/‾‾   checked before each operation
 HostSlct  ‾‾‾‾\________________________________________/‾‾‾‾‾‾‾
 bus       ----<     high byte     X     low byte       >-------   a command is one byte, with HostCmd high
 HostWrite ‾‾‾‾‾‾‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾\_____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾   HostRead likewise; the chipset drives the bus
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from ...base.request_queue import RequestQueue
     from ..connection import Connection
 
-UNKNOWN = 0  # the current axis, after what may have changed it
+UNKNOWN = 0  # the current axis, after a packet that may have changed it
 
 
 USUAL = Strobes()
 
 
 class Packet(NamedTuple):
-    """A packet as it goes over the bus: `reads` words are read after those that are written, then the checksum."""
+    """A packet on the bus: `reads` words are read after the written words, then the checksum."""
 
     code: int
     words: tuple[int, ...] = ()
@@ -40,13 +40,13 @@ class Packet(NamedTuple):
     checked: bool = True
 
     def spelled(self, sheet: Sheet) -> str:
-        """Return the packet for people: SET_POS (10 0000 3039)."""
+        """Return the packet as readable text: SET_POS (10 0000 3039)."""
         row = sheet.commands.by_code.get(self.code)
         sent = " ".join([f"{self.code:02x}", *(f"{word:04x}" for word in self.words)])
         return f"packet {sent}" if row is None else f"{row.name} ({sent})"
 
     def mismatch(self, sheet: Sheet, chip: str, found: Sequence[int], checksum: int) -> str:
-        """Return what is wrong with the checksum that a chip gave after the words that were read; "": nothing is."""
+        """Return the error in the checksum that a chip sent after the words read; "": none."""
         expected = packets.checksum(self.code, (*self.words, *found))
         if checksum == expected:
             return ""
@@ -56,13 +56,16 @@ class Packet(NamedTuple):
 
 
 class PacketPort:
-    """What a host has on one chipset: drivers on its host port, and what it knows of the current axis.
+    """Port of a host on one chipset: drivers on its host port, and the known state of the current axis.
 
     Args:
-        queue: of the host, in whose requests the port is used.
-        received: all words that it has read, of any of its chipsets.
-        finding: by which it reports one.
-        delay_ps: what its program takes before each operation.
+        queue: of the host; the port is used in its requests.
+        received: all words read, of all its chipsets.
+        finding: reports a finding.
+        delay_ps: time that its program takes before each operation.
+
+    Attributes:
+        sparse: a wait omits the status queries whose answers cannot differ because no event is due.
     """
 
     def __init__(
@@ -75,8 +78,8 @@ class PacketPort:
     ) -> None:
         host, self.kernel, self.chip, self.delay_ps = queue.name, queue.kernel, chip.name, delay_ps
         self.queue, self.received, self.finding = queue, received, finding
-        self.sheet = chip.sheet
-        self.crystal_hz = chip.crystal_hz  # of the board: what a rate in seconds, and a cycle, go by
+        self.sheet, self.rows = chip.sheet, chip.sheet.rows(PacketRow).by_code
+        self.crystal_hz = chip.crystal_hz  # of the board: base of rates per second and of cycles
         self.pins = pins = chip.pins
         self.select, self.reading, self.writing, self.command = (
             Driver(pins[name].net, host) for name in ("hostslct", "hostread", "hostwrite", "hostcmd")
@@ -84,7 +87,8 @@ class PacketPort:
         self.bus, self.host_ready = Driver(chip.bus, host), pins["hostrdy"].net
         self.operation = Operation(HostLines(self.select, self.command, self.writing, self.reading, self.bus))
         self.cycle_ps = chip.clock.ps(chip.sheet.times["cycle"].ticks)
-        self.worked_ps = 0  # by then the cycle has begun that works the last update
+        self.worked_ps = 0  # by then the cycle of the last update has begun
+        self.sparse = False
         self.axis = 1
         self.pending: dict[str, None] = {}  # commands that wait for an update
         pins["reset"].net.watch(self._restarts)
@@ -92,12 +96,12 @@ class PacketPort:
         self.rest()
 
     def _restarts(self, _net: Net | None = None) -> None:
-        """RESET changes or is sent, or an output floats because the supply is off."""
+        """Handle a restart: RESET changes or is sent, or an output floats because the supply is off."""
         self.axis = 1
         self.pending.clear()
 
     def rest(self) -> None:
-        """Select nothing, and let go of the bus."""
+        """Select nothing, and release the bus."""
         for driver in (self.select, self.reading, self.writing):
             driver.drive(1)
         self.command.drive(0)
@@ -119,7 +123,7 @@ class PacketPort:
         await until(self.kernel, strobed.end)
 
     async def read(self, number: int, how: Strobes) -> bytes:
-        """Read the bytes of a word, each as it stands at the end of its strobe, as one operation."""
+        """Read the bytes of a word, each at the end of its strobe, as one operation."""
         if self.delay_ps or self.host_ready.level != 1:
             await self._begin(how)
         strobed = Strobed(self.kernel.now, number, how)
@@ -140,16 +144,16 @@ class PacketPort:
             await until(self.kernel, self.kernel.now + self.delay_ps)
 
     def note_update(self, code: int) -> None:
-        """Note when an update that has just been taken will have been worked, and what waits for one."""
+        """Record when an update just accepted will have taken effect, and the commands that wait for one."""
         if updates(self.sheet, code):
             self.worked_ps = self.kernel.now + self.cycle_ps
             self.pending.clear()
-        elif (row := self.sheet.rows(PacketRow).by_code.get(code)) is not None and row.buffered:
+        elif (row := self.rows.get(code)) is not None and row.buffered:
             self.pending[row.name] = None
 
     def note_axis(self, code: int, found: Sequence[int] = ()) -> None:
-        """Note which axis is the current one after a packet, of which these words were read."""
-        row = self.sheet.rows(PacketRow).by_code.get(code)
+        """Record the current axis after a packet, given the words read."""
+        row = self.rows.get(code)
         if row is None:
             return
         if row.name == RESET:
@@ -162,13 +166,13 @@ class PacketPort:
 
     # ----------------------------------------------------------------------------------------------- in the host's task
     async def begin(self, how: Strobes) -> None:
-        """Wait until something may go out, which is then not cut in two."""
+        """Wait until a byte may be sent; the operation is then completed."""
         if how.ready:
             await self.ready()
         self.queue.begun = True
 
     async def exchange(self, packet: Packet, axis: int = UNKNOWN) -> tuple[int, ...]:
-        """Send a packet, now; return the words that are read, without the checksum."""
+        """Send a packet immediately; return the words read, without the checksum."""
         if axis not in (UNKNOWN, self.axis):
             await self.exchange(packet_of(packets.row(self.sheet, f"SET_{axis}")))
         await self.ready()
@@ -193,7 +197,7 @@ class PacketPort:
             raise ChecksumError(f"{self.queue.name}: {wrong}")
 
     async def take(self, number: int, how: Strobes) -> bytes:
-        """Read, now; a word is kept."""
+        """Read immediately; keep the word."""
         data = await self.read(number, how)
         if number == 2:
             self.received.append(int.from_bytes(data, "big"))
@@ -206,12 +210,12 @@ class PacketPort:
         axis: int = UNKNOWN,
         never: Callable[[], bool] = lambda: False,
     ) -> int:
-        """Ask for the status word, now, until a bit is as it should be.
+        """Poll the status word, immediately, until a bit has the wanted level.
 
-        An axis is in motion from the cycle on that works its update: !in_motion is asked for when that has begun.
+        An axis is in motion from the cycle on in which its update takes effect: !in_motion is polled from then on.
 
         Raises:
-            Timeout: twice running, `never` says that it cannot become so any more.
+            Timeout: `never` returns True twice running: the level can no longer occur.
         """
         field, wanted = packets.status_bit(self.sheet, bit.removeprefix("!")), not bit.startswith("!")
         question = packet_of(packets.row(self.sheet, "GET_STATUS"))
@@ -219,17 +223,29 @@ class PacketPort:
             await until(self.kernel, self.worked_ps)
         hopeless = False
         while True:
+            began_ps, due_ps = self.kernel.now, self.kernel.next_time()
             (word,) = await self.exchange(question, axis)
             if field.of(word) == wanted:
                 return word
             before, hopeless = hopeless, never()
             if before and hopeless:
                 raise Timeout(f"{self.queue.name}: {bit} of {self.chip} cannot become true any more")
-            await until(self.kernel, self.kernel.now + every_ps)
+            omitted_ps = self._omitted(due_ps, self.kernel.now - began_ps + every_ps) if self.sparse else 0
+            await until(self.kernel, self.kernel.now + omitted_ps + every_ps)
+
+    def _omitted(self, due_ps: int | None, period_ps: int) -> int:
+        """Return the time of the status queries, one per period, that end before the next event (ps).
+
+        Args:
+            due_ps: the next event when the last query began; it may be during that query.
+        """
+        horizon_ps = self.kernel.horizon
+        end_ps = horizon_ps if due_ps is None else min(due_ps, horizon_ps)
+        return max((end_ps - self.kernel.now - 1) // period_ps, 0) * period_ps
 
 
 # ------------------------------------------------------------------------------------------------- commands as packets
-RESET = "RESET"  # the packet that leaves no checksum to be read
+RESET = "RESET"  # the packet without a checksum to read
 UPDATES = ("UPDATE", "MULTI_UPDATE")
 
 
@@ -239,13 +255,13 @@ def packet_of(row: PacketRow, values: Sequence[int] = ()) -> Packet:
 
 
 def updates(sheet: Sheet, code: int) -> bool:
-    """Return whether this is the code of an update, which the next cycle works."""
+    """Return whether this is the code of an update, which takes effect in the next cycle."""
     row = sheet.commands.by_code.get(code)
     return row is not None and row.name in UPDATES
 
 
 def operations(data: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Bytes as a host writes them, an operation each, and whether it is a command: the first byte; words follow it."""
+    """Yield the write operations for some bytes, and whether each is a command: the first byte is; words follow it."""
     yield data[:1], True
     for at in range(1, len(data), 2):
         yield data[at : at + 2], False

@@ -1,7 +1,7 @@
-"""Shadow registers: what a host knows of a part from what it has sent, such as its mode register and program entry.
+"""Shadow registers: a host's knowledge of a part from the bytes it has sent, such as mode register and program entry.
 
-A part that keeps its program as it was sent has no pin that shows its mode, so a host remembers it.  What another
-program sends the part, over its other side, or what a stored program does, a host does not see.
+A part that stores its program unchanged has no pin that shows its mode, so a host remembers it.  A host does not see
+the commands of another program on the part's other side, nor the effects of a stored program.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MODE, RESET = "MODE", "INITIALIZE"  # the commands that a host remembers
 
 
 class Shadow:
-    """Takes the bytes that go to a part.  `mode` is its mode register, as far as the host knows."""
+    """Follows the bytes sent to a part.  `mode` is its mode register, as far as the host knows."""
 
     def __init__(self, sheet: Sheet, on_reset: Callable[[], object] = lambda: None) -> None:
         self.sheet, self.dialect, self.on_reset = sheet, spoken_as(sheet, Verbatim), on_reset
@@ -43,16 +43,16 @@ class Shadow:
 
     @property
     def ascii(self) -> bool:
-        """Are commands in ASCII?"""
+        """Whether commands are in ASCII."""
         return bool(self.mode & TEXT)
 
     @property
     def at_letter(self) -> bool:
-        """Is the next byte the first one of a command, outside program entry?"""
+        """Whether the next byte is the first one of a command, outside program entry."""
         return self.entry is None and self.decoder.at_letter
 
     def take(self, data: bytes) -> None:
-        """Take bytes that go out."""
+        """Process bytes being sent."""
         at = 0
         while at < len(data):
             kept = 0 if self.entry is not None else self.decoder.kept(data, at, self.ascii)
@@ -64,7 +64,7 @@ class Shadow:
                 at += 1
 
     def feed(self, byte: int) -> None:
-        """Take a byte that goes out."""
+        """Process a byte being sent."""
         if self.entry is not None:
             if self.entry.ends(byte):
                 self.entry = None
@@ -86,18 +86,18 @@ class Shadow:
 
     # ------------------------------------------------------------------------------------------------------- queries
     def sent(self, command: str) -> bytes:
-        """Return a command as it goes out in the present mode.
+        """Return the bytes of a command in the present mode.
 
         Raises:
-            UsageError: no command, or one that binary does not have.
+            UsageError: the text is not a command, or binary mode does not have it.
         """
         return (self.dialect.sent if self.ascii else self.dialect.sent_binary)(self.sheet, command)
 
     def query(self, who: str, command: str) -> Query:
-        """Return what is asked by a command, such as "? P".
+        """Return the query of a command such as "? P".
 
         Raises:
-            UsageError: a command that is not answered.
+            UsageError: the command has no answer.
         """
         dialect = self.dialect
         letters, sign, listing = "".join(dialect.queries), re.escape(dialect.query), re.escape(dialect.listing)
@@ -105,12 +105,12 @@ class Shadow:
         match = re.fullmatch(pattern, command) if isinstance(command, str) else None
         if match is None:
             forms = ", ".join(f"{dialect.query} {letter}" for letter in (*letters, dialect.listing))
-            raise UsageError(f"{who}: {command!r} has no answer; ask() takes {forms},n, and send() the rest")
+            raise UsageError(f"{who}: {command!r} has no answer; use ask() for {forms},n, send() for other commands")
         return Query(self.dialect, match[1] or match[2], int(match[3] or 0), self.ascii)
 
 
 class Query:
-    """A query, and what its answer looks like among the bytes that come."""
+    """A query, and the form of its answer among the received bytes."""
 
     def __init__(self, dialect: Verbatim, letter: str, lines: int, ascii: bool) -> None:
         self.ascii = ascii
@@ -122,9 +122,9 @@ class Query:
             self.pattern = rb"%c=.{%d}" % (letter.encode(), dialect.answer_bytes[dialect.queries[letter]])
 
     def answered(self, data: bytes | bytearray, since: int) -> str | bytes | None:
-        """Return the answer that has come after so many bytes, as text without its last carriage return; None: none.
+        """Return the answer after the first `since` bytes, as text without its last carriage return; None: none yet.
 
-        In binary it is bytes: letter, equals sign, and the value.
+        In binary mode it is bytes: letter, equals sign, and the value.
         """
         match = re.compile(self.pattern, re.DOTALL).search(data, since)
         if match is None:
@@ -133,10 +133,10 @@ class Query:
 
 
 class FlowControl:
-    """Whether a host goes by the flow line of its chip, FPL or CTS: while the mode register puts it to this use.
+    """Decides whether a host obeys the flow line of its chip, FPL or CTS: while the mode register enables this use.
 
-    `gone` takes bytes as they go out; `news` rings with each of them, and whenever the host goes by the line or no
-    longer; `heeding` is what was last set: None, that the host is to go by its own mode commands.
+    `gone` processes bytes while they are sent; `news` is notified of each of them, and when the host starts or stops
+    obeying the line; `heeding` is the last setting; None: the host follows its own mode commands.
     """
 
     def __init__(self, chip: Connection, channel: FlowBus | AdaptiveLine, owner: str, gone: Shadow) -> None:
@@ -146,17 +146,17 @@ class FlowControl:
 
     @property
     def heeds(self) -> bool:
-        """Does the host go by the flow line?"""
+        """Whether the host obeys the flow line."""
         if self.heeding is not None:
             return self.heeding
         mask, *values = self.channel.in_use
         return self.gone.mode & mask in values
 
     def heed(self, on: bool | None, part: Part) -> None:
-        """Go by the line from now on (True), or not (False), or as the mode commands have it (None), as an input.
+        """Obey the line from now on (True), ignore it (False), or follow the mode commands (None), as an input.
 
         Raises:
-            UsageError: none of the three.
+            UsageError: the value is none of the three.
         """
         if on is not None and not isinstance(on, bool):
             raise UsageError(f"{self.owner}: heed({on!r}); allowed True, False, None")
@@ -166,7 +166,7 @@ class FlowControl:
         part.kernel.settle()
 
     def why_silent(self) -> str:
-        """Return why a query may have no answer, as far as the host can tell, and what to do; empty: it cannot."""
+        """Return a possible reason for a missing answer, as far as the host knows, and the remedy; empty: unknown."""
         sheet, mode = self.sheet, self.gone.mode
         mask, here = self.channel.answers
         bus = sheet.channel(FlowBus)

@@ -1,4 +1,4 @@
-"""The UART of a host that speaks in lines to the modules on a serial line, as they are strapped."""
+"""The UART of a host that sends lines to the modules on a serial line, by the settings of their straps."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 class StrappedUart(HostUart):
-    """A UART that follows the straps of a module: rate, checksum, address.  `answers` have come since `begin`.
+    """A UART that follows the straps of a module: rate, checksum, address.  `answers` are those since `begin`.
 
     Args:
-        spoken_to: returns the module that the host speaks to.
-        baud: another rate than the module's.
+        spoken_to: returns the selected module.
+        baud: a rate other than the module's.
     """
 
     def __init__(
@@ -35,44 +35,44 @@ class StrappedUart(HostUart):
         self.far.ears = {chip.name: straps_of(chip) for chip in chips}
         self.spoken_to = spoken_to
         self.fixed_baud: int | str | None = baud
-        self.up_ps = max(chip.up_ps for chip in chips)  # since when all modules are switched on
+        self.up_ps = max(chip.up_ps for chip in chips)  # when the last module was switched on
         self.answers: list[str] = []
         self.recent_answers = part.keep_recent(self.answers)
         self.line = bytearray()
         self.line_end = Event(self.kernel, f"{self.name}.(line end)")
 
     def switched_on(self) -> None:
-        """Note that a module has been switched on, at this instant: it looks at its straps."""
+        """Record that a module has been switched on, at this instant, and reads its straps."""
         self.up_ps, self.far.compared = self.kernel.now, False
 
     async def before_sending(self) -> None:
-        """Wait until the modules can listen."""
+        """Wait until the modules can receive."""
         await until(self.kernel, self.up_ps + POWER_UP_PS)
 
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
     def usual_word(self) -> CharacterFormat:
-        """The format of modules."""
+        """Character format of modules."""
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
     def straps(self) -> Straps:
-        """The straps of the module that the host speaks to."""
+        """Straps of the selected module."""
         return straps_of(self.spoken_to())
 
     def follow_straps(self) -> None:
-        """Take the rate that the module is strapped for, and has looked at."""
+        """Use the rate that the module has read from its straps."""
         baud = self.fixed_baud or self.straps.rate
         if baud != self.baud:
             self.set_line(baud, self.word)
 
     def change_line(self, baud: int | str, bits: int, parity: str, stop: int | str) -> None:
-        """Take another rate or format, as an input, whatever the module is strapped for."""
+        """Use another rate or format, as an input, without regard to the straps."""
         super().change_line(baud, bits, parity, stop)
         self.fixed_baud = baud
 
     def lent(self) -> Callable[[], object]:
-        """Return what restores rate and format, and what has chosen the rate."""
+        """Return a function that restores rate and format, and the source of the rate."""
         restore, fixed = super().lent(), self.fixed_baud
 
         def restored() -> None:
@@ -88,26 +88,26 @@ class StrappedUart(HostUart):
         super().write(data, fault)
 
     def begin(self) -> None:
-        """Begin to collect answers."""
+        """Start to collect answers."""
         self.catch_up()
         self.recent_answers.clear()
         self.line.clear()
 
     def rest(self) -> None:
-        """Forget what is to be sent and what has come in part, and put the line to mark."""
+        """Drop the queue and an incomplete answer, and set the line to mark."""
         super().rest()
         self.begin()
 
     def framed(self, command: str) -> bytes:
-        """Return a command as it goes over the wire: address, checksum and carriage return added.
+        """Return the bytes of a command, with address, checksum and carriage return.
 
         Raises:
-            UsageError: no text, or more than one command.
+            UsageError: the text is empty, or more than one command.
         """
         if not isinstance(command, str) or not command.isascii():
             raise UsageError(f"{self.name}: command {command!r}; expected text such as 'V1'")
         if "\r" in command:
-            raise UsageError(f"{self.name}: command {command!r}; one at a time, the carriage return is added")
+            raise UsageError(f"{self.name}: command {command!r}; expected one command without a carriage return")
         straps = self.straps
         return framed(f"{straps.address or ''}{command}", straps.checked, straps.kept)
 
@@ -115,7 +115,7 @@ class StrappedUart(HostUart):
         """Return an answer without its checksum.
 
         Raises:
-            ChecksumError: it does not fit.
+            ChecksumError: the checksum is wrong.
         """
         straps = self.straps
         if not straps.checked or not line:
@@ -123,11 +123,11 @@ class StrappedUart(HostUart):
         text, found = line[:-1], ord(line[-1])
         expected = checksum(text.encode("latin-1"), straps.kept)
         if found != expected:
-            raise ChecksumError(f"{self.name}: {line!r} ends in {found:#04x}; its checksum is {expected:#04x}")
+            raise ChecksumError(f"{self.name}: {line!r} ends in checksum {found:#04x}; expected {expected:#04x}")
         return text
 
     def answered(self, command: str) -> bool:
-        """Return whether a command has been answered: a program that is listed comes as several lines."""
+        """Return whether a command has been answered: a program listing has several lines."""
         if not self.answers:
             return False
         sheet = self.spoken_to().sheet
@@ -135,16 +135,16 @@ class StrappedUart(HostUart):
         if row is None or row.role != "list":
             return True
         last = self.answers[-1][:-1] if self.straps.checked else self.answers[-1]
-        return last in spoken_as(sheet, Lines).answers  # a line of the program is no answer
+        return last in spoken_as(sheet, Lines).answers  # a line of the program is not an answer
 
     async def exchange(self, command: str | bytes) -> list[str]:
         """Send a command in a task; return its answers: none, if the line is silent for longer than any answer takes.
 
         Args:
-            command: text is framed; bytes go out as they are.
+            command: text is framed; bytes are sent unchanged.
         """
         self.begin()
-        with self.kernel.outside.nested():  # in the script that asks
+        with self.kernel.outside.nested():  # in the calling script
             self.write(command if isinstance(command, bytes) else self.framed(command))
         while not self.answered(command if isinstance(command, str) else ""):
             limit = self.kernel.now + self.backlog * self.clock.ps(self.word.ticks) + SILENCE_PS
@@ -165,14 +165,14 @@ class StrappedUart(HostUart):
         if character.byte == 0x0D:
             self.answers.append(self.line.decode("latin-1"))
             self.line.clear()
-            if self.line_end.net.waiters:  # a task of a script; a call looks at the answers
+            if self.line_end.net.waiters:  # a task of a script; a call checks the answers
                 self.line_end.set()
         else:
             self.line.append(character.byte)
 
     # ----------------------------------------------------------------------------------------- for tests
     def spoken(self, command: str) -> bytes:
-        """Return a command as it goes over the wire, and speak as the module is strapped from now on."""
+        """Return the bytes of a command, and follow the straps of the module from now on."""
         self.fixed_baud = None
         self.set_line(self.baud, self.usual_word)
         self.follow_straps()
@@ -183,10 +183,10 @@ class StrappedUart(HostUart):
         return data.endswith(b"\r")
 
     def answer_in(self, command: str, data: bytes) -> str:
-        """Return the answer to a command, of these characters.
+        """Return the answer to a command in these characters.
 
         Raises:
-            ChecksumError: a checksum does not fit.
+            ChecksumError: a checksum is wrong.
         """
         return "\r".join(self.stripped(line) for line in data.decode("latin-1").split("\r")[:-1])
 
@@ -195,7 +195,7 @@ def straps_of(chip: Connection) -> Straps:
     """Return the straps of a module.
 
     Raises:
-        UsageError: it has none; the bench hands a host on a line only modules.
+        UsageError: it has none; the bench connects only modules to a host on a line.
     """
     if chip.straps is None:
         raise UsageError(f"{chip.name}: has no straps; a host on a line works with chips that have a SerialLine")
