@@ -260,7 +260,7 @@ MISTAKES = [  # the line, the end of the answer
     ("pull /dev/none -o weld", ".cy525, .cy512, .cy545, .cy545b, .gs-c200, .gs-c200s\n"),
     ("pull /dev/none -o weld.txt", "--chip cy525, or a file name ending in .cy525, .cy512, .cy545, .cy545b, .gs-c200"),
     ("push /dev/none p.txt", "give --chip cy545, or a file name ending in .cy545, .cy545b, .gs-c200, .gs-c200s\n"),
-    ("pull 127.0.0.1:4998 -o w.gs-c200s", "a port of another program is written socket://127.0.0.1:4998, a device"),
+    ("pull 127.0.0.1:4998 -o w.gs-c200s", "write the port of another program as socket://127.0.0.1:4998, a device"),
     ("epics /dev/none --chip gs-c200s", "--chip gs-c200s --record lab:m1 S=10 T=100 R=50"),
     ("compare w.dialogue whole.vcd", "w.dialogue: is a dialogue, which is compared only with the model; name MODEL"),
     ("compare whole.vcd w.dialogue", "w.dialogue: is a dialogue, which is compared only with the model; name MODEL"),

@@ -137,7 +137,7 @@ def test_falling_behind_is_told_when_it_begins_and_when_it_is_over():
     assert len(told) == 2
     lag.lost_ns += 10**9
     lateness.close()
-    assert told[3:] == ["virtual time lagged behind the wall clock to the end; 1.0 s lost"]
+    assert told[3:] == ["virtual time lagged until the end; 1.0 s lost"]
 
 
 def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcript(tmp_path):
@@ -149,7 +149,7 @@ def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcri
     server.close()
     assert [text.partition(" (")[0] for text in told] == [
         "virtual time lags behind the wall clock",
-        "virtual time lagged behind the wall clock to the end; 3.0 s lost",
+        "virtual time lagged until the end; 3.0 s lost",
     ]
     assert "server ! virtual time lags behind the wall clock" in (tmp_path / "log").read_text()
 

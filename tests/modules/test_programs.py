@@ -124,7 +124,7 @@ def test_erased_memory_holds_no_program_and_that_is_said_before_it_takes_a_minut
     said = []
     contents = read_contents(found("cy545"), 65000, said.append)
     assert (contents.program, contents.stored) == ((), b"")
-    assert "erased from 65000 on; the module lists it to its end, 1 s at most" in said[0]
+    assert "erased from 65000 on; the module lists the rest, 1 s at most" in said[0]
 
 
 def test_what_is_no_instruction_ends_a_program_and_is_noted(found, tmp_path):

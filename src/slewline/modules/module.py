@@ -190,7 +190,7 @@ class Module:
             answer = self.ask(command).text
             if found := re.fullmatch(shape, answer):
                 return self.speech.value(what, found[1])
-            self.transcript.note(f"asked again: {answer!r} is not an answer to {command}")
+            self.transcript.note(f"query repeated: {answer!r} is not an answer to {command}")
         why = deviations(self.speech, command, answer.encode("latin-1") + CR)
         raise DamagedAnswer(
             f"{self.name}: {command} was answered with {answer!r}{': ' * bool(why)}{why}; allowed {in_words(shape)}; "

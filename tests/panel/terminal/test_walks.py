@@ -175,7 +175,7 @@ def test_a_line_is_completed_and_explained():
         await walk.pilot.press("colon", *"dri", "tab", "space", *"dowh", "tab", "space", "0")
         assert walk.app.query_one("#command").value == ":drive dowhile 0"
         seen = await walk.settle()
-        assert ":drive PIN LEVEL  put a level on a pin" in seen
+        assert ":drive PIN LEVEL  drive a pin to a level" in seen
         await walk.press("enter")
         await walk.say(":time 1 ms")
         assert walk.session.chips["cy525"]["levels"]["dowhile"] == 0

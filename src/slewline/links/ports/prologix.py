@@ -63,7 +63,7 @@ SETTINGS: Mapping[str, Setting] = {
     "auto": Setting(0, 1, 0, "1: read after each line of data"),
     "eoi": Setting(0, 1, 1, "1: EOI with the last byte of data; the circuit has no EOI"),
     "eos": Setting(0, 3, 1, "terminator of data: 0 CR LF, 1 CR, 2 LF, 3 none"),
-    "eot_enable": Setting(0, 1, 0, "1: eot_char follows data read up to its end"),
+    "eot_enable": Setting(0, 1, 0, "1: eot_char follows data that was read completely"),
     "eot_char": Setting(0, 255, 0, "code of eot_char"),
     "read_tmo_ms": Setting(1, 3000, 500, "ms without a byte that end a read or a poll"),
     "savecfg": Setting(0, 1, 1, "1: settings are stored, and restored after ++rst"),

@@ -125,4 +125,4 @@ class Lateness:
         """Report the time lost, if the lag lasts to the end."""
         self.check()
         if self.behind:
-            self.tell(f"virtual time lagged behind the wall clock to the end; {self._lost()}")
+            self.tell(f"virtual time lagged until the end; {self._lost()}")

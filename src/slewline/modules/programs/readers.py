@@ -230,7 +230,7 @@ class MemoryReader(ProgramReader):
         if line[:1].encode("latin-1") != bytes([ERASED]):
             return line.encode("latin-1") + CR
         seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
-        self.say(f"{module.name}: erased from {address} on; the module lists it to its end, {seconds:.0f} s at most")
+        self.say(f"{module.name}: erased from {address} on; the module lists the rest, {seconds:.0f} s at most")
         module.tidy(self.sheet.buffer_bytes - address)
         return b""
 
