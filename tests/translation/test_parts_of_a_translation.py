@@ -229,3 +229,20 @@ def test_a_pin_of_an_axis_is_that_of_the_same_axis() -> None:
         assert f"@drive {name}=1" in translate_text("@drive poslimit2=1\n", "mc1451a", to).text.splitlines()
     (line,) = translate_text("@drive poslimit2=1\n", "mc1451a", "mc1151a").report.lines
     assert line.kind is LineKind.IMPOSSIBLE
+
+
+def test_a_distance_is_set_again_after_a_target_that_replaces_it() -> None:
+    text = "A 0\nF 5\nR 9\nS 200\nN 20\nP 90\n+\nG\n-\nG\n"
+    done = translate_text(text, "cy525", "cy500")
+    assert [line for line in done.text.splitlines() if line[0] in "NPG+-"] == [
+        "N 20",
+        "P 90",
+        "+",
+        "G",
+        "+",
+        "N 20",
+        "G",
+        "-",
+        "G",
+    ]
+    assert prove(done).proven
