@@ -214,3 +214,35 @@ def test_commands_of_an_encoder_need_one() -> None:
     for to, kind in (("mc1451a", LineKind.IMPOSSIBLE), ("mc1151a-e", LineKind.SAME)):
         (line,) = translate_text("SET_POS_ERR 10\n", "mc1451a-e", to).report.lines
         assert line.kind is kind
+
+
+def test_an_s_curve_has_its_values_at_a_part_with_the_same_ramps() -> None:
+    text = "SET_PRFL_S_CRV\nSET_POS 400\nSET_VEL 30000\nSET_MAX_ACC 900\nSET_JERK 900000\nUPDATE\n"
+    text = f"SET_VEL 9000\nSET_ACC 90\nUPDATE\nwait motion_complete\n{text}wait motion_complete\n"
+    done = translate_text(text, "mc1451a", "mc1151a-e")
+    assert {"SET_VEL 30000", "SET_MAX_ACC 900", "SET_JERK 900000"} <= {*done.text.splitlines()}
+    assert prove(done).proven
+
+
+def test_a_pin_of_an_axis_is_that_of_the_same_axis() -> None:
+    for to, name in (("mc1251a", "poslimit2"), ("mc1451a-e", "poslimit2")):
+        assert f"@drive {name}=1" in translate_text("@drive poslimit2=1\n", "mc1451a", to).text.splitlines()
+    (line,) = translate_text("@drive poslimit2=1\n", "mc1451a", "mc1151a").report.lines
+    assert line.kind is LineKind.IMPOSSIBLE
+
+
+def test_a_distance_is_set_again_after_a_target_that_replaces_it() -> None:
+    text = "A 0\nF 5\nR 9\nS 200\nN 20\nP 90\n+\nG\n-\nG\n"
+    done = translate_text(text, "cy525", "cy500")
+    assert [line for line in done.text.splitlines() if line[0] in "NPG+-"] == [
+        "N 20",
+        "P 90",
+        "+",
+        "G",
+        "+",
+        "N 20",
+        "G",
+        "-",
+        "G",
+    ]
+    assert prove(done).proven

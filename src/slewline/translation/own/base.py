@@ -166,6 +166,8 @@ class ActionWriter:
             return None
         if mine.role == "phases" and action.values[0] >= FULL_STEPS:
             return None
+        if isinstance(action, MoveBy) and "targeted" in self.held:
+            return None
         if isinstance(action, RunEndless) and mine.role == "move" and "endless_next" not in self.rows:
             return None
         if isinstance(action, MoveBy | MoveTo | RunEndless):
@@ -180,6 +182,7 @@ class ActionWriter:
         """Update distance and direction after a command that was copied."""
         if isinstance(action, SetDistance):
             self.held["distance"] = action.steps
+            self.held.pop("targeted", None)
         elif isinstance(action, SetDirection):
             self.held["sign"] = action.sign
         elif isinstance(action, MoveTo):

@@ -88,6 +88,9 @@ class Rates:
             self.held[row.form] = action.values[0]
             return [(row, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
         if self.target is None or group.profile is None:
+            if (row := self._sister(action)) is not None:
+                self.held[row.form] = action.values[0]
+                return [(row, action.values[0])], [LineVerdict(action.line, LineKind.SAME)]
             if self.target is not None and any(each.profile is not None for each in self._all()):
                 return [], [LineVerdict(action.line, LineKind.SAME, "set together with the other values of the ramp")]
             return [], [
@@ -212,6 +215,15 @@ class Rates:
         )
         remedy = "the steps are correct: check any wait for the end of the move"
         return LineVerdict(action.line, kind, says, limit, remedy, off=off, off_ps=after - before)
+
+    def _sister(self, action: SetProfile) -> Row | None:
+        """Return the same setting of a target whose ramps have the same law; None: it has another law."""
+        if self.source is None or self.target is None or self.source.hz != self.target.hz:
+            return None
+        if type(self.source.calculator) is not type(self.target.calculator):
+            return None
+        theirs, mine = (each.sheet.commands.by_form.get(action.command) for each in (self.source, self.target))
+        return mine if mine == theirs else None
 
     def _lengths(self, profile: Profile, steps: int | None) -> Sequence[int]:
         """Return the steps of a motion; if unknown, lengths of all kinds: short, and just longer than both ramps.

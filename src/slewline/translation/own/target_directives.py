@@ -56,9 +56,9 @@ class Directives:
             return [f"@{verb} {chip}{name}{f'={level}' if level else ''} {rest}".strip()]
         if verb == "until" and theirs.role in IDLE and level is not None and int(level) == over(theirs):
             return [self.idle()]
-        mine = self.sheet.role(theirs.role) if theirs.role else None
+        mine = self.sheet.role(theirs.role, theirs.axis) if theirs.role else None
         if mine is None and theirs.role in ALIKE:
-            mine = self.sheet.role(ALIKE[theirs.role])
+            mine = self.sheet.role(ALIKE[theirs.role], theirs.axis)
         if theirs.role == "abort" and mine is None:
             return self._braked(theirs, verb, level)
         if mine is None:

@@ -40,6 +40,7 @@ class MotionWriter(ActionWriter):
         if row is None:
             return []
         self.held["distance"] = self.fitting(row, row.args[0], action.steps, "split it into several moves")
+        self.held.pop("targeted", None)
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
@@ -103,10 +104,12 @@ class MotionWriter(ActionWriter):
             found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
             self.held["sign"] = action.sign
         row = self.row("distance")
-        if action.distance is not None and self.held.get("distance") != action.distance and not self.sets(SetDistance):
+        left = "targeted" in self.held or not self.sets(SetDistance)  # the last target replaces the distance
+        if action.distance is not None and self.held.get("distance") != action.distance and left:
             self.fitting(row, row.args[0], action.distance, "split it into several moves")
             found.append(ResultPiece(row, (action.distance,)))
             self.held["distance"] = action.distance
+            self.held.pop("targeted", None)
         return found
 
     def sets(self, kind: type[Action]) -> bool:
@@ -144,6 +147,8 @@ class MotionWriter(ActionWriter):
                 self.held["sign"] = sign
         self.note(self.rates.motion(action))
         if go.role != "update":
+            self.held.pop("distance", None)
+            self.held["targeted"] = 1
             return [*found, ResultPiece(go)]
         return [
             *found,

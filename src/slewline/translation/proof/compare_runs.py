@@ -150,7 +150,7 @@ def matched(theirs: Sequence[Happened], mine: Sequence[Happened], cut: bool, bou
                 if off > bounds.rate + RATE_SLACK:
                     says = f"{a.rate:.0f} steps/s, in the result {b.rate:.0f}"
                     differences.append(f"{in_words(a)}: {says}")
-            if b.rate > bounds.top * (1 + RATE_SLACK):
+            if b.rate > max(bounds.top, a.rate) * (1 + RATE_SLACK):
                 differences.append(f"{in_words(b)}: {b.rate:.0f} steps/s, stated {bounds.top:.0f} at most")
     if len(late) >= bounds.runs:
         differences += late
