@@ -8,20 +8,20 @@ TASKS := demo test test-system test-anywhere test-compiled test-long boards clie
 help:
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 
-demo: ## Set up what the demo needs, and run it
+demo: ## Set up and run the demo
 test: ## Run the tests that need no other process, terminal or real time
 test-system: ## Run the tests with processes, terminals, sockets and real time
-test-anywhere: ## Run both in bad surroundings: another user, odd variables, no network, busy processors
+test-anywhere: ## Run both in difficult surroundings: another user, odd variables, no network, busy processors
 test-compiled: ## Run the tests of the core and the laws over the compiled build
 test-long: ## Run the long tests, and all tests over the compiled build
-boards: ## Install what the firmware of boards is built and tested with, and build it
-clients: ## Install the clients of EPICS that a motor record is tested with
-interpreters: ## Unpack the interpreters of other controllers that translations are run in
+boards: ## Install the tools for building and testing the firmware of boards, and build it
+clients: ## Install the EPICS clients for the tests of the motor record
+interpreters: ## Unpack the interpreters of other controllers that run translated programs
 firmware: ## Build the firmware of boards into build/firmware
 physics: ## Print the table of the physics of motors: value, expected, tolerance
 check: ## Check style, types, imports, conformance table and documentation
 conformance: ## Write the conformance table
-mutations: ## Break the source on purpose, and see that a test notices
+mutations: ## Deliberately break the source, and check that a test fails
 bench: ## Measure the speed, and write the page about it
 docs: ## Build the documentation into build/docs
 dist: ## Build wheel and sdist into dist, twice, and compare

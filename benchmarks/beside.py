@@ -44,7 +44,7 @@ def compared(other: Path, name: str, turns: int, core: int) -> bool:
             continue
         old, new = (shown(median(tree.figure for tree in column)) for column in zip(*both, strict=True))
         ratio = half = ""
-        if all(tree.figure > 0 for pair in both for tree in pair):  # what is 0, or beyond something, has none
+        if all(tree.figure > 0 for pair in both for tree in pair):  # a figure of 0, or beyond a limit, has none
             ratios = sorted(slower(*pair) for pair in both)
             quarter, middle = len(ratios) // 4, median(ratios)
             ratio, half = f"{middle:.2f}", f"{ratios[quarter]:.2f} to {ratios[-1 - quarter]:.2f}"

@@ -30,7 +30,7 @@ CYCLES_A_SECOND = 3052
 AXES = range(1, 5)
 ALL = 0b1111
 
-Setting = tuple[Any, ...]  # a mnemonic, and what it takes
+Setting = tuple[Any, ...]  # a mnemonic, and its arguments
 
 
 # ----------------------------------------------------------------------------------------------------------- four axes

@@ -15,12 +15,12 @@ from slewline.chips.mc1451a.profiles.profile import s_curve
 from slewline.chips.mc1451a.profiles.s_curves import SCurve
 from slewline.core.time.timebase import Clock
 
-HZ, ODD_HZ = 25_000_000, 24_999_999  # the period of the other is no whole number of picoseconds
+HZ, ODD_HZ = 25_000_000, 24_999_999  # the other period is not a whole number of picoseconds
 QUARTER = 7629  # cycles
 CYCLES = 4 * QUARTER  # 10 s
 PER_S = HZ / CYCLE
 TOP = 512 * ONE  # 1.5625 Mpulses/s
-AXES, EXPANDING, COUNTING = 4, 20, 1000  # so many times real time
+AXES, EXPANDING, COUNTING = 4, 20, 1000  # multiples of real time
 WINDOW = 1 << 20  # steps in the buffer
 STRETCH = 4096  # cycles
 

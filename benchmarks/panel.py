@@ -91,7 +91,7 @@ def back() -> Iterator[Row]:
         with served(*MODULE, *PORTS, "--rate", "30", "--journal", str(journal), ports=2) as (port, control):
             client, host = Client(control), connected(port)
             session(host, client, chance)
-            busy = client.ask("read", pins=[])["time_ps"]  # up to there the host speaks, then the program goes on alone
+            busy = client.ask("read", pins=[])["time_ps"]  # then the program runs without its host
             client.ask("until", time=f"{MINUTES * 60} s")
             client.ask("pause")
             took, plainly = [], []

@@ -290,7 +290,7 @@ instants = np.random.default_rng(1).integers(bench.now_ps - 10**12, bench.now_ps
 expected = (last.positions[0] - 1 + np.searchsorted(last.times_ps, instants, side="right")) % 65536
 assert (chip.position_at(instants) == expected).all()
 assert abs(len(last) - 9674) < 3 and len(bench.edges("x.pulse")[0]) > 19_000
-# the high-water mark of this process alone; ru_maxrss would begin with what the parent had when it forked
+# the high-water mark of this process alone; ru_maxrss would start at the parent's value at the fork
 status = dict(line.split(":", 1) for line in open("/proc/self/status") if ":" in line)
 print(bench.now_ps / 1e12 / wall, int(status["VmHWM"].split()[0]) / 1024)
 """
@@ -336,7 +336,7 @@ def exchanging() -> list[Row]:
 
 
 LONG = ("hour", "hours")
-JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # beside the reference, by turns
+JUDGED = ("dialogue", "exchanging", "encoders", "packets", "scripts", "talking")  # against the reference, by turns
 WORKLOADS: dict[str, dict[str, Workload]] = {
     "CY525": {
         "plans": plans,

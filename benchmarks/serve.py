@@ -40,7 +40,7 @@ MODULES, MOVING, POLLS_PER_S = 100, 20, 10
 PROGRAM = (b"Po", b"S50", b"T400", b"R100", b"+9000", b"-9000", b"j12")
 
 SERVER = "an exchange, processor of the server"
-WARM = 20  # exchanges before those that are timed
+WARM = 20  # exchanges before the timed ones
 BATCHES = 5
 HERE = Path(__file__).parent
 SERIES = bytes.fromhex("c00b 2464 1210 2464 1000 1000 2464 1030 1039 2464 0000 0000")  # SET_POS 12345 as one message
@@ -128,7 +128,7 @@ def exchanges(ask: Ask, count: int, server: Ports) -> tuple[list[Measured], floa
 
 def served_by(server: Ports, exchange: Callable[[], object], count: int) -> tuple[list[Measured], float]:
     """Return the milliseconds of `count` exchanges, and the server's processor milliseconds for each."""
-    exchange()  # what the first one loads does not count
+    exchange()  # the loading by the first one is not counted
     begun = server.processor_s
     times = timed(exchange, count)
     return times, (server.processor_s - begun) / (count + WARM) * 1000
@@ -347,7 +347,7 @@ def polled(connections: list[socket.socket], seconds: float) -> list[float]:
     following = next(plan, None)
     while following is not None or asked:
         if following is not None and perf_counter() >= following[0]:
-            if following[1].fileno() not in asked:  # a host asks again when it has its answer
+            if following[1].fileno() not in asked:  # a host queries again when it has its answer
                 asked[following[1].fileno()] = perf_counter()
                 following[1].send(b"F\r")
             following = next(plan, None)

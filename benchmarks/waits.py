@@ -49,7 +49,7 @@ def ours(period: int, edges: int) -> Callable[[], None]:
 
 def theirs(period: int, edges: int) -> Callable[[], None]:
     """Return the same with SimPy, where an edge is an event, followed by a new one."""
-    import simpy  # what other simulators use
+    import simpy  # as in other simulators
 
     env = simpy.Environment()
     wire, ended = [env.event()], [0]

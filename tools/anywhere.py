@@ -109,7 +109,7 @@ def python_for(person: struct_passwd | None) -> str:
     """Return the path of a Python that the user may start: this one, or that of the system."""
     own = os.path.realpath(sys.executable)
     if person and any(not folder.stat().st_mode & 0o001 for folder in Path(own).parents):
-        return shutil.which("python3", path="/usr/local/bin:/usr/bin") or sys.exit(f"{USER} may start no Python here")
+        return shutil.which("python3", path="/usr/local/bin:/usr/bin") or sys.exit(f"{USER} cannot start a Python")
     return own
 
 
@@ -134,7 +134,7 @@ def main(arguments: list[str]) -> int:
 
         person = getpwnam(USER)
     else:
-        print("anywhere: without root on Linux the user is you, and the network stays", flush=True)
+        print("anywhere: without root on Linux, with your user and network", flush=True)
     calls = [arguments] if arguments else [[task] for task in TASKS]
     with tempfile.TemporaryDirectory(prefix="slewline ä ö ü ", dir="/var/tmp") as name:
         place = Path(name)
@@ -161,7 +161,7 @@ def main(arguments: list[str]) -> int:
             statuses = [run(*call, strange=True, **VARIABLES) for call in calls]
         after = owned(person, temporary)
     for line in sorted(set(after) - set(before)):
-        print(f"anywhere: left behind: {line}", flush=True)
+        print(f"anywhere: remains: {line}", flush=True)
     return 1 if any(statuses) or after != before else 0
 
 

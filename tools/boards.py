@@ -53,7 +53,7 @@ def fetch(place: Path) -> int:
 
 
 def main(words: list[str]) -> int:
-    """Install, build, and print what was built."""
+    """Install, build, and print the result."""
     place = Path(words[0]).resolve() if words else ROOT / "build" / "boards"
     if subprocess.call([str(ROOT / ".ci" / "install"), *PACKAGES], cwd=ROOT) != 0:
         return 1

@@ -37,7 +37,7 @@ def main(words: list[str]) -> int:
         if subprocess.call(command, cwd=ROOT) != 0:
             print("clients: could not install them; the reason is above", file=sys.stderr)
             return 1
-    stamp.write_bytes(LOCK.read_bytes())  # at the end: what is interrupted is not installed
+    stamp.write_bytes(LOCK.read_bytes())  # at the end, so an interrupted installation has no stamp
     return 0
 
 

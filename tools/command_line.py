@@ -21,7 +21,7 @@ class CommandHelp:
     name: str
     usage: str
     text: str  # paragraphs, with an empty line between two
-    options: tuple[tuple[str, str], ...]  # how each is written, and what it does
+    options: tuple[tuple[str, str], ...]  # the form of each, and its effect
 
 
 def paragraphs(text: str | None) -> str:

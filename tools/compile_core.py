@@ -29,7 +29,7 @@ setup(
     name={name!r}, packages=[], ext_modules=mypycify({arguments!r}, opt_level={level!r}, debug_level="0")
 )
 """
-# What mypyc compiles does not depend on the types of NumPy, and to read them takes longer than all of ours.
+# The compiled code does not depend on the types of NumPy, which take longer to read than all of slewline's.
 SETTINGS = "[mypy]\ncache_dir = {cache}\n[mypy-numpy.*]\nfollow_imports = skip\nfollow_imports_for_stubs = True\n"
 
 

@@ -34,7 +34,7 @@ class Table:
     """Facts and choices of a data sheet, by id."""
 
     title: str  # the parts that it describes; or README
-    about: str = "What the manual states, and which test proves it."
+    about: str = "The statements of the manual, and the tests that prove them."
     facts: dict[str, dict[str, str]] = field(default_factory=dict)
     choices: dict[str, dict[str, str]] = field(default_factory=dict)
 
@@ -52,7 +52,7 @@ class Table:
 def read(folder: Path) -> Table:
     """Return the table of a data sheet."""
     if folder.name == "readme":
-        table = Table("README", "What the first page denies or restricts, and which test shows it.")
+        table = Table("README", "The negations and restrictions of the first page, and the tests that prove them.")
     else:
         parts = [part.upper() for part, row in PARTS.items() if row.folder == folder.name]
         table = Table(" and ".join([", ".join(parts[:-1]), parts[-1]]) if parts[1:] else parts[0])
@@ -61,7 +61,7 @@ def read(folder: Path) -> Table:
         for key, into in (("fact", table.facts), ("choice", table.choices)):
             for row in data.get(key, []):
                 if row["id"] in into:
-                    sys.exit(f"{path.name}: {row['id']} stands twice")
+                    sys.exit(f"{path.name}: {row['id']} occurs twice")
                 into[row["id"]] = row
     return table
 
@@ -103,14 +103,14 @@ def disagreements(table: Table, tests: Mapping[str, list[str]]) -> list[str]:
     for fact, row in table.facts.items():
         reason = next((key for key in ("open", "later") if key in row), None)
         if fact not in tests and reason is None:
-            wrong.append(f"{fact}: no test carries it, and no reason says why it is open")
+            wrong.append(f"{fact}: no test carries it, and no reason is given")
         if fact in tests and reason is not None:
             wrong.append(f"{fact}: {reason} in the table, but {tests[fact][0]} carries it")
     for kind, (proven, total) in table.shares(tests).items():
         if kind in PROVEN and proven < total:
-            wrong.append(f"{table.title}, kind {kind}: {proven} of {total} proven; all are wanted")
+            wrong.append(f"{table.title}, kind {kind}: {proven} of {total} proven; all are required")
         if kind == "system" and proven < SYSTEM_SHARE * total:
-            wrong.append(f"{table.title}, kind system: {proven} of {total} proven; {SYSTEM_SHARE:.0%} are wanted")
+            wrong.append(f"{table.title}, kind system: {proven} of {total} proven; {SYSTEM_SHARE:.0%} are required")
     return wrong
 
 
@@ -144,7 +144,7 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
         "",
         table.about,
         "",
-        "| fact | kind | says | proven by |",
+        "| fact | kind | statement | proven by |",
         "|---|---|---|---|",
     ]
     for fact, row in table.facts.items():
@@ -152,8 +152,8 @@ def page(table: Table, tests: Mapping[str, list[str]]) -> str:
         says = cell(row["says"]) + (f" *{row['parts']}*" if "parts" in row else "")
         lines.append(f"| {anchor(fact)} | {row['kind']} | {says} | {linked(tests.get(fact, [])) or reason} |")
     if table.choices:
-        heads = ["| choice | what the model does | pinned by |", "|---|---|---|"]
-        lines += ["", "## What the manual leaves open", "", *heads]
+        heads = ["| choice | behaviour of the model | pinned by |", "|---|---|---|"]
+        lines += ["", "## Gaps of the manual", "", *heads]
     for choice, row in table.choices.items():
         lines.append(f"| {anchor(choice)} | {cell(row['says'])} | {linked(tests.get(choice, []))} |")
     return "\n".join(lines) + "\n"

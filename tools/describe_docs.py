@@ -64,24 +64,24 @@ DOCS = Path(__file__).resolve().parent.parent / "docs"
 NOTE = "<!-- Written by tools/describe_docs.py; change the code, not this page. -->\n\n"
 COMPLETION = """\
 A shell completes commands, options and files, chips, pins and their levels, options of a chip, its commands and the
-parameters of its ramps, and examples. The scripts for it, and the man page, are in `share` of the environment in which
-slewline is installed. `man slewline` finds the page wherever a shell finds `slewline`; after `pip install --user`
-shells find their scripts as well. In another environment name the script:
+parameters of its ramps, and examples. The completion scripts and the man page are in `share` of the environment in
+which slewline is installed. `man slewline` works wherever the shell finds `slewline`; after `pip install --user` shells
+find their scripts as well. In another environment source the script:
 
     . .venv/share/bash-completion/completions/slewline             bash 4.4 or newer, in ~/.bashrc
     fpath+=(.venv/share/zsh/site-functions)                        zsh, before compinit in ~/.zshrc
     source .venv/share/fish/vendor_completions.d/slewline.fish     fish, in ~/.config/fish/config.fish
 
-Without these files, with a slewline that is installed anywhere:
+Without these files, for any installation of slewline:
 
     eval "$(_SLEWLINE_COMPLETE=bash_source slewline)"
     eval "$(_SLEWLINE_COMPLETE=zsh_source slewline)"
     _SLEWLINE_COMPLETE=fish_source slewline | source
 
-Chips of installed packages are among them; a chip that is given as module:Class is not imported for it. There is no
-completion for PowerShell.
+Chips of installed packages are completed as well; a chip written as module:Class is not imported for completion. There
+is no completion for PowerShell.
 
-With `NO_COLOR` in the environment, and something in it, nothing is coloured."""
+If the environment variable `NO_COLOR` is set and not empty, output is not coloured."""
 RAMP_UNIT, OTHER_UNIT = 452, 479  # clocks; see quirk UND-RAMP-LAW
 RAMP_TIMES = (  # S, computed and measured milliseconds (CY525 manual, s.8)
     (1, 1299, 1350), (2, 1294, 1350), (10, 1254, 1250), (25, 1177, 1200), (50, 1050, 1050),
@@ -95,8 +95,8 @@ def older_page(part: str) -> str:
     quirks = quirk_lines(part)
     quirks[:2] = [
         "\n## What we do not know\n",
-        f"No manual of the {part.upper()} is at hand. What no source states is inferred (UND), most of it from its\n"
-        "sisters; where two disagree (CON), one is chosen. Replace the numbers among it in a bench file:\n\n"
+        f"No manual of the {part.upper()} is available. Behaviour not stated by a source is inferred (UND), mostly\n"
+        "from its sisters; if two sources disagree (CON), one is chosen. Replace inferred numbers in a bench file:\n\n"
         f'```toml\n[[chip]]\npart = "{part}"\n[chip.options.inferred]\npulse_high = 60\n```\n',
     ]
     return "\n".join([NOTE + describe(sheet_of(part)), *quirks])
@@ -110,17 +110,17 @@ def cy545_page() -> str:
     quirks[:2] = [
         "\n## What we do not know\n",
         "The model follows one chapter of the manual, and single facts of the others. A complete manual, the edition\n"
-        "of 2002, is public, a PDF of the maker (Cybernetic Micro Systems); the model was made without it. What the\n"
-        "pages at hand leave open is inferred (UND); where two disagree (CON), one is chosen.\n\n"
-        "Above all the rates: chapter 17 of the manual is the table of all 256. If you have it, type it in as\n"
-        "`inferred.rates`, steps/s at 12 MHz from index 0 to 255, and every tool uses it (`--options`). Replace times\n"
+        "of 2002, is public, a PDF of the manufacturer (Cybernetic Micro Systems); the model was made without it.\n"
+        "Gaps in the available pages are inferred (UND); if two disagree (CON), one is chosen.\n\n"
+        "The most important gap is the rates: chapter 17 of the manual is the table of all 256. If you have it, enter\n"
+        "it as `inferred.rates`, steps/s at 12 MHz from index 0 to 255, for all tools (`--options`). Replace times\n"
         "in the same way:\n\n"
         '```toml\n[[chip]]\npart = "cy545b"\n[chip.options.inferred]\npulse_low = 72\nfirst_step = 2400\n```\n',
     ]
     return "\n".join(
         [
             NOTE + describe(sheet_of("cy545")),
-            "## CY545B\n\nAll of this holds for the CY545B, except for these.\n",
+            "## CY545B\n\nAll of this applies to the CY545B as well, with the following differences.\n",
             table(("", "CY545", "CY545B"), [(what, *both) for what, both in cy545.DIFFERENCES.items()]),
             "\n## Mode register\n\nWritten by `O`, 80 after reset.\n",
             table(heads, bits),
@@ -135,7 +135,7 @@ def cy525_page() -> str:
         [
             NOTE + describe(sheet_of("cy525")),
             *ramp_lines(),
-            *quirk_lines("cy525", " Times hold at\n11 MHz."),
+            *quirk_lines("cy525", " Times apply at\n11 MHz."),
         ]
     )
 
@@ -144,7 +144,7 @@ def ramp_lines() -> Iterator[str]:
     """Yield the lines of the ramp times of the CY525, from the manual and from the model."""
     yield "## Ramps\n"
     yield "From F 3 to R 127 with Z 1 at 11 MHz, in milliseconds: the manual's table (s.8), and the model from the"
-    yield "first step to SLEW low, from the end of the first step on, and with other options (quirk UND-RAMP-LAW).\n"
+    yield "first step to SLEW low, from the end of the first step, and with other options (quirk UND-RAMP-LAW).\n"
     calculator, hz = ramps_of("cy525"), sheet_of("cy525").crystal_hz
     laws = [(unit, jumps) for jumps in ("False", "True") for unit in (RAMP_UNIT, OTHER_UNIT)]
     rows = []
@@ -170,10 +170,10 @@ def gs_c200_page() -> str:
         [
             NOTE + whole.replace("- source", note, 1),
             "## GS-C200\n",
-            f"It does not have {', '.join(lacks)}; in their place it has:\n",
+            f"It does not have {', '.join(lacks)}, but it has:\n",
             line_table(row for row in older.commands if row not in newer.commands.rows),
-            f"\nIts position counter goes from {positions[0]} to {positions[-1]} and does not wrap: a program that "
-            "leaves it ends (E5).",
+            f"\nIts position counter ranges from {positions[0]} to {positions[-1]} and does not wrap: a program that "
+            "exceeds it ends (E5).",
             *quirk_lines("gs-c200"),
         ]
     )
@@ -199,8 +199,8 @@ def mc1451a_page() -> str:
         [
             NOTE + whole.replace("- source", "The tables are those of the MC1451A-E.\n\n- source", 1),
             "## Parts\n",
-            "Axes that a part lacks have no pins; the codes that would select them are illegal. Parts without encoder\n"
-            "chip lack its pins, and accept its commands.\n",
+            "Missing axes have no pins; the codes that would select them are illegal. Parts without an encoder chip\n"
+            "lack its pins, but accept its commands.\n",
             table(("part", "axes", "encoder", "illegal", "version word"), rows),
             *quirk_lines("mc1451a"),
         ]
@@ -212,9 +212,9 @@ def quirk_lines(part: str, note: str = "") -> list[str]:
     rows = ((quirk.id, quirk.where, quirk.says, quirk.why) for quirk in quirks_of(part))
     return [
         "\n## Quirks\n",
-        f"Where the manual is silent (UND) or contradicts itself (CON): what the model does, and why.{note}",
+        f"Decisions of the model where the manual is silent (UND) or contradicts itself (CON), with reasons.{note}",
         f"The [conformance page](conformance_{listed(part).folder}.md) names the tests.\n",
-        table(("id", "manual", "what the chip does", "because"), rows) + "\n",
+        table(("id", "manual", "behaviour", "reason"), rows) + "\n",
     ]
 
 
@@ -248,25 +248,27 @@ CONTROL = """# Control port
 faults, and reads the state. [Virtual serial port](../howto/serve.md#pins-time-and-faults-from-any-language) has an
 example.
 
-- A client connects by TCP and sends a JSON object a line, encoded in UTF-8. It gets one a line for each, in order.
-- A reply has `time_ps`, virtual time in picoseconds. One that has `error` says what was wrong; nothing was done.
-- Every request is checked against the schema before anything is done: `true` is no number, and a value outside its
-  range is refused. An `error` has the place, what was found, and what is allowed.
+- A client connects by TCP and sends one JSON object per line, in UTF-8. It gets one reply per line, in order.
+- A reply has `time_ps`, virtual time in picoseconds. A reply with `error` states the mistake; the request had no
+  effect.
+- Every request is checked against the schema before it takes effect: `true` is not a number, and a value outside its
+  range is refused. An `error` has the place, the value found, and the values allowed.
 - Times are text with a unit (`"250 ms"`) or whole picoseconds. Levels are electrical. Pins have their full names.
-- A client that waits (`advance`, `until`) may send more: that is read when its reply has gone out. Any number of
+- A client that waits (`advance`, `until`) may send more requests, which are read after its reply. Any number of
   clients may be connected.
-- A client that has sent `subscribe` gets events as well, lines with `event` between the replies; its requests do not
-  wait for one another, and `id` tells which reply is whose.
+- A client that has sent `subscribe` also gets events, lines with `event` between the replies; its requests do not
+  wait for one another, and `id` relates a reply to its request.
 - A client that closes its side of the connection still gets every reply. Its last line may lack the line feed.
 
-The first line of a connection must be such an object, or the server hangs up: so no web page can make a browser control
-the pins. Other machines reach the port only if the server was started with `--allow-remote` and with `--token TEXT`, or
-with the token in the environment as `SLEWLINE_TOKEN`, where a list of processes does not show it. Then every client, on
-this machine too, sends `"token"` with its first request; with a wrong one the connection is closed. The token goes over
-the network as it is: it keeps out clients that do not know it, but not an eavesdropper.
+The first line of a connection must be such an object, or the server closes it, so a web page cannot make a browser
+control the pins. Other machines can connect only if the server was started with `--allow-remote` and with `--token
+TEXT`, or with the token in the environment variable `SLEWLINE_TOKEN`, which a process list does not show. Then every
+client, on this machine too, sends `"token"` with its first request; with a wrong one the connection is closed. The
+token is sent unencrypted: it excludes clients without it, but does not protect against eavesdropping.
 
-`{"do": "schema"}` returns all this as JSON schema, to make a client from; it is also the file `control.schema.json` in
-`slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`), each event
+`{"do": "schema"}` returns the requests as a JSON schema for generating clients; it is also the file
+`control.schema.json` in `slewline/links`. Its `definitions` have each request and its reply (`drive`, `drive_reply`),
+each event
 (`view_event`), and `error`.
 """
 
@@ -333,21 +335,21 @@ def parts_page() -> str:
         if own := [*own_names(cls)]:
             faces.append((f"`{kind}`", ", ".join(own)))
     text = (
-        "The parts around a chip: `bench.part(kind, to=x, ...)` in Python, `[[part]]` in a bench file. With `to`,\n"
-        "pins that have an arrow are wired to the neighbour's pin in [that role](#roles). It may be a chip or another\n"
-        "part; of a chip with several axes it is the axis that the option `axis` names. A part that needs a pin which\n"
-        "the neighbour lacks is refused with the reason. Figures are those of the CY525 manual, with GS-C those of\n"
-        "its data sheet.\n"
+        "Parts around a chip are added with `bench.part(kind, to=x, ...)` in Python, or `[[part]]` in a bench file.\n"
+        "With `to`, pins with an arrow are wired to the neighbour's pin in [that role](#roles). This may be a\n"
+        "chip or another part; on a chip with several axes the option `axis` selects one. A part that needs a pin\n"
+        "which the neighbour lacks is refused with the reason. Figures are those of the CY525 manual, for the GS-C\n"
+        "those of its data sheet.\n"
     )
-    table_of_kinds = table(("kind", "what it is", "pins", "chips that it attaches to"), kinds)
+    table_of_kinds = table(("kind", "description", "pins", "fits chips"), kinds)
     roles = table(("role", "a pin that"), ((f"`{role}`", says) for role, says in ROLES.items()))
     return (
         f"{NOTE}# Parts: motors, drivers, switches, encoders, hosts\n\n{text}\n{table_of_kinds}\n\n"
         f"## Options\n{''.join(chapters)}\n"
-        "## From Python\n\nThe methods and attributes of a part, besides its `name`, `pin(name)`, `pins`, `findings`,\n"
-        "`on_finding`, `quantities()`, `shows()`, `idle` and `waiting`. `help` says more.\n\n"
+        "## From Python\n\nMethods and attributes of each part, besides `name`, `pin(name)`, `pins`, `findings`,\n"
+        "`on_finding`, `quantities()`, `shows()`, `idle` and `waiting`. `help` has the details.\n\n"
         f"{table(('kind', ''), faces)}\n\n"
-        "## Roles\n\nWhat pins of chips and parts are for; the tables of pins on the pages of the chips name them.\n\n"
+        "## Roles\n\nA role is the purpose of a pin; the pin tables on the pages of the chips have them.\n\n"
         f"{roles}\n"
     )
 
@@ -386,47 +388,47 @@ def attaches(kind: str, part: Part, chip: Chip) -> bool:
 MOTORS_PAGE = """\
 # Motors, drivers and loads
 
-What [`stepper`](../howto/motors.md) takes as `motor`, `driver` and `load`, and `slewline calibrate` and `slewline
-tune` likewise: a name, text, or a table of figures. A figure is a number in the unit of the table, or text with a
-unit, such as `"68 g cm2"`. [What the model leaves out](../explanation/motors.md) says what the figures stand for.
+The arguments `motor`, `driver` and `load` of [`stepper`](../howto/motors.md), and of `slewline calibrate` and `slewline
+tune`, are a name, text, or a table of figures. A figure is a number in the unit of the table, or text with a unit, such
+as `"68 g cm2"`. [The motor model](../explanation/motors.md) explains the figures.
 
 ## Motors
 
-Hybrid motors with 200 full steps a turn; windings, holding torque with two phases on, and inertia of the rotor are
-those of the source. The drag by iron loss is on none of the sheets; 2.66 ms times the holding torque is taken.
+Hybrid motors with 200 full steps per revolution; windings, holding torque with two phases on, and rotor inertia are
+those of the source. None of the sheets states the drag by iron loss; the model uses 2.66 ms times the holding torque.
 """
-SOURCES_NOTE = "Some rows are estimates in part, as their sources say. Check a row against the sheet of your motor."
+SOURCES_NOTE = "Some rows are partly estimates, see their sources. Check a row against the sheet of your motor."
 OWN_MOTOR = """\
 A text has names and figures between commas, with the names of the table or those of data sheets:
 
     {example}
 
-A table has the same, in a bench file and in a file MOTOR.toml for `--motor`, a line each: `current = "2 A"`. `like`
-and the name of a motor takes all figures of that row; what else is given replaces one, as in `like 17HS4401, inertia
+A table has the same, in a bench file and in a file MOTOR.toml for `--motor`, one per line: `current = "2 A"`. `like`
+and the name of a motor takes all figures of that row; other figures replace single ones, as in `like 17HS4401, inertia
 80 g cm2`. `step angle 0.9 deg` (in a table `step_angle`) may be written instead of `teeth`.
 
-{needed} are required. For what is left out the commands say what they assume:
+{needed} are required. For omitted figures the commands print their assumptions:
 
 {assumed}
 """
 UNITS_NOTE = """\
-Wherever a figure may be text: in these texts and tables, on the command line, in bench files and from Python. A
-number alone is in the first unit of its row. Spaces, dots, stars and dashes within a unit do not count: `62 oz-in`,
-`68 g·cm²`, `4.5 kgf-cm`. A rate in turns needs the steps a turn of a motor: `calibrate`, `pull_out` and the grid of
-`tune` have a motor, and there an acceleration may be in rev/s2, a jerk in rev/s3. Scripts and `slewline ramp` have none
-and refuse such rates.
+These units are accepted wherever a figure may be text: in these texts and tables, on the command line, in bench files
+and from Python. A number alone is in the first unit of its row. Spaces, dots, stars and dashes within a unit are
+ignored: `62 oz-in`, `68 g·cm²`, `4.5 kgf-cm`. A rate in revolutions needs the steps per revolution of a motor:
+`calibrate`, `pull_out` and the grid of `tune` have a motor, and accept an acceleration in rev/s2 and a jerk in rev/s3.
+Scripts and `slewline ramp` have no motor and refuse such rates.
 """
 DRIVER_TEXTS = """\
 `{supply:V}` stands for a number and its unit, `24 V`; `L/{times:R}` for `L/4R`. A text without a kind is `averaged`,
-and with a frequency, a pause (`off 12 us`) or a decay `chopper`. The current is that of a phase with two phases on;
-without it the rated current of the motor holds.
+or `chopper` if it has a frequency, an off-time (`off 12 us`) or a decay. The current is that of a phase with two phases
+on; the default is the rated current of the motor.
 """
 BOUGHT_NOTE = """\
-Without a name and a frequency a chopper has 20 kHz. With a winding of small inductance its current then ripples so much
-that torque is lost at high rates, and the commands say so. `auto` decay is slow, and mixed after a step at which the
-current is to become less. A TMC2208 or TMC2209 regulates the mean of the current after a reset, so it is `averaged`;
+A chopper without a name and a frequency has 20 kHz. With a winding of low inductance its current ripple is then so
+large that torque is lost at high rates, which the commands report. `auto` decay is slow, and mixed after a step that
+reduces the current. A TMC2208 or TMC2209 regulates the mean of the current after a reset, so it is `averaged`;
 `TMC2209, 24 V, 1 A, chopper` switches at the frequency of its PWM. The fast decay of a DRV8825 ends at 75 % of the
-period; here it takes 75 % of one from the peak on.
+period; in the model it lasts for 75 % of a period from the peak on.
 """
 LOAD_TEXTS = """\
 A text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`; a table has the same. `mass` with
@@ -437,26 +439,26 @@ A text has names and figures between commas, `inertia 68 g cm2, friction 10 mNm`
 BOARDS_PAGE = """\
 # Boards
 
-A board makes the steps of a [real motor](../howto/real_motors.md). An Arduino Uno and a Nano have the same processor,
-the same pins and the same firmware, which `make boards` builds: the application alone, the same bytes wherever it is
-built.
+A board outputs the steps of a [real motor](../howto/real_motors.md). An Arduino Uno and a Nano have the same processor,
+the same pins and the same firmware, which `make boards` builds: only the application, with the same bytes wherever it
+is built.
 """
 TIMES_NOTE = """\
-Times up to 45,000 steps/s, measured in an emulator of the Uno's processor; an Uno takes up to 70,000 steps/s, STEP
-being low for 0.7 µs then. The times of drivers are those of their data sheets.
+Times of boards up to 45,000 steps/s, measured in an emulator of the Uno's processor; an Uno accepts up to 70,000
+steps/s, where STEP is low for 0.7 µs. The times of drivers are those of their data sheets.
 """
 WIRE_NOTE = """\
-500,000 baud, 8N1. A frame is `number u8, kind u8, payload, CRC-16/X-25 u16`, stuffed by COBS, and a 00 behind it; all
-fields are little-endian. Each frame of the host has one ANSWER. Numbered frames are taken in their order alone; ANSWER
-has the number that is wanted next. A record is `flags u8, count u16, interval u32 ticks, fraction u16, add i32`,
-fraction and add in 1/65536 tick. The firmware holds parts of avr-libc, whose notice is below.
+500,000 baud, 8N1. A frame is `number u8, kind u8, payload, CRC-16/X-25 u16`, encoded with COBS and terminated by
+00; all fields are little-endian. Each frame of the host has one ANSWER. Numbered frames are accepted only in order;
+ANSWER has the next expected number. A record is `flags u8, count u16, interval u32 ticks, fraction u16, add i32`,
+fraction and add in 1/65536 tick. The firmware contains parts of avr-libc, whose notice is below.
 """
 AVR_LIBC = """\
 ## Notice of avr-libc
 
 The firmware is linked with start-up code and functions of avr-libc, which is under a three-clause BSD licence
-(copyright by its many authors, who give no warranty of any kind, as its licence says in full), and of libgcc, under the
-GPL with the runtime library exception. To pass the .hex on is to pass that notice on: Debian has it in
+(copyright by its many authors, without warranty of any kind, as stated in full in its licence), and of libgcc, under
+the GPL with the runtime library exception. If you distribute the .hex, include that notice: Debian has it in
 `avr-libc/copyright`.
 """
 
@@ -466,15 +468,15 @@ def board_pins(board: boards.BoardModel) -> str:
     pins = [
         (board.step, "STEP; high for one step"),
         (board.dir, "DIR"),
-        (board.enable, "ENABLE of the driver; open until a host has configured the board"),
+        (board.enable, "ENABLE of the driver; high impedance until a host has configured the board"),
         *((pin, f"phase {'ABCD'[n]}, for a driver without STEP") for n, pin in enumerate(board.phases)),
         *((pin, f"output {n}") for n, pin in enumerate(board.outputs)),
         *((pin, f"input {n}, with a pull-up") for n, pin in enumerate(board.inputs)),
         (board.loop, "counts the pulses of STEP in the self-test, if wired to it"),
-        (board.led, "LED: on, unless the motor may stand"),
+        (board.led, "LED: on while the board is not at rest"),
     ]
     rows = ((pin.printed, pin.port, says) for pin, says in pins)
-    return f"### {board.title}\n\n{table(('pin', 'port of the processor', 'what it is'), rows)}"
+    return f"### {board.title}\n\n{table(('pin', 'port of the processor', 'function'), rows)}"
 
 
 def boards_page() -> str:
@@ -484,7 +486,7 @@ def boards_page() -> str:
         (what, *(f"{getattr(board, name) * 1e6 / board.hz:.1f}" for board in known))
         for what, name in (
             ("STEP is high", "high"), ("STEP is low", "low"),
-            ("DIR stands before STEP", "setup"), ("DIR stands after STEP", "hold"),
+            ("DIR is stable before STEP", "setup"), ("DIR is stable after STEP", "hold"),
         )
     )  # fmt: skip
     rows = (
@@ -518,7 +520,7 @@ def boards_page() -> str:
 
 def switching(driver: DriverData) -> str:
     """Return the switching rate of a driver, and the decay of its current, as text."""
-    often = f"a pause of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
+    often = f"an off-time of {driver.off_time * 1e6:g} us" if driver.off_time else f"{driver.frequency / 1e3:g} kHz"
     return f"{often}, averaged" if driver.kind == "averaged" else f"{often}, {driver.decay} decay"
 
 
@@ -564,10 +566,10 @@ def motors_page() -> str:
             "## Drivers", "A text has parts between commas, in any order:",
             "\n".join(f"    {text}" for text in drivers.EXAMPLES),
             table(("text", "sets"), sayings), DRIVER_TEXTS.strip(),
-            "Drivers that can be bought stand in a text, or in a table as `like`:",
+            "Commercial drivers are named in a text, or with `like` in a table:",
             table(("driver", "switches at", "supply, V", "most, A", "source"), bought), BOUGHT_NOTE.strip(),
             "### A driver as a table", option_table(drivers.FIGURES),
-            f"Beside {always} a driver has the figures of its kind:", table(("kind", "figures"), kinds),
+            f"In addition to {always} a driver has the figures of its kind:", table(("kind", "figures"), kinds),
             "## Loads", LOAD_TEXTS.strip(), option_table(loads.FIGURES),
             "## Units", UNITS_NOTE.strip(), f"{table(('quantity', 'units'), measures)}\n",
         )
@@ -578,20 +580,20 @@ def motors_page() -> str:
 RECORD_PAGE = """# The motor record
 
 The fields of the record that [`slewline epics`](../howto/epics.md) serves, with the names, types and words of the motor
-record of EPICS. A put of a position, a jog or a homing completes when the motor is at rest; DMOV is 0 until then. A put
-that is refused fails with `ECA_PUTFAIL`, and the server prints why. pyepics and ophyd-async ignore that status: with
+record of EPICS. A put of a position, a jog or a homing completes when the motor is at rest; DMOV is 0 until then. A
+refused put fails with `ECA_PUTFAIL`, and the server prints the reason. pyepics and ophyd-async ignore that status: with
 these, read the field back.
 
-What differs from a motor record with a controller that reports its position while it moves:
+Differences from a motor record with a controller that reports its position in motion:
 
-- RBV, DRBV and RRBV are those at rest. So a new position that the motor may have passed already stops it immediately. A
-  jog is a move to the place where it has to end; when it is stopped, the motor stays where it stopped.
-- A pause by SPMG leaves DMOV 0, since the motion goes on later. A position that is put in a pause is a motion after Go
-  or Move; until then its put does not complete.
-- HLM, LLM, DHLM or DLLM that are put while the motor moves stop a motion that would go beyond them.
+- RBV, DRBV and RRBV are the positions at rest. So a new position that the motor may already have passed stops it
+  immediately. A jog is a move to its final position; when it is stopped, the motor remains where it stopped.
+- A pause by SPMG leaves DMOV at 0, because the motion resumes later. A position put during a pause becomes a motion
+  after Go or Move; until then its put does not complete.
+- HLM, LLM, DHLM or DLLM put while the motor moves stop a motion that would exceed them.
 - A rate beyond the range of the part is refused; the motor record would take the nearest.
 - With SET, a GS-C200S or a CY545 takes its new position; a GS-C200 has no command for that, so only OFF can change.
-- A CY545 takes no command while it moves, and homes by an input: STOP, SPMG, jogs and homings are refused.
+- A CY545 accepts no command while it moves, and homes to an input: STOP, SPMG, jogs and homings are refused.
 """
 TYPES = {"double": "DOUBLE", "float": "FLOAT", "short": "SHORT", "long": "LONG", "string": "STRING", "enum": "ENUM"}
 
@@ -610,8 +612,8 @@ def record_page() -> str:
         (
             f"{NOTE}{RECORD_PAGE}\n## Written by clients", fields("put"),
             "## Read by clients", fields("read"),
-            "## Constants", "A put of the value that the field has succeeds, so that a saved list of fields can be "
-            "restored; any other one is refused.", f"{fields('fixed')}\n",
+            "## Constants", "A put of the present value of the field succeeds, so a saved list of fields can be "
+            "restored; any other value is refused.", f"{fields('fixed')}\n",
         )
     )  # fmt: skip
 
@@ -660,7 +662,7 @@ def main() -> int:
     if parser.parse_args().check:
         found = outdated()
         for name in found:
-            print(f"docs/{name} is not what the code says; run: python tools/describe_docs.py")
+            print(f"docs/{name} differs from the code; run: python tools/describe_docs.py")
         return int(bool(found))
     for name, made in FILES.items():
         (DOCS / name).write_text(made(), "utf-8")

@@ -35,7 +35,7 @@ WORDS = (
 NEEDED = ("avr-gcc", "avr-objcopy", "avr-size", "avr-nm")
 
 
-# What is common to boards, for this machine: every sanitizer, no warning.
+# Flags for the common code on this machine: every sanitizer, no warning.
 ON_PC = (
     "-std=gnu99",
     "-O1",
@@ -98,7 +98,7 @@ def build(folder: Path) -> Firmware:
     objects = []
     for source in sorted(path for each in (SOURCES, COMMON) for path in each.iterdir() if path.suffix in (".c", ".S")):
         objects.append(parts / f"{source.name}.o")
-        # By a name relative to the board's folder: so no path can get into what is made of it.
+        # By a name relative to the board's folder, so no path can get into the output.
         called("avr-gcc", *WORDS, "-c", os.path.relpath(source, SOURCES), "-o", objects[-1])
     elf, out = parts / "uno.elf", folder / NAME
     called("avr-gcc", *WORDS, "-Wl,--gc-sections", "-o", elf, *objects)

@@ -92,7 +92,7 @@ def build(folder: Path) -> Path:
 
 
 def main(words: list[str]) -> int:
-    """Unpack the interpreters, and print what is available; return the exit status."""
+    """Unpack the interpreters, and list them; return the exit status."""
     place = Path(words[0]).resolve() if words else ROOT / "build" / "interpreters"
     try:
         print(build(place))

@@ -52,7 +52,7 @@ class Mutation:
     old: str
     new: str
     tests: str
-    within: str = ""  # the folder or the file of src/slewline in which the old text stands once; "": in all of it
+    within: str = ""  # the folder or the file of src/slewline in which the old text occurs once; "": in all of it
 
     @property
     def selection(self) -> tuple[str, ...]:
@@ -71,7 +71,7 @@ class Result:
 
     verdict: str  # "caught", "SURVIVED" or "LIST ERROR"
     text: str
-    suite: str = ""  # of those that notice it the first in SUITES
+    suite: str = ""  # the first of SUITES that detects it
 
     @property
     def good(self) -> bool:
@@ -107,7 +107,7 @@ class Copy:
             "PYTHONPATH": str(self.root / "src"),
             "TMPDIR": str(self.root.parent),  # a run that fails keeps its files, and here each should
             "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # loading them takes longer than most tests
-            "COLUMNS": "300",  # room for the reason behind the name of a test
+            "COLUMNS": "300",  # room for the reason after the name of a test
         }
         return subprocess.run(
             [sys.executable, *args],
@@ -142,7 +142,7 @@ class Copy:
         if len(found) == 1 and found[0][1] == 1:
             return found[0][0]
         where = ", ".join(f"{times} times in {path.relative_to(self.root)}" for path, times in found)
-        return f"the old text stands {where or 'nowhere'}"
+        return f"the old text occurs {where or 'nowhere'}"
 
     @contextmanager
     def broken(self, path: Path, mutation: Mutation) -> Iterator[None]:

@@ -22,7 +22,7 @@ from slewline.language.lines import KEPT  # noqa: E402
 
 FOLDER = ROOT / "firmware" / "part" / "gs_c200"
 SAYS = "Written by tools/part_tables.py from src/slewline/chips/gs_c200/sheet.py: change it there."
-SIGNS = {  # how it is written, is 0 within the range, may it be left out
+SIGNS = {  # sign, whether 0 is in the range, whether it is optional
     ("no", True, False): "UNSIGNED",
     ("may", True, False): "SIGNED",
     ("must", True, False): "WITH_SIGN",
@@ -31,7 +31,7 @@ SIGNS = {  # how it is written, is 0 within the range, may it be left out
     ("alone", True, True): "SIGN_IF_ANY",
 }
 STATES = {"i": "IDLE", "p": "ENTERING", "r": "RUNNING"}
-OUTPUTS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3")  # as gsc200.h numbers them
+OUTPUTS = ("rdy", "mov", "ramp", "dir", "reset", "uo1", "uo2", "uo3")  # in the order of gsc200.h
 PARTS = (("C200", sheet.GS_C200), ("C200S", sheet.GS_C200S))
 
 
@@ -63,14 +63,14 @@ def header() -> Iterator[str]:
     port, times = sheet.PORT, sheet.TIMES
     yield f"/* The GS-C200/GS-C200S data sheet as tables.  {SAYS} */"
     yield from ("#ifndef SHEET_H", "#define SHEET_H", "", "#include <stdbool.h>", "#include <stdint.h>", "")
-    yield "/* Times, in picoseconds: what they are, and the section. */"
+    yield "/* Times, in picoseconds, each with its meaning and its section. */"
     for name, time in times.items():
         yield f"#define {name.upper()}_PS {time.ticks}ULL /* {ascii_of(time.says)}: {time.where} */"
-    yield f"#define STORE_LOOK_PS {LOOK_PS}ULL /* after which an EEPROM that is still busy is sampled again */"
+    yield f"#define STORE_LOOK_PS {LOOK_PS}ULL /* interval of sampling an EEPROM that is still busy */"
     yield ""
     yield f"#define RATE_UNIT {sheet.RATE_UNIT}U /* steps/s: motion characteristics */"
     yield f"#define CHECKSUM_BIT 0x{KEPT:02x}U /* always set: data exchange protocol */"
-    yield f"#define INVALID_BYTE 0x{INVALID[0]:02x}U /* no opcode: what a write that was cut off leaves first */"
+    yield f"#define INVALID_BYTE 0x{INVALID[0]:02x}U /* not an opcode: the first byte after an interrupted write */"
     for name, each in PARTS:
         positions = sheet.POSITIONS[each.part]
         yield f"#define {name}_LEAST ({positions[0]}) /* of the position counter */"
@@ -78,11 +78,11 @@ def header() -> Iterator[str]:
     yield ""
     yield "enum command {"
     yield from (f"    {name}," for name in names())
-    yield from ("    FOREIGN /* of the other part */", "};", "")
-    yield "/* How an argument is written: a number, with or without a sign; a sign alone, at times left out. */"
+    yield from ("    FOREIGN /* a command of the other part */", "};", "")
+    yield "/* The form of an argument: a number, with or without a sign; a sign alone, which may be optional. */"
     yield f"enum sign {{ {', '.join(SIGNS.values())} }};"
     yield ""
-    yield "/* When a command is executed directly. */"
+    yield "/* The states in which a command is executed directly. */"
     yield "enum state { " + ", ".join(f"{name} = {1 << bit}" for bit, name in enumerate(STATES.values())) + " };"
     yield from ("", *STRUCTS, "")
     for name, each in PARTS:
@@ -102,10 +102,10 @@ STRUCTS = (
     "    uint8_t size; /* bytes in the program memory; 0: it is added to the opcode */",
     "};",
     "",
-    "/* One form of a command.  Forms with the same letters follow each other; the first that fits is meant. */",
+    "/* One form of a command.  Forms with the same letters are adjacent; the first that fits is used. */",
     "struct row {",
     "    char head[3]; /* empty: the sign of the argument */",
-    "    char tail[3]; /* letters any of which ends it, the proper one first */",
+    "    char tail[3]; /* alternative last letters, the standard one first */",
     "    uint8_t command;",
     "    uint8_t args;",
     "    uint8_t code; /* in the program memory; the codes are the model's own */",

@@ -156,7 +156,7 @@ def report(made: PicoFirmware) -> str:
     """Return a line with the name and the size of a build."""
     return (
         f"{made.path}: {made.flash} of {FLASH} bytes of flash, "
-        f"{made.ram} of {RAM} bytes of RAM beside the {made.code} that are copied there to run"
+        f"{made.ram} of {RAM} bytes of RAM besides the {made.code} that are copied there to run"
     )
 
 

@@ -43,14 +43,18 @@ SIZES = (
     ("ENTRY_BYTES", wire.ENTRY_BYTES, "of an entry of the stop ramp"),
     ("ENTRIES_MOST", wire.ENTRIES_A_FRAME, "of a frame"),
     ("SHORTEST_PAUSE", records.SHORTEST_PAUSE, "ticks"),
-    ("START_MOST_TICKS", f"{boards.START_MOST_TICKS}U", "from a START to the first step: more is a stale frame"),
+    (
+        "START_MOST_TICKS",
+        f"{boards.START_MOST_TICKS}U",
+        "from a START to the first step; more is a stale frame",
+    ),
     ("INPUTS", wire.INPUTS, ""),
     ("INPUTS_MASK", (1 << wire.INPUTS) - 1, ""),
     ("USER_OUTPUTS", wire.USER_OUTPUTS, "bits of the outputs"),
-    ("ENABLE", wire.ENABLE, "beside them"),
+    ("ENABLE", wire.ENABLE, "in addition to them"),
     ("POLARITY_UP_IS_HIGH", wire.UP_IS_HIGH, "bits of `polarity`: DIR is high upwards"),
     ("POLARITY_ENABLE_LOW", wire.ENABLE_LOW, "the driver is on while ENABLE is low"),
-    ("HOST", wire.HOST, "`which` of an event that no input caused"),
+    ("HOST", wire.HOST, "`which` of an event without an input as its cause"),
 )
 OF_THE_BOARD = (
     ("BOARD_NUMBER", UNO.number, "of IDENT"),
@@ -60,7 +64,7 @@ OF_THE_BOARD = (
     ("RING", UNO.room + 1, "bytes received, a power of 2; ROOM may be unanswered"),
     ("ROOM", UNO.room, ""),
     ("SHORTEST", UNO.shortest, "ticks between two steps"),
-    ("FAST_TICKS", boards.FAST_TICKS, "between steps: with less there is no time to brake at the next one"),
+    ("FAST_TICKS", boards.FAST_TICKS, "between steps: below this there is no time to brake at the next one"),
     ("SOONEST_TICKS", boards.SOONEST_TICKS, "from an edge, or a pause, to a step"),
     ("START_LEAD_TICKS", boards.START_LEAD_TICKS, "from the answer to a START to the first step"),
     ("LEAST_CHECK", boards.LEAST_CHECK, "ticks between the pulses of a self-test"),
@@ -93,7 +97,7 @@ def headers() -> dict[Path, str]:
         path: "\n".join((HEAD.format(says=says, name=f"{path.stem.upper()}_H"), *lines, "", "#endif", ""))
         for path, says, lines in (
             (MESSAGES, "Messages between host and board.", messages()),
-            (LIMITS, "What this board can do.", limits),
+            (LIMITS, "The limits of this board.", limits),
         )
     }
 
@@ -105,7 +109,7 @@ def main(words: list[str]) -> int:
         if words != ["--check"]:
             path.write_text(text, "ascii")
         elif not path.exists() or path.read_text("ascii") != text:
-            print(f"{path.relative_to(ROOT)} is not what the messages are; run: python tools/protocol.py")
+            print(f"{path.relative_to(ROOT)} differs from the messages; run: python tools/protocol.py")
             wrong = 1
     return wrong
 

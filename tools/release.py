@@ -51,7 +51,7 @@ def git(root: Path, *arguments: str) -> str:
 
 
 def files(root: Path) -> list[str]:
-    """Return the files of a clone, including new ones, except those that git ignores; of an sdist, all files."""
+    """Return the files of a clone, including new ones, except ignored files; of an sdist, all files."""
     if known := git(root, "ls-files", "-z", "--cached", "--others", "--exclude-standard"):
         return [name for name in known.split("\0") if name and (root / name).is_file()]
     kept = [path.relative_to(root) for path in sorted(root.rglob("*")) if path.is_file()]

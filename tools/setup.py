@@ -56,7 +56,7 @@ def workplace():
                 "%s cannot be written, and neither can %s (%s);\n"
                 "  name a folder for the environment:  XDG_CACHE_HOME=/some/folder" % (ROOT, place, error.strerror)
             )
-    say("this checkout can only be read; the environment and what is made go to %s" % place)
+    say("this checkout is read-only; the environment and build products go to %s" % place)
     return place
 
 
@@ -242,7 +242,7 @@ def lock(file):
     except ImportError:
         import msvcrt
 
-        file.seek(1 << 30)  # far behind the end: nobody is kept from reading
+        file.seek(1 << 30)  # far after the end, so no reader is blocked
         while True:
             try:
                 msvcrt.locking(file.fileno(), msvcrt.LK_LOCK, 1)  # tries for ten seconds
@@ -252,7 +252,7 @@ def lock(file):
     try:
         fcntl.flock(file, fcntl.LOCK_EX)
     except OSError as error:
-        say("no lock here (%s); do not start two of these at once" % error.strerror)
+        say("no lock is available (%s); do not start two of these at the same time" % error.strerror)
 
 
 # -------------------------------------------------------------------------------------------------------------- tasks
@@ -298,12 +298,12 @@ def check(work):
 
 # name, environment, what it does, the calls of Python
 TASKS = (
-    ("run", "run", "Set up what the demo needs", lambda work: []),
-    ("dev", "dev", "Set up what the tests need", lambda work: []),
+    ("run", "run", "Set up the environment of the demo", lambda work: []),
+    ("dev", "dev", "Set up the environment of the tests", lambda work: []),
     (
         "demo",
         "run",
-        "Set up what the demo needs, and run it",
+        "Set up and run the demo",
         lambda work: [
             ["-m", "slewline", "demo"] + ([] if work == ROOT else ["-o", os.path.join(work, "build", "demo")])
         ],
@@ -318,7 +318,7 @@ TASKS = (
     (
         "test-anywhere",
         "dev",
-        "Run both in bad surroundings: another user, odd variables, no network, busy processors",
+        "Run both in difficult surroundings: another user, odd variables, no network, busy processors",
         lambda work: [["tools/anywhere.py"]],
     ),
     (
@@ -336,19 +336,19 @@ TASKS = (
     (
         "boards",
         "run",
-        "Install what the firmware of boards is built and tested with, and build it",
+        "Install the tools for building and testing the firmware of boards, and build it",
         lambda work: [["tools/boards.py", os.path.join(work, "build", "boards")]],
     ),
     (
         "clients",
         "run",
-        "Install the clients of EPICS that a motor record is tested with",
+        "Install the EPICS clients for the tests of the motor record",
         lambda work: [["tools/clients.py", os.path.join(work, "build", "clients")]],
     ),
     (
         "interpreters",
         "run",
-        "Unpack the interpreters of other controllers that translations are run in",
+        "Unpack the interpreters of other controllers that run translated programs",
         lambda work: [["tools/interpreters.py", os.path.join(work, "build", "interpreters")]],
     ),
     (
@@ -370,7 +370,7 @@ TASKS = (
     (
         "mutations",
         "dev",
-        "Break the source on purpose, and see that a test notices",
+        "Deliberately break the source, and check that a test fails",
         lambda work: [["tools/mutations.py"]],
     ),
     (

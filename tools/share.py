@@ -21,16 +21,16 @@ from slewline import __version__
 MAN_PAGE = Path(__file__).resolve().parent.parent / "share/man/man1/slewline.1"
 NOTE = "Written by tools/share.py; change the code, not this file."
 ENVIRONMENT = (
-    ("NO_COLOR", "With something in it, nothing is coloured."),
-    ("SLEWLINE_CACHE", "Folder in which machine code of motors is kept; empty: none is kept."),
-    ("SLEWLINE_TOKEN", "The token of a control port, where a list of processes does not show it."),
+    ("NO_COLOR", "If not empty, output is not coloured."),
+    ("SLEWLINE_CACHE", "Folder for machine code of motors; if empty, none is kept."),
+    ("SLEWLINE_TOKEN", "The token of a control port, hidden from process lists."),
 )
 EXAMPLES = (
     ("The welding machine of the CY525 manual, with a picture and a waveform:", "slewline demo"),
-    ("A GS-C200 on a TCP port, whose program is kept without power:",
+    ("A GS-C200 on a TCP port, whose program survives power-off:",
      "slewline serve gs-c200 --strap chs=0 --tcp 127.0.0.1:4001 --state eeprom/"),
     ("A program, with its transcript and all pins as a waveform:", "slewline run shuttle.cy525 --vcd shuttle.vcd"),
-    ("What a ramp does:", "slewline ramp cy525 F=3 R=127 S=200"),
+    ("Times and steps of a ramp:", "slewline ramp cy525 F=3 R=127 S=200"),
 )  # fmt: skip
 
 
@@ -92,7 +92,7 @@ def main() -> int:
     if not parser.parse_args().check:
         MAN_PAGE.write_text(man_page(), "utf-8")
     elif MAN_PAGE.read_text("utf-8") != man_page():
-        print("share/man/man1/slewline.1 is not what the command line says; run: python tools/share.py")
+        print("share/man/man1/slewline.1 differs from the command line; run: python tools/share.py")
         return 1
     return 0
 

@@ -19,29 +19,29 @@ from slewline.language.markdown import mhz, table
 
 HEAD = """# The chips side by side
 
-All of these are *indexers*: controllers that take commands from a host, and make the steps of a motor with their ramps
-on their own. If you have a machine, take the part whose name is on the package, to the last letter. If you are free to
-choose, this page says what differs, and how much of each part is known.
+All of these chips are *indexers*: controllers that take commands from a host, and generate the steps of a motor, with
+ramps, on their own. For an existing machine, take the part whose name is on the package, to the last letter. If you are
+free to choose, this page shows the differences, and how much of each part is known.
 
 ## Which one to choose
 """
-CHOICES = (  # what a reader wants, what to take, and why
+CHOICES = (  # requirement, part, reason
     (
         "to see how an indexer works, or to teach it", "[CY525](cy525.md)",
-        "its whole manual is at hand, a command is a letter and a number, and its programs fit on half a page",
+        "its whole manual is available, a command is a letter and a number, and its programs fit on half a page",
     ),
     ("phase outputs, half steps", "[CY512](cy512.md)", "it drives the windings itself; a part of it is inferred"),
     (
         "a serial line, lines of text", "[GS-C200S](gs-c200.md)",
-        "any terminal is a host, modules share a line, and a program is kept without power",
+        "any terminal can be the host, modules share a line, and a program survives power-off",
     ),
     (
         "long programs, texts on a display, thumbwheels", "[CY545B](cy545.md)",
-        "64K of memory outside, and two hosts at once; its rates are inferred until you type in the manual's table",
+        "64K of external memory, and two hosts; its rates are inferred until you enter the manual's table",
     ),
     (
-        "several axes, S-curves, encoders, most steps a second", "[MC1451A-E](mc1451a.md)",
-        "every motion is computed, and changes on the fly",
+        "several axes, S-curves, encoders, the highest step rate", "[MC1451A-E](mc1451a.md)",
+        "every motion is computed, and can change on the fly",
     ),
     (
         "the same, with one axis or two", "[MC1151A, MC1251A](mc1451a.md#parts)",
@@ -49,23 +49,23 @@ CHOICES = (  # what a reader wants, what to take, and why
     ),
 )  # fmt: skip
 HAVE = """
-## What they have
+## Features
 
-Of parts that share a column, the one that has most. The models have made these moves.
+For parts that share a column, the most complete one. The models have run these moves.
 """
 KNOWN = """
 ## How much is known
 
-The rows of each data sheet, by what they rest on: *stated* by the manual, *derived* from what it states, *chosen* where
-it is silent, or *inferred* from sister parts, where the model was made without the manual (the CY545's is public, and
-its table of rates [can be typed in](cy545.md#what-we-do-not-know)). Then the facts of the manual that a test
-proves, and the quirks, where the manual is silent or contradicts itself. No silicon was measured for any of them.
+The rows of each data sheet, by their basis: *stated* by the manual, *derived* from its statements, *chosen* where it is
+silent, or *inferred* from sister parts, if the model was made without the manual (the CY545's is public, and its table
+of rates [can be entered](cy545.md#what-we-do-not-know)). Then the facts of the manual that are proven by a test, and
+the quirks, for which the manual is silent or contradicts itself. No silicon was measured for any of them.
 """
 LETTERS = """
 ## Letter by letter
 
-The four parts of Cybernetic look alike, but a program for one is none for another: these letters differ. Where a letter
-was meant for a sister part, `slewline lint` says so.
+The four parts of Cybernetic look alike, but a program for one does not work on another: these letters differ. `slewline
+lint` reports letters that were meant for a sister part.
 """
 
 
@@ -132,7 +132,7 @@ def bus(_channel: Channel) -> str:
 
 def both_ways(_channel: Channel) -> str:
     """Return the description of a bidirectional bus."""
-    return "8-bit bus that works both ways"
+    return "bidirectional 8-bit bus"
 
 
 def line(channel: SerialLine) -> str:
@@ -177,7 +177,7 @@ def tried(family: Family) -> str:
     bench.run_until_idle()
     made = len(x.axes[0].steps(0, bench.now_ps))
     if made != 100 or x.findings:
-        raise SystemExit(f"side_by_side: {family.title}: 100 steps are wanted, {made} made; {x.findings}")
+        raise SystemExit(f"side_by_side: {family.title}: 100 steps expected, {made} taken; {x.findings}")
     return " ".join(f"`{words}`" for words in family.move)
 
 
@@ -190,8 +190,8 @@ def memory(family: Family) -> str:
     """Return the description of the program memory."""
     sheet = family.sheet
     if not sheet.buffer_bytes:
-        return "none: each move comes from the host"
-    return f"{sheet.buffer_bytes:,} {sheet.memory_unit}s" + (", kept without power" if sheet.keeps else "")
+        return "none: each move is sent by the host"
+    return f"{sheet.buffer_bytes:,} {sheet.memory_unit}s" + (", survives power-off" if sheet.keeps else "")
 
 
 def positions(family: Family) -> str:
@@ -252,22 +252,22 @@ def clock(family: Family) -> str:
     """Return the crystal frequency."""
     sheet = family.sheet
     if not sheet.crystal_high_hz:
-        return "inside"
+        return "internal"
     return f"{mhz(sheet.crystal_low_hz)} to {mhz(sheet.crystal_high_hz)} MHz"
 
 
 ROWS: tuple[tuple[str, Callable[[Family], str]], ...] = (
-    ("maker, year", maker),
+    ("manufacturer, year", maker),
     ("axes", axes),
-    ("a host reaches it by", reached),
+    ("host interface", reached),
     ("100 steps forward", tried),
     ("commands", commands),
     ("program", memory),
     ("positions", positions),
     ("steps/s, at most", fastest),
-    ("a ramp is set by", parameters),
-    ("a ramp goes by", law),
-    ("drives a motor by", outputs),
+    ("ramp parameters", parameters),
+    ("ramp law", law),
+    ("motor outputs", outputs),
     ("inputs that act on the motor", stops),
     ("encoder", encoder),
     ("crystal", clock),
@@ -315,7 +315,7 @@ def page() -> str:
     heads = ("", *(f"[{family.title}]({family.page}.md)" for family in FAMILIES))
     having = table(heads, [(what, *(of(family) for family in FAMILIES)) for what, of in ROWS])
     tables = (
-        (HEAD, table(("you want", "take", "because"), CHOICES)),
+        (HEAD, table(("requirement", "part", "reason"), CHOICES)),
         (HAVE, having),
         (KNOWN, known(FAMILIES)),
         (LETTERS, letters(("cy500", "cy512", "cy525", "cy545"))),

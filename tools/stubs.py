@@ -26,7 +26,7 @@ from slewline.parts import KINDS, part_class
 ROOT = Path(__file__).resolve().parent.parent
 STUB = ROOT / "src/slewline/bench/by_name.pyi"
 PAGES = ("README.md", "docs/howto/host_scripts.md")
-UNTOLD = {  # by what a block has: what it does not tell a type checker
+UNTOLD = {  # content of a block: declarations that a type checker needs
     "def test_": '# mypy: disable-error-code="no-untyped-def,no-untyped-call"\n',
     "slewline.load(": '# mypy: disable-error-code="union-attr"\n',  # chip or part: the file knows
 }
@@ -84,7 +84,7 @@ def hosting_over(others: dict[type, list[tuple[str, type]]], rest: list[str]) ->
     ways = []
     for cls, found in others.items():
         if any(others.get(base) == found for base in cls.__mro__[1:]):
-            continue  # said of the class above it
+            continue  # explained in the class above
         for number, (name, host) in enumerate(found):
             asked = [each for each in rest if not each.startswith("over:")]
             asked.append(f'over: Literal["{name}"]' + ("" if number else " | None = None"))
@@ -179,7 +179,7 @@ def main() -> int:
         STUB.write_text(text, "utf-8")
         return 0
     if not STUB.is_file() or STUB.read_text("utf-8") != text:
-        print(f"{STUB.relative_to(ROOT)} is not what the lists of chips and parts say; run python tools/stubs.py")
+        print(f"{STUB.relative_to(ROOT)} differs from the lists of chips and parts; run python tools/stubs.py")
         return 1
     return typed()
 

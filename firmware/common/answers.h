@@ -1,4 +1,4 @@
-/* What the board sends: answers to frames, and events. */
+/* Messages of the board: answers to frames, and events. */
 #ifndef ANSWERS_H
 #define ANSWERS_H
 

@@ -9,14 +9,14 @@
 #define ENTRY_BYTES 6 /* of an entry of the stop ramp */
 #define ENTRIES_MOST 10 /* of a frame */
 #define SHORTEST_PAUSE 256 /* ticks */
-#define START_MOST_TICKS 268435456U /* from a START to the first step: more is a stale frame */
+#define START_MOST_TICKS 268435456U /* from a START to the first step; more is a stale frame */
 #define INPUTS 6
 #define INPUTS_MASK 63
 #define USER_OUTPUTS 15 /* bits of the outputs */
-#define ENABLE 16 /* beside them */
+#define ENABLE 16 /* in addition to them */
 #define POLARITY_UP_IS_HIGH 1 /* bits of `polarity`: DIR is high upwards */
 #define POLARITY_ENABLE_LOW 2 /* the driver is on while ENABLE is low */
-#define HOST 255 /* `which` of an event that no input caused */
+#define HOST 255 /* `which` of an event without an input as its cause */
 
 /* Kinds of frames: from the host to the board, and from 0x80 on back. */
 #define FRAME_HELLO 1

@@ -1,4 +1,4 @@
-/* Sizes that only the compiler and the assembler must agree on; those that the host knows are in protocol.h. */
+/* Sizes that only the compiler and the assembler must agree on; the sizes known to the host are in protocol.h. */
 #ifndef SIZES_H
 #define SIZES_H
 

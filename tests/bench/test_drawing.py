@@ -224,7 +224,7 @@ def test_axes_share_panels_and_those_that_do_not_move_are_left_out():
         assert found == {f"velocity of axis {number}" for number in shown}
         assert ("axis 1" in words(picture)) == (1 in shown and len(shown) > 1)  # a single one needs no legend
     for unknown in (5, True, "m axis 5"):
-        with pytest.raises(UnknownName, match=f"no axis {unknown!r}; there are m axis 1, m axis 2"):
+        with pytest.raises(UnknownName, match=f"no axis {unknown!r}; allowed m axis 1, m axis 2"):
             bench.figure(axes=[1, unknown])
 
 

@@ -202,7 +202,7 @@ def test_the_first_channel_is_the_usual_one_and_others_are_asked_for():
 def test_two_chips_share_a_channel_that_both_have():
     bench, x = furnished()
     y = bench.add("gs-c200s", straps={"sel0": 0})
-    with pytest.raises(UsageError, match="some of these chips have a bus, some a serial line; one host"):
+    with pytest.raises(UsageError, match="some of these chips have a bus, some a serial line; use one host"):
         bench.host(x, y)
 
 

@@ -122,7 +122,7 @@ def test_who_lacks_one_extra_is_told_of_all_that_are_missing(call, lacks):
     assert (ran.status, ran.err) == (
         2,
         "slewline: the command line needs click and rich: pip install click rich; also missing: msgspec (files), "
-        "matplotlib (plot), pyserial (serial); everything at once: "
+        "matplotlib (plot), pyserial (serial); everything together: "
         "pip install click rich msgspec matplotlib pyserial\n",
     )
 

@@ -120,7 +120,7 @@ WRONG = {
     "not a dialogue": (["text"], "text: is not a dialogue; name MODEL.vcd and MEASURED.vcd, or a dialogue"),
     "options of waveforms": (["x.dialogue", "--map", "a=b"], "--map: a dialogue has no such option; leave it out"),
     "options of a dialogue": (["x.vcd", "y.vcd", "--port", "p"], "--port: two waveforms have no such option"),
-    "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: no rate of the GS-C200S; allowed 9600, 4800"),
+    "rate": (["x.dialogue", "--baud", "9601"], "--baud 9601: not a rate of the GS-C200S; allowed 9600, 4800"),
     "crystal": (["x.dialogue", "--crystal", "6 MHz"], "the gs-c200s takes none"),
     "address": (
         ["x.dialogue", "--address", "3"],
@@ -169,10 +169,10 @@ def test_what_moves_is_not_played(call, dialogue, serve):  # noqa: F811
     name = dialogue(["F", *GSC[2:12]])
     found = call("compare", name, "--port", served.where, "--report", "now")
     assert found.status == 2
-    assert "E may make the motor step; nothing was sent; allow motion with --move" in found.err
+    assert "E may step the motor; no command was sent; allow motion with --move" in found.err
     assert not Path("now").exists()
     found = call("compare", name, "--port", served.where, "--report", "now", "--move")
-    assert "Po would replace the program that it holds; nothing was sent; save it with slewline pull" in found.err
+    assert "Po would replace its program; no command was sent; save it with slewline pull" in found.err
     found = call(
         "compare", name, "--port", served.where, "--report", "now", "--move", "--replace", "--tolerance", "60 s"
     )

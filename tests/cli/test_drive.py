@@ -35,7 +35,7 @@ MISTAKES = [
     (("drive", "gs-c20s", "--board", "twin", "--tcp", "127.0.0.1:0"), ["did you mean gs-c200s?"]),
     (
         (*DRIVE, "--board", "/dev/ttyNONE"),
-        ["/dev/ttyNONE: no such port; name the port of the board", "list_ports", "or twin, a board of software"],
+        ["/dev/ttyNONE: no such port; name the port of the board", "list_ports", "or twin, a simulated board"],
     ),
     ((*DRIVE, "--board", "/dev/null"), ["/dev/null: ", "name the serial port of the board", "list_ports"]),
     (
@@ -51,12 +51,12 @@ MISTAKES = [
     ((*DRIVE, "--board", "twin", "--driver", "DM452"), ["driver 'DM452'; known: A4988, ", "did you mean DM542?"]),
     (
         (*DRIVE, "--board", "twin", "--input", "A1=hom"),
-        ["input A1: 'hom' is no input of gs_c200s; allowed estop, ", "did you mean home?"],
+        ["input A1: 'hom' is not an input of gs_c200s; allowed estop, ", "did you mean home?"],
     ),
     ((*DRIVE, "--board", "twin", "--input", "A9=home"), ["input 'A9' of the board; allowed A0, A1, A2, A3, "]),
     (
         (*DRIVE, "--board", "twin", "--output", "D2=uo9"),
-        ["output D2: 'uo9' is no output of gs_c200s; allowed ", "did you mean uo1?"],
+        ["output D2: 'uo9' is not an output of gs_c200s; allowed ", "did you mean uo1?"],
     ),
     ((*DRIVE, "--board", "twin", "--output", "D9=uo1"), ["output 'D9' of the board; allowed D2, "]),
     (
@@ -179,7 +179,7 @@ def test_a_port_that_another_program_has(call, port):
     _, name = port
     with serial.Serial(name, exclusive=True):
         ran = call(*DRIVE, "--board", name, "--no-black-box")
-    assert ran.status == 2 and f"{name}: another program uses this port; close that one" in ran.err
+    assert ran.status == 2 and f"{name}: another program uses this port; close it" in ran.err
 
 
 @pytest.mark.system
@@ -240,7 +240,7 @@ def test_a_session_and_its_black_box(folder, enable, call):
         current = "on" if enable else "off"
         assert (
             f"board ok at 250 | driver {current} | lead 0 ms | 64 of 64 slots free" in line
-            and " ms there and back, worst " in line
+            and " ms round trip, worst " in line
         )
         assert driven.end() == 0
         assert "late-start" not in driven.text
@@ -269,7 +269,7 @@ def test_words_that_are_typed_stop_the_motor_and_let_it_go_on(folder):
         where = driven.ready()
         driven.hears("slewline: type clear: continue after a halt; clear homing, clear homed: with current; stop: stop")
         driven.type("clear")
-        driven.hears("slewline: the drive is not halted: there is nothing to clear")
+        driven.hears("slewline: the drive is not halted, so clear has no effect")
         driven.type("Halt")
         driven.hears("slewline: 'halt'; there is: clear: go on")
         with ModuleHost(where) as host:
@@ -297,7 +297,7 @@ def test_sigusr2_is_clear(folder):
     with Slewline(*DRIVE, "--board", "twin", "--no-black-box", folder=folder) as driven:
         driven.ready()
         driven.signal(signal.SIGUSR2)
-        driven.hears("slewline: the drive is not halted: there is nothing to clear")
+        driven.hears("slewline: the drive is not halted, so clear has no effect")
         assert driven.process.poll() is None
         assert "type clear" not in driven.text  # there is no terminal
         assert driven.end() == 0
@@ -331,14 +331,14 @@ def test_a_program_that_starts_by_itself_moves_the_motor_only_where_that_is_allo
 def test_check_needs_no_port_and_leaves_nothing(call, monkeypatch, folder):
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
     monkeypatch.setattr(drive, "CHECK_S", 0.1)
-    monkeypatch.setattr("slewline.links.sockets.system.be_prompt", lambda: "no priority above others")
+    monkeypatch.setattr("slewline.links.sockets.system.be_prompt", lambda: "normal priority")
     ran = call("drive", "gs-c200s", "--board", "twin", "--check")
     assert ran.status == 0 and ran.out.splitlines()[-1] == "pulses    1000 pulses sent, 1000 counted"
-    assert "slewline: looking for 0.1 s" in ran.err
+    assert "slewline: measuring for 0.1 s" in ran.err
     monkeypatch.setattr("slewline.drive.check.ESTOP_S", 0.2)
     words = ("--enable", "--driver", "A4988", "--input", "A0=estop")
     ran = call("drive", "gs-c200s", "--board", "twin", "--check", *words)
     assert ran.status == 1 and [line.split()[0] for line in ran.out.splitlines()[-2:]] == ["jog", "e-stop"]
-    assert "10 steps up and 10 back" in ran.out and "not seen within 0.2 s: look at its wire" in ran.out
+    assert "10 steps up and 10 back" in ran.out and "not seen within 0.2 s: check its wire" in ran.out
     assert "open the contact of the emergency stop" in ran.err
     assert not list(folder.iterdir())

@@ -54,7 +54,7 @@ def test_a_name_that_is_no_record_is_not_served(capsys, module, name, says):
         ((*RAMP, "--resolution", "0"), "allowed units per step"),
         ((*RAMP, "--every", "0 s"), "--every 0 ps; allowed 50 ms to 3600 s"),
         ((*RAMP, "--every", "2"), "'--every': time '2': expected a number and a unit"),
-        ((*RAMP, "--baud", "1000"), "--baud 1000: no rate of the GS-C200S"),
+        ((*RAMP, "--baud", "1000"), "--baud 1000: not a rate of the GS-C200S"),
     ],
 )
 def test_what_is_wrong_is_told(capsys, module, parameters, says):

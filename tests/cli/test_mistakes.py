@@ -260,7 +260,7 @@ MISTAKES = [  # the line, the end of the answer
     ("pull /dev/none -o weld", ".cy525, .cy512, .cy545, .cy545b, .gs-c200, .gs-c200s\n"),
     ("pull /dev/none -o weld.txt", "--chip cy525, or a file name ending in .cy525, .cy512, .cy545, .cy545b, .gs-c200"),
     ("push /dev/none p.txt", "give --chip cy545, or a file name ending in .cy545, .cy545b, .gs-c200, .gs-c200s\n"),
-    ("pull 127.0.0.1:4998 -o w.gs-c200s", "a port of another program is written socket://127.0.0.1:4998, a device"),
+    ("pull 127.0.0.1:4998 -o w.gs-c200s", "write the port of another program as socket://127.0.0.1:4998, a device"),
     ("epics /dev/none --chip gs-c200s", "--chip gs-c200s --record lab:m1 S=10 T=100 R=50"),
     ("compare w.dialogue whole.vcd", "w.dialogue: is a dialogue, which is compared only with the model; name MODEL"),
     ("compare whole.vcd w.dialogue", "w.dialogue: is a dialogue, which is compared only with the model; name MODEL"),
@@ -284,8 +284,11 @@ MISTAKES = [  # the line, the end of the answer
     ("serve gs-c200s --tcp 0 --strap checksum=0", "ui3; the checksum is on chs (high: lines carry a checksum)"),
     ("serve gs-c200s --tcp 0 --strap baud=9600", "the baud is on br0 (baud rate), br1 (baud rate), br2 (baud rate)"),
     ("serve gs-c200s --tcp 0 --strap cha=0", "ui1, ui2, ui3; did you mean chs?"),
-    ("serve gs-c200s --serial m.bin", "m.bin: is no serial port; name a serial port that exists and that you may open"),
-    ("drive gs-c200s --tcp 0 --board m.bin", "m.bin: is no serial port; name the serial port of the board"),
+    (
+        "serve gs-c200s --serial m.bin",
+        "m.bin: is not a serial port; name a serial port that exists and that you may open",
+    ),
+    ("drive gs-c200s --tcp 0 --board m.bin", "m.bin: is not a serial port; name the serial port of the board"),
     (
         "serve gs-c200s --tcp 0 --option baud=9600",
         'straps set its rate: br0=0, br1=0, br2=0; straps={"br0": 0, ...}, or --strap br0=0',

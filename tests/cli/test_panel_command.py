@@ -118,7 +118,7 @@ def test_attached_to_what_is_no_control_port_or_without_its_token(call):
         try:
             line, control = (process.stdout.readline().strip().rpartition(" ")[2] for _ in range(2))
             for where, more, says in (
-                (line.removeprefix("socket://"), (), "no control port answers there; it is the address that slewline"),
+                (line.removeprefix("socket://"), (), "no control port answers there; use the address that slewline"),
                 (control, (), "must have the token of this server"),
                 (control, (), "give it with --token, or in the environment, SLEWLINE_TOKEN"),
                 (control, ("--token", "another token"), "must have the token of this server"),

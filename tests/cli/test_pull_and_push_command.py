@@ -21,7 +21,7 @@ def test_a_program_goes_in_and_comes_out_with_its_dialogues(call, write):
         "slewline: wrote weld.before.gs-c200s: 0 instructions, 0 locations",
         "slewline: verified: 4 instructions",
         "slewline: M: program to EEPROM ...",
-        "slewline: it holds the program, verified, and keeps it without power",
+        "slewline: it holds the program, verified, and has stored it",
     ]
     saved = call("pull", url, "-o", "saved.gs-c200s", "--eeprom", "--no-checksum", "--baud", "9600")
     assert saved.status == 0
@@ -50,9 +50,9 @@ CANNOT_BE = [
     (("pull", "slewline://gs-c200s", "-o", "no/a.gs-c200s"), 2, "no/a.gs-c200s: there is no directory 'no'"),
     (("pull", "slewline://gs-c200s", "-o", "here.gs-c200s"), 2, "here.gs-c200s: this file exists; name a new file"),
     (("pull", "slewline://cy545", "-o", "a.cy545", "--eeprom"), 2, "--eeprom: the CY545 has one program"),
-    (("pull", "slewline://cy500", "-o", "a.cy500"), 2, "cy500: is on a bus, and cannot be read back"),
-    (("push", "slewline://cy525", "p.cy525"), 2, "what cannot be verified is not sent"),
-    (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: no rate of the"),
+    (("pull", "slewline://cy500", "-o", "a.cy500"), 2, "cy500: is on a bus and cannot be read back"),
+    (("push", "slewline://cy525", "p.cy525"), 2, "a program that cannot be verified is not sent"),
+    (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--baud", "19200"), 2, "--baud 19200: not a rate of the"),
     (("pull", "slewline://gs-c200s", "-o", "a.gs-c200s", "--from", "5"), 2, "--from 5: the program of a"),
     (
         ("pull", "slewline://gs-c200", "-o", "a.gs-c200s"),
@@ -67,8 +67,8 @@ CANNOT_BE = [
     ),
     (("backup",), 2, "slewline pull PORT -o FILE"),
     (("push", "slewline://cy545", "p.cy545", "--store"), 2, "--store: the CY545 has no such command"),
-    (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "no program in it"),
-    (("push", "slewline://gs-c200s", "runs.gs-c200s"), 1, "runs.gs-c200s, line 4: H+ may make the motor step"),
+    (("push", "slewline://gs-c200s", "here.gs-c200s"), 2, "has no program"),
+    (("push", "slewline://gs-c200s", "runs.gs-c200s"), 1, "runs.gs-c200s, line 4: H+ may step the motor"),
 ]
 
 

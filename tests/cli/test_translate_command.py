@@ -61,7 +61,7 @@ def test_strict_writes_nothing_and_lists_what_is_not_the_same(call: Any, tmp_pat
 @rows(
     ("text", "arguments", "says"),
     [
-        ("R 80\n", ("--to", "cy52"), "no target 'cy52'; there are: cy525"),
+        ("R 80\n", ("--to", "cy52"), "no target 'cy52'; known: cy525"),
         ("R 80\n", ("--to", "cy525", "--crystal", "40 MHz"), "MHz"),
         ("hello world\n", ("--to", "cy525"), "line 1, column 1"),
         ("R 80\nK 7\n", ("--to", "cy525"), "line 2, column 1: K is not a command"),

@@ -34,7 +34,7 @@ def listed(monkeypatch: pytest.MonkeyPatch) -> BoardModel:
 
 def test_two_boards_of_one_number_are_refused():
     assert by_number(UNO, OTHER) == {1: UNO, 7: OTHER}
-    with pytest.raises(ValueError, match="boards uno and mega: both have number 1; give each another"):
+    with pytest.raises(ValueError, match="boards uno and mega: both have number 1; give each a different one"):
         by_number(UNO, OTHER, UNO._replace(name="mega"))
 
 
@@ -105,8 +105,8 @@ def test_a_board_that_becomes_another_one_is_refused(listed):
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"version": VERSION + 1}, "has version 3 of the firmware, and this slewline needs 2"),
-        ({"hz": 8_000_000}, "has 8000000 ticks a second; expected 16000000, of a uno"),
+        ({"version": VERSION + 1}, "has version 3 of the firmware, but this slewline needs 2"),
+        ({"hz": 8_000_000}, "has 8000000 ticks per second; expected 16000000, as for a uno"),
     ],
 )
 def test_another_version_and_another_clock_are_refused(change, says):

@@ -41,7 +41,7 @@ def test_an_axis_without_a_step_is_not_good(tmp_path):
     still = Wave({"STEP": [], "DIR": [MS, 2 * MS]}, {"STEP": 0, "DIR": 0}, 5 * MS)
     found = check_capture(written(still, tmp_path / "a.vcd"), XY)
     assert not found.good
-    assert "x: no step on STEP; are STEP and DIR exchanged?" in str(found)
+    assert "x: no step on STEP; check whether STEP and DIR are exchanged" in str(found)
 
 
 def test_each_time_that_is_too_short_is_named(tmp_path, subtests):
@@ -118,14 +118,14 @@ def test_a_driver_by_the_times_of_its_data_sheet(tmp_path, subtests):
     for driver, says in {
         "high 5 us, high 5 us": "'high'; allowed each of high, low, setup, hold once, such as 'high 30 us",
         "width 5 us": "'width'; allowed each of high, low",
-        "setup 5 us": "expected how long STEP is high or low at least",
+        "setup 5 us": "expected the least times of STEP high or low",
         "high 5": "a bare number is picoseconds|unit",
         "high soon": "soon",
     }.items():
         with subtests.test(driver), pytest.raises(SlewlineError, match=says):
             check_capture(path, XY, driver=driver)
     with pytest.raises(
-        UnknownName, match=r"driver 'TB6560'; known: .*; for another one give its times, such as 'high 30"
+        UnknownName, match=r"driver 'TB6560'; known: .*; for any other driver, give its times, such as 'high 30"
     ):
         check_capture(path, XY, driver="TB6560")
 

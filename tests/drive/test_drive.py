@@ -84,7 +84,7 @@ def test_a_driver_that_is_enabled_without_an_e_stop_is_said():
         bench = slewline.Bench()
         driver = "A4988" if enable else None
         drive = drive_of(bench, bench.add("cy525", "x"), TwinLine(), enable=enable, driver=driver, inputs=inputs)
-        assert ("no E-stop is among the inputs (--input A0=estop)" in drive.introduction()) == says
+        assert ("no input is an E-stop (--input A0=estop)" in drive.introduction()) == says
 
 
 def test_a_live_rate_of_a_cy525():
@@ -468,7 +468,7 @@ def test_what_makes_no_sense_is_refused():
     ):
         with pytest.raises(UsageError, match=says):
             drive_of(bench, x, line, **options)
-    with pytest.raises(UsageError, match="nothing to clear"), drive_of(bench, x, line) as drive:
+    with pytest.raises(UsageError, match="clear has no effect"), drive_of(bench, x, line) as drive:
         drive.clear()
 
 
@@ -478,7 +478,7 @@ def test_a_port_without_a_board():
     line.supplied = False
     with pytest.raises(
         UsageError,
-        match="no board answers within 3 s; heard nothing; expected the firmware of slewline on an Arduino Uno",
+        match="no board answers within 3 s; received nothing; expected the firmware of slewline on an Arduino Uno",
     ):
         drive_of(bench, x, line).open()
 
@@ -514,7 +514,7 @@ def test_a_board_that_counts_wrong_is_found():
         drive.run("90 ms")
         line.twin.position += 1
         drive.run_until_rest()
-        assert codes(x) == ["count-differs"] and "has counted 6 steps, and was sent 5" in x.findings[0].text
+        assert codes(x) == ["count-differs"] and "has counted 6 steps, but was sent 5" in x.findings[0].text
         host.send("G\r")
         drive.run_until_rest()
         assert codes(x) == ["count-differs"]

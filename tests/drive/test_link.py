@@ -277,7 +277,7 @@ def test_bad_content_is_refused() -> None:
 
 
 def test_stop_knows_two_ways() -> None:
-    with pytest.raises(UsageError, match="0, at once, or 1, by the tail"):
+    with pytest.raises(UsageError, match="0, immediately, or 1, by the tail"):
         Pipe().link.stop(2)
 
 

@@ -122,7 +122,7 @@ def test_dtr_stays_up_when_the_port_is_closed(pty):
 def test_a_port_is_for_one_program_alone(pty):
     _, name = pty
     port = BoardSerial(name)
-    with pytest.raises(UsageError, match=f"{name}: another program uses this port; close that one"):
+    with pytest.raises(UsageError, match=f"{name}: another program uses this port; close it"):
         BoardSerial(name)
     port.close()
 
@@ -136,7 +136,7 @@ def test_what_is_no_port():
 def test_a_port_that_one_may_not_open(tmp_path):
     path = tmp_path / "port"
     path.touch(0o000)
-    with pytest.raises(UsageError, match="you may not open this port"):
+    with pytest.raises(UsageError, match="no permission to open this port"):
         BoardSerial(str(path))
 
 
@@ -148,7 +148,7 @@ def test_the_refusals_of_a_system_say_what_to_do():
     assert "another program" in _refused(OSError(16, "Device or resource busy"))
     assert "list_ports" in _refused(OSError(25, "Inappropriate ioctl for device"))
     assert _refused(OSError("Could not configure port: (25, 'Inappropriate ioctl for device')")).startswith(
-        "is no serial port; "
+        "is not a serial port; "
     )
 
 

@@ -214,7 +214,7 @@ def test_a_count_without_current_is_not_kept():
     with drive_of(bench, x, line) as drive:  # pulses, and no current
         drive.run("300 ms")
     again, y, *_ = furnished("cy525 five steps")
-    with pytest.raises(UsageError, match=r"count of the board, 5, is not to be kept .* without current"):
+    with pytest.raises(UsageError, match=r"count of the board, 5, cannot be kept .* without current"):
         drive_of(again, y, line, keep_count=True).open()
     again, y, *_ = furnished("cy525 five steps")
     with drive_of(again, y, line, keep_count=True, homed=True) as drive:

@@ -43,7 +43,7 @@ def test_another_driver_is_not_offered_for_an_unknown_one():
     for name in ("TMC2208", "TMC2130", "DM556", "A4983"):
         with pytest.raises(UnknownName) as error:
             driver_polarity(UNO, name)
-        assert "did you mean" not in str(error.value) and "for another one leave it out" in str(error.value)
+        assert "did you mean" not in str(error.value) and "for any other driver, leave it out" in str(error.value)
 
 
 def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
@@ -52,7 +52,7 @@ def test_a_driver_says_how_it_is_enabled_and_what_its_pulses_must_be():
     with pytest.raises(UnknownName, match="did you mean DM542"):
         driver_polarity(UNO, "DM524")
     for short in ("high", "low", "setup", "hold"):  # 1 us, and a DM542 needs 2.5 and 5
-        with pytest.raises(UsageError, match=r"driver DM542: .* 1 µs at least, and it needs"):
+        with pytest.raises(UsageError, match=r"driver DM542: .* 1 µs at least, but the driver needs"):
             driver_polarity(UNO._replace(**{short: 16}), "DM542")
 
 

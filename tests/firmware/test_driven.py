@@ -100,7 +100,7 @@ def killed(board, folder, seconds, count):
     """
     with driven(board, folder, "--no-black-box") as (drive, where), ModuleHost(where) as host:
         if count is not None:
-            stood = drive.hears(r"gs_c200s: board-went-on: .* the motor stands at its count (-?\d+), which the model")
+            stood = drive.hears(r"gs_c200s: board-went-on: .* the motor is at rest at count (-?\d+), which the model")
             assert int(stood[1]) == count == net(board)
             assert "--keep-count" in drive.text
             assert drive.count() == count
@@ -118,7 +118,7 @@ def goes_on(board, folder, count):
     """Check that another host finds the count of the board, and moves its motor."""
     before = len(board.steps())
     with driven(board, folder, "--no-black-box") as (drive, where), ModuleHost(where) as host:
-        drive.hears(rf"board-went-on: .* stands at its count {count}, which the model does not know: home it")
+        drive.hears(rf"board-went-on: .* is at rest at count {count}, which the model does not know: home it")
         host.program(*FAST, "-25")
         host.until_ready()
         assert host.position() == -25
@@ -127,7 +127,7 @@ def goes_on(board, folder, count):
         assert drive.end() == 0
         assert "count-differs" not in drive.text
     with driven(board, folder, "--no-black-box", "--keep-count") as (drive, where), ModuleHost(where) as host:
-        drive.hears(rf"stands at its count {count - 25}; the position register is set to that")
+        drive.hears(rf"is at rest at count {count - 25}; the position register is set to that")
         assert host.position() == count - 25
         assert drive.end() == 0
 
@@ -175,7 +175,7 @@ def test_a_host_that_stands_for_half_a_second_runs_the_board_dry_and_the_count_i
         assert stood_by_its_way_down(board), gaps(board)
         said = drive.hears(r"gs_c200s: (underrun: the board ran dry|host-silent: the board has not heard)")
         assert "underrun" in said[0], "it ran dry before its watchdog was due"
-        drive.hears(f"position-taken-over: the motor stands at {made}: ")
+        drive.hears(f"position-taken-over: the motor is at {made}: ")
         assert drive.stands() == made == net(board) == len(board.steps()) == host.position()
         clear_and_move(drive, host, board, made)
         assert drive.end() == 0
@@ -200,7 +200,7 @@ def test_a_supply_that_is_gone_stops_the_motor_and_its_count_is_lost(board, tmp_
         until_it_moves(board, 2_000)
         board.supply(False)
         made = len(board.steps())
-        drive.hears("gs_c200s: board-silent: the board has not answered for 500 ms: look for its cable and its supply")
+        drive.hears("gs_c200s: board-silent: the board has not answered for 500 ms: check its cable and its supply")
         assert "board halted at " in drive.status()
         board.supply(True)
         drive.hears("gs_c200s: board-reset: the board was reset, or lost its supply: its count is lost, and nobody")
@@ -235,7 +235,7 @@ def test_a_cable_that_is_pulled_takes_the_supply_with_it_and_clear_opens_the_por
 def checked_up(board, monkeypatch, capfd):
     """Call the command with --check, for less long than a user would; return its status, and the lines."""
     monkeypatch.setattr("slewline.cli.live.drive.CHECK_S", 0.5)
-    monkeypatch.setattr("slewline.links.sockets.system.be_prompt", lambda: "no priority above others")
+    monkeypatch.setattr("slewline.links.sockets.system.be_prompt", lambda: "normal priority")
     status = invoke(["drive", *GSC[:3], "--check", "--board", board.port])
     return status, dict(line.split(None, 1) for line in capfd.readouterr().out.splitlines())
 
@@ -247,7 +247,7 @@ def test_check_looks_at_link_machine_and_pulses(board, wired, monkeypatch, capfd
     status, lines = checked_up(board, monkeypatch, capfd)
     assert list(lines) == ["board", "link", "machine", "horizon", "pulses"]
     assert re.fullmatch(r"Arduino Uno \(ATmega328P, 16 MHz\); .* differs from this .* by [+-]\d+ ppm", lines["board"])
-    link = r"\d+\.\d ms there and back, \d+\.\d ms at worst, \d+ ms for the start of a motion; 0 frames damaged"
+    link = r"\d+\.\d ms round trip, \d+\.\d ms at worst, \d+ ms for the start of a motion; 0 frames damaged"
     assert re.fullmatch(link, lines["link"])
     late = re.fullmatch(
         r"wakes (\S+) ms late, (\S+) ms in the worst of 100, (\S+) ms at worst; no priority .*", lines["machine"]
@@ -363,7 +363,9 @@ def test_an_old_program_does_not_notice_that_a_motor_has_taken_the_place_of_the_
     assert abs(net(board) - (HOME.stop - 1)) <= 12  # it has homed at its switch, and is back there
     # K stops at once, from a rate at which a motor cannot: that is said, and nothing else is.
     findings = [line for line in drive.said if line.startswith("slewline: gs_c200s: ")]
-    assert all("position-uncertain: the motor stood at once at 2000 steps/s" in line for line in findings), findings
+    assert all("position-uncertain: the motor was stopped dead from 2000 steps/s" in line for line in findings), (
+        findings
+    )
     assert "taken back" not in drive.text
 
 

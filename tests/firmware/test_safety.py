@@ -425,6 +425,6 @@ def test_a_process_that_ends_in_motion_leaves_a_motor_at_rest_without_current(fi
                 assert 0.9 * HZ < late < 1.2 * HZ
             else:
                 assert 0 < late < IN_REAL_TIME
-                found = re.search(r"position-taken-over: the motor stands at (-?\d+)", process.text)
+                found = re.search(r"position-taken-over: the motor is at (-?\d+)", process.text)
                 assert found and int(found[1]) == len(rises), process.text
         print(f"{how}: ENABLE off {late / HZ * 1000:.1f} ms after the last step, {len(rises) - made} steps later")

@@ -52,7 +52,7 @@ def test_where_a_checkpoint_has_gone_the_one_before_it_takes_the_order(kept):
     ends[2].close()  # before the world has arrived
     assert checkpoints.world(25, {"branch": 2}, 99, 9999, answers.append)
     assert begins(ends[1]) == 1000
-    assert ["process that kept this instant has ended" in each["error"] for each in answers] == [True]
+    assert ["process for this instant has ended" in each["error"] for each in answers] == [True]
     assert [mark.time_ps for mark in checkpoints.marks] == [0, 10]
 
 

@@ -125,6 +125,6 @@ def test_what_is_no_serial_port_is_called_so(lockstep, tmp_path):
     server, line = lockstep()
     (tmp_path / "file").touch()
     for name in ("/dev/null", str(tmp_path / "file")):
-        with pytest.raises(UsageError, match=f"^{name}: is no serial port; name a serial port that exists"):
+        with pytest.raises(UsageError, match=f"^{name}: is not a serial port; name a serial port that exists"):
             server.serial(line, name)
     server.close()

@@ -48,7 +48,7 @@ class Served:
             if left <= 0 or not select.select([self.socket], [], [], left)[0]:
                 return b""
             data = self.socket.recv(1000)
-            assert data, "the server has hung up"
+            assert data, "the server has closed the connection"
             self.received += data
         line, self.received = self.received.split(end, 1)[0] + end, self.received.split(end, 1)[1]
         return line

@@ -160,7 +160,7 @@ def speaking(server, says, ends=True):
         (b"SSH-2.0-x\r\n", "'SSH-2.0-x'; expected 'slewline registers 1 ...'"),
         (b"slewline registers 2 mc1451a 4\r\n", "'slewline registers 2 mc1451a 4'; expected"),
         (b"x" * 500, "'xxxxx"),
-        (b"slew", "the server has hung up"),
+        (b"slew", "the server has closed the connection"),
     ],
 )
 def test_something_else_is_there(says, told):

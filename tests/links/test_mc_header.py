@@ -119,7 +119,7 @@ def test_a_server_that_goes_away_ends_the_program(serve, run):
     program = run(OPEN, arguments=place(server.where))
     assert program.stdout.readline() == "1\n"
     server.kill()
-    assert ended(program) == (1, "", "slewline_port: the server has hung up\n")
+    assert ended(program) == (1, "", "slewline_port: the server has closed the connection\n")
 
 
 def test_the_next_program_is_told_who_has_the_port(serve, client, run):

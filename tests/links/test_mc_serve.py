@@ -65,7 +65,7 @@ class Registers:
         found = b""
         while len(found) < number:
             more = self.client.socket.recv(number - len(found))
-            assert more, "the server has hung up"
+            assert more, "the server has closed the connection"
             found += more
         return found
 
@@ -183,7 +183,7 @@ def test_what_is_no_request_is_answered_and_does_nothing(still):
     assert still.ask("0400")[0] == b"\xff"
     found, nobody = still.bench.findings  # once for each host
     assert (found.source, found.code) == ("x_isa", "no-request")
-    assert "b' \\x00' is not a request, and reads FF: this is a port of registers" in found.text
+    assert "b' \\x00' is not a request, and reads FF: this is a port for registers" in found.text
     assert nobody.code == "no-register" and nobody.text.startswith("OUT 0x34f has no effect: x_isa at 0x340 takes")
 
 
@@ -399,7 +399,7 @@ def test_the_control_port_knows_axes(stand):
     assert steps["positions"] == list(range(1, 1001))
     assert ask("steps", chip="x", axis=1)["positions"] == ask("steps", chip="x")["positions"] == []
     assert "has axes 1 to 4; not 5" in ask.refused("steps", chip="x", axis=5)
-    assert ask.refused("fault", line="x", to="chip", kind="lost") == "no serial line 'x'; there are: none"
+    assert ask.refused("fault", line="x", to="chip", kind="lost") == "no serial line 'x'; allowed: none"
 
 
 def test_a_status_line_has_all_axes(make):

@@ -179,7 +179,7 @@ def test_an_address_without_a_device_is_a_finding_that_names_those_that_have_one
         rig.host.tell(f"++addr {address}")
         rig.host.settled()
         found = [each.text for each in rig.bench.findings if each.code == "gpib-address"]
-    assert found == ([] if address == 5 else ["++addr 7: no device has this address; there are devices at 5"])
+    assert found == ([] if address == 5 else ["++addr 7: no device has this address; devices are at 5"])
 
 
 @pytest.mark.parametrize(
@@ -212,7 +212,7 @@ def test_a_poll_of_an_address_without_a_device_is_a_finding():
         rig.host.tell("++spoll 9")
         assert rig.host.settled()
         (found,) = rig.thread.do(lambda: [each.text for each in rig.bench.findings if each.code == "gpib-address"])
-    assert found.startswith("++spoll 9: no device has this address; there are devices at ")
+    assert found.startswith("++spoll 9: no device has this address; devices are at ")
 
 
 def test_telnet_is_named():
@@ -388,7 +388,7 @@ def twice(bench):
 @pytest.mark.parametrize(
     ("parts", "furnish", "says"),
     [
-        (["cy525", "cy525"], twice, "x0 and x1: both have address 9; give each its own"),
+        (["cy525", "cy525"], twice, "x0 and x1: both have address 9; give each a different one"),
         (["cy525"], lambda bench: bench.part("gpib_listener", "ear", to="x0"), "ear has no address, and cannot answer"),
         (["gs-c200s"], lambda bench: None, "x0 has no port for a GPIB interface; leave out prologix"),
         (["cy545"], lambda bench: None, "x0 has no port for a GPIB interface"),

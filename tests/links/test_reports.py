@@ -126,18 +126,18 @@ def test_falling_behind_is_told_when_it_begins_and_when_it_is_over():
     lag.lost_ns += 2_000_000_000
     lateness.check()
     (first,) = told
-    assert first.startswith("virtual time falls behind the wall clock (2.0 s lost so far): ")
+    assert first.startswith("virtual time lags behind the wall clock (2.0 s lost so far): ")
     assert first.endswith("is too slow for --rate 1; give a lower rate, or --lockstep")
     for lost in (1_500_000_000, 0, 1_000_000_000, 0, 0):  # a check without a loss is not the end
         lag.lost_ns += lost
         lateness.check()
-    assert told[1:] == ["virtual time follows the wall clock again; 4.5 s lost of it"]
+    assert told[1:] == ["virtual time follows the wall clock again; 4.5 s lost"]
     lateness.check()
     lateness.close()
     assert len(told) == 2
     lag.lost_ns += 10**9
     lateness.close()
-    assert told[3:] == ["virtual time was behind the wall clock to the end; 1.0 s lost"]
+    assert told[3:] == ["virtual time lagged until the end; 1.0 s lost"]
 
 
 def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcript(tmp_path):
@@ -148,10 +148,10 @@ def test_a_server_that_falls_behind_tells_it_on_the_terminal_and_in_the_transcri
     server._look_around()
     server.close()
     assert [text.partition(" (")[0] for text in told] == [
-        "virtual time falls behind the wall clock",
-        "virtual time was behind the wall clock to the end; 3.0 s lost",
+        "virtual time lags behind the wall clock",
+        "virtual time lagged until the end; 3.0 s lost",
     ]
-    assert "server ! virtual time falls behind the wall clock" in (tmp_path / "log").read_text()
+    assert "server ! virtual time lags behind the wall clock" in (tmp_path / "log").read_text()
 
 
 @pytest.mark.system

@@ -92,7 +92,7 @@ class Host:
         found = b""
         while len(found) < number:
             more = self.client.socket.recv(number - len(found))
-            assert more, "the server has hung up"
+            assert more, "the server has closed the connection"
             found += more
         return found
 
@@ -281,7 +281,7 @@ def test_what_is_no_request_is_told_and_the_answers_stay_in_step(stand, message,
     ((_, source, code, text),) = one.seen()["findings"]  # once for each host
     assert (source, code) == ("x_isa", "no-request")
     assert text.startswith(f"{came} not a request, and reads FF: ")
-    assert ("nothing of the series is done" in text) is ("series" in came)
+    assert ("none of the series is executed" in text) is ("series" in came)
     assert host.series(VERSION)[-2:] == b"\x5c\x7d"
 
 
@@ -293,7 +293,7 @@ def test_a_host_that_leaves_in_the_middle_of_a_series_has_done_nothing_of_it(sta
     second = one.host()
     assert second.series(VERSION) == bytes.fromhex("ff6c ff5c11 ff5c7d")
     assert len(one.seen()["edges"]["hostwrite"][0]) == 2  # 6c alone
-    assert "the host before left a request without its end, c00b 2464 1210 2464" in (tmp_path / "log").read_text()
+    assert "the previous host left an incomplete request, c00b 2464 1210 2464" in (tmp_path / "log").read_text()
 
 
 def test_what_a_host_has_sent_is_worked_after_it_has_left_and_the_next_gets_its_own_answers(stand):
@@ -523,7 +523,7 @@ def test_an_older_server_is_spoken_to_as_it_always_was(stand, older):
     assert seen["edges"] == expected["edges"]
     (told,) = [found for found in seen["findings"] if found not in expected["findings"]]
     assert told[2] == "no-request"
-    assert told[3].startswith(r"b'\x90\x02' is not a request, and reads FF: this is a port of registers")
+    assert told[3].startswith(r"b'\x90\x02' is not a request, and reads FF: this is a port for registers")
 
 
 @pytest.mark.parametrize("plain", [False, True])
@@ -536,7 +536,7 @@ def test_bytes_through_the_handshake_of_a_card(stand, plain):
         assert port.ask("? P") == "P=00001234"
         one.running.do(lambda: one.x.pin("reset").drive(1))
         begun = one.running.do(lambda: one.bench.now_ps)
-        with pytest.raises(TimeoutError, match=r"byte 0 of b'ABCDE' was not taken"):
+        with pytest.raises(TimeoutError, match=r"byte 0 of b'ABCDE' was not accepted"):
             port.write(b"ABCDE")
         took = one.running.do(lambda: one.bench.now_ps) - begun
         assert took // (100 * MS) == (10 if plain else 2)  # a series ends there; one by one all waits are made

@@ -509,7 +509,7 @@ def test_any_damage_is_noticed_and_a_write_mends_it(store):
 def test_a_file_of_somebody_else_is_not_touched(store):
     store.path.write_text("Dear Sir or Madam")
     for action in (store.read, lambda: store.write(NEW)):
-        with pytest.raises(StoreError, match="not a memory of slewline; name another file"):
+        with pytest.raises(StoreError, match="not a slewline memory; name another file"):
             action()
     assert store.path.read_text() == "Dear Sir or Madam"
 
@@ -697,7 +697,7 @@ def test_a_file_that_is_taken_away_or_written_by_somebody_else_is_written_anew_o
     store.append(b"six", 6)
     assert store.read() == b"onetwosix" + LARGE[9:]
     store.path.write_text("Dear Sir or Madam")
-    with pytest.raises(StoreError, match="not a memory of slewline"):
+    with pytest.raises(StoreError, match="not a slewline memory"):
         store.append(b"x")
     assert store.path.read_text() == "Dear Sir or Madam"
 

@@ -350,7 +350,7 @@ def test_who_serves_is_told_once_that_a_browser_has_come(ports, client, kind):
     (text,) = said
     assert text.startswith("127.0.0.1:")
     assert text.endswith(
-        " speaks HTTP, which no host does; connection closed; a browser opens the page of slewline panel"
+        " speaks HTTP, which hosts do not use; connection closed; a browser opens the page of slewline panel"
     )
 
 

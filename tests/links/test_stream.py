@@ -120,7 +120,7 @@ def test_the_end_is_told_once(ends):
     one = ends()
     one.theirs.close()
     one.turn(3)
-    assert one.why == ["hung up"]
+    assert one.why == ["closed the connection"]
     assert one.stream.write(b"R") == 1  # dropped
 
 

@@ -220,7 +220,7 @@ def test_modules_of_different_speed_share_no_line():
     bench = slewline.Bench()
     server = Server(bench, Lockstep(bench))
     chips = [bench.add("gs-c200s", straps=STRAPS), bench.add("gs-c200s", straps=STRAPS | {"br0": 1})]
-    with pytest.raises(UsageError, match="differ in speed or format"):
+    with pytest.raises(UsageError, match="differ in rate or format"):
         server.line(*chips)
     server.close()
 
@@ -258,7 +258,7 @@ def test_a_port_that_other_machines_reach_is_told(kind):
     (text,) = [text for text in told if "open to" in text]
     assert text == (
         f"{open_to_all.where}: open to every network of this machine; "
-        "any client that connects can command the module; no password is asked"
+        "any client that connects can command the module, without a password"
     )
     told.clear()
     getattr(server, kind)(line, "127.0.0.1:0")

@@ -170,13 +170,17 @@ def test_what_no_command_sets_is_a_comment(cy525, capfd):
     assert pull(cy525.url) == 0
     assert "; number 0" in Path("out.cy525").read_text()
     assert saved()[-2:] == ["E", "Q"]
-    assert "all 48 bytes that the part gives are 00: no program" in capfd.readouterr().err
+    assert "all 48 bytes that the part reports are 00: no program" in capfd.readouterr().err
 
 
 PROGRAMS = {
-    "a label that has not run": (("J A", "0", "A$B", "0"), ("J A", "0", "B", "0"), "where its labels are (A)"),
-    "longer than what is given": (("P 300",) * 17 + ("0",), ("P 300",) * 16, "at 48; the part gives the first 48"),
-    "an instruction across the end": (("R 5", *("P 300",) * 17), ("R 5", *("P 300",) * 15), "goes on at 47"),
+    "a label that has not run": (("J A", "0", "A$B", "0"), ("J A", "0", "B", "0"), "its labels are unknown (A)"),
+    "longer than what is given": (
+        ("P 300",) * 17 + ("0",),
+        ("P 300",) * 16,
+        "at 48; the part reports only the first 48",
+    ),
+    "an instruction across the end": (("R 5", *("P 300",) * 17), ("R 5", *("P 300",) * 15), "continues at 47"),
     "ends where it jumps back": (("B", "J 0", "C"), ("B", "J 0"), ""),
     "goes on where it jumps to": (("T 3", "0", "B", "0"), ("T 3", "0", "B", "0"), ""),
     "behind a loop": (("B", "L 3,0", "X"), ("B", "L 3,0", "X"), ""),
@@ -300,17 +304,17 @@ def test_a_part_at_work_is_not_disturbed(cy525, capfd):
 
 def test_another_part_behind_an_adapter_is_noticed(cy512, capfd):
     assert pull(cy512.url) == 1
-    assert "is this the right port, and --chip the right part?" in capfd.readouterr().err
+    assert "check the port and --chip" in capfd.readouterr().err
     assert not Path("out.cy525").exists()
 
 
 WITHOUT = (
-    ("gs-c200s", "url", "what came was b'E"),
+    ("gs-c200s", "url", "received b'E"),
     *(
         pytest.param(*row, marks=pytest.mark.system)
         for row in (
-            ("gs-c200s", "tcp", "what came was b'E"),
-            ("cy525", "tcp", "nothing came"),
+            ("gs-c200s", "tcp", "received b'E"),
+            ("cy525", "tcp", "no characters received"),
         )
     ),
 )
@@ -335,14 +339,14 @@ def test_a_port_that_answers_everything_is_noticed(capfd):
     with socket.create_server(("127.0.0.1", 0)) as server:
         threading.Thread(target=answer, daemon=True).start()
         assert pull(f"socket://127.0.0.1:{server.getsockname()[1]}") == 1
-    assert "what came was b'OK'" in capfd.readouterr().err
+    assert "received b'OK'" in capfd.readouterr().err
 
 
 # ------------------------------------------------------------------------------------- what goes over the same adapter
 def test_a_dialogue_is_compared_with_the_model_and_played_again(cy525, capfd):
     assert pull(cy525.url) == 0
     assert invoke(["compare", "out.cy525.dialogue"]) == 0
-    assert "0 differences; times are the adapter's, and not compared" in capfd.readouterr().out
+    assert "0 differences; times are those of the adapter, and are not compared" in capfd.readouterr().out
     assert invoke(["compare", "out.cy525.dialogue", "--port", cy525.url]) == 0
     file = Path("out.cy525.dialogue")
     file.write_text(file.read_text().replace("?2 00 00 00 00 00 00", "?2 07 00 00 00 00 00", 1))
@@ -372,7 +376,7 @@ def test_what_passes_a_proxy_is_recorded_and_not_played_where_it_may_step(slewli
     assert invoke(["compare", "x.dialogue"]) == 0
     capfd.readouterr()
     assert invoke(["compare", "x.dialogue", "--port", cy525.url, "--replace"]) == 2
-    assert "P 300, P 0, T 0 may make the motor step; nothing was sent" in capfd.readouterr().err
+    assert "P 300, P 0, T 0 may step the motor; no command was sent" in capfd.readouterr().err
     cy525.assert_steps(0)
 
 
@@ -385,7 +389,7 @@ def test_a_person_speaks_with_it(cy525):
         assert talk.say("?3").lines == ("?3 00 00 FF 07 03 01",)
         assert "rate: 7" in talk.say(":values").text.splitlines()
         assert talk.say("?9").lines == ("! ?9: allowed ?, ?0, ?1, ?2, ?3",)
-        assert talk.hint("?3").startswith("asks for")
+        assert talk.hint("?3").startswith("queries")
 
 
 @pytest.mark.parametrize("line", ("P 5", "G", "J 0", "L 3,0", "T 0", "X", "QX", "Q"))

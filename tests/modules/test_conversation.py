@@ -136,7 +136,7 @@ def test_what_a_line_may_not_be(talk):
 def test_a_verb_without_its_colon_is_not_sent(talk, line):
     talk = talk()
     found = talk.say(line)
-    assert "is no command of a part; :" in found.failure
+    assert "is not a command of a part; :" in found.failure
     assert talk.module.transcript.sent == b""
 
 
@@ -150,7 +150,7 @@ def test_the_manuals_words(talk):
     assert talk.hint("S1") == "S <speed>: start-stop speed"
     assert talk.hint("Po").startswith("Po: begin programming")
     assert talk.hint("-25") == "± <steps>: move by a number of steps"
-    assert talk.hint("V1") == "asks for position"
+    assert talk.hint("V1") == "queries position"
     assert talk.hint(":help x") == VERBS[":help"]
     assert talk.hint("") == talk.hint("?") == ""
 
@@ -162,7 +162,7 @@ def test_completion(talk):
     assert [each.text for each in gsc.suggestions(":he")] == [":help"]
     assert [each.text for each in gsc.suggestions(":help J")] == [":help j", ":help jc"]
     assert gsc.suggestions(":quit x") == []
-    assert ("? P", "asks for position") in cy545.suggestions("?")
+    assert ("? P", "queries position") in cy545.suggestions("?")
 
 
 def test_what_comes_unasked(talk):

@@ -110,11 +110,11 @@ BAD = {
     "version": ('{"slewline":"dialogue 2","part":"x"}\n', "is a 'dialogue 2'; this version reads dialogue 1"),
     "kind": ('{"slewline":"memory 1"}\n', "is a 'memory 1'"),
     "no part": ('{"slewline":"dialogue 1"}\n', "names no part"),
-    "line": ('{"slewline":"dialogue 1","part":"x"}\n\n{}\n', "line 2: b'' is no entry"),
-    "list": ('{"slewline":"dialogue 1","part":"x"}\n[]\n', r"line 2: b'\[\]' is no entry \(not an object\)"),
+    "line": ('{"slewline":"dialogue 1","part":"x"}\n\n{}\n', "line 2: b'' is not an entry"),
+    "list": ('{"slewline":"dialogue 1","part":"x"}\n[]\n', r"line 2: b'\[\]' is not an entry \(not an object\)"),
     "who": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF.replace("host", "me") + "}\n", "'from' 'me'|from 'me'"),
-    "text": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + "}\n", "no entry"),
-    "letters": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + ',"text":"\\u0100"}\n', "no entry"),
+    "text": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + "}\n", "not an entry"),
+    "letters": ('{"slewline":"dialogue 1","part":"x"}\n' + HALF + ',"text":"\\u0100"}\n', "not an entry"),
 }
 
 

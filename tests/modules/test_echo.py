@@ -26,7 +26,7 @@ from tests.rows import rows
 
 SERVED = ("gs-c200s", "--strap", "chs=0", "--tcp", "127.0.0.1:0")
 WELD = ("Po", "S10", "T100", "R5", "+50", "Px")
-SAYS = "what is sent comes back: this line echoes, as an adapter for two wires (RS-485) or a modem does; give --echo"
+SAYS = "sent characters come back: this line echoes, as an adapter for two wires (RS-485) or a modem does; give --echo"
 FORMAT = LineSetting(9600, CharacterFormat(7, "odd", 2))
 
 

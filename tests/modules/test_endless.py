@@ -131,10 +131,10 @@ def test_the_time_is_that_of_the_characters_and_what_comes_is_told_before(capfd,
         took = time.monotonic() - begun
     lines = capfd.readouterr().err.splitlines()
     assert took > spoken.SLACK_S  # that it ends at all is what matters; how soon is the business of the next tests
-    assert [" is not over; received so far: " in line for line in lines] == [True, False, False]
+    assert [" has not ended; received so far: " in line for line in lines] == [True, False, False]
     assert lines[1].endswith(".raw")
     assert "$GPGGA" in lines[0]
-    assert "allowed a port that is silent unless it is asked" in lines[2]
+    assert "allowed: a port that is silent without a query" in lines[2]
 
 
 @pytest.mark.posix
@@ -228,7 +228,7 @@ def test_a_person_is_shown_what_comes_and_goes_on():
     x.module.port.line.in_waiting = 1
     assert set(x.unasked()) == {"x"}
     assert x.module.port.line.now < 2
-    assert "is not over after" in x.say("V2").failure
+    assert "has not ended after" in x.say("V2").failure
     assert x.say(":send V2\\r").lines
     assert x.say(":quit").over
 
@@ -237,4 +237,4 @@ def test_a_slow_search_says_what_has_come():
     said = []
     with pytest.raises(OSError, match="no GS-C200S answers V2"):
         find("slewline://gs-c200s?chs=0&br0=1&br1=1&br2=1", sheet_of("gs-c200s"), baud=None, address=3, say=said.append)
-    assert [line.endswith(" came so far; other rates are tried") for line in said] == [True]
+    assert [line.endswith(" received so far; other rates are tried") for line in said] == [True]

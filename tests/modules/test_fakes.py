@@ -34,22 +34,22 @@ FAKES = {
 }
 NOT_OF = {"cy545": ("no V", "no end", "address", "checksums")}
 NAMES = {
-    "cr lf": "its lines end in CR LF, where the sheet has CR",
-    "lf": "its lines end in LF, where the sheet has CR",
-    "lf cr": "its lines end in LF CR, where the sheet has CR",
-    "no cr": "no CR ends it",
-    "empty lines": "empty lines are in it",
-    "blank behind": "blanks are before or after it",
-    "blank inside": "blanks are in it",
-    "small letters": "small letters are in it, where the sheet has capitals",
-    "bit 7": "bit 7 of its characters is 1, where they have 7 bits",
-    "prompt": "characters of a prompt are around it",
-    "banner": "lines come before it",
+    "cr lf": "its lines end in CR LF instead of CR",
+    "lf": "its lines end in LF instead of CR",
+    "lf cr": "its lines end in LF CR instead of CR",
+    "no cr": "it does not end in CR",
+    "empty lines": "it has empty lines",
+    "blank behind": "it has blanks before or after it",
+    "blank inside": "it has blanks inside",
+    "small letters": "it has small letters instead of capitals",
+    "bit 7": "bit 7 of its 7-bit characters is 1",
+    "prompt": "it is surrounded by a prompt",
+    "banner": "it is preceded by other lines",
     "echo": "this line echoes, as an adapter",
     "checksums": "its lines end in checksums (--checksum)",
-    "address": "the address is in front of it",
-    "no V": "a V is missing in front of it",
-    "digits": "its number has not as many digits as the sheet",
+    "address": "it begins with the address",
+    "no V": "it lacks the V at its start",
+    "digits": "its number has a different number of digits",
     "no end": "the listing has no END",
     "wrapped": "lines of the listing are wrapped",
 }
@@ -191,32 +191,32 @@ def test_ram_is_put_back_also_when_the_other_program_could_not_be_read(capfd, un
         assert stored("saved.gs-c200s") == OLD["gs-c200s"]
         assert Path("saved.eeprom.gs-c200s").exists() == (unended == 2)
         assert ("the listing has no END" in said) == (unended > 2)
-        assert ("is not back" in said) == (unended == 1000)
+        assert ("was not restored" in said) == (unended == 1000)
         assert fake.ram == OLD["gs-c200s"]
 
 
 def check_said(said, fake, part):
     """What a tool says of the module is what it holds."""
     if part == "cy545":
-        if "its program is as it was" in said:
+        if "its program is unchanged" in said:
             assert fake.program == OLD[part], said
         if "it holds the program, verified" in said:
             assert fake.program == NEW[part], said
         return
     at_end = said.splitlines()[-3:]
-    if "its program is as it was" in said:
+    if "its program is unchanged" in said:
         assert fake.ram == OLD[part], said
-    if any("what it keeps without power is as it was" in line for line in at_end):
+    if any("the stored program is unchanged" in line for line in at_end):
         assert fake.eeprom == KEPT, said
-    if found := re.search(r"it holds ([0-9]+) of [0-9]+ instructions, program entry is open", said):
+    if found := re.search(r"it holds ([0-9]+) of [0-9]+ instructions; program entry is open", said):
         assert fake.entering and len(fake.ram) in (int(found[1]), int(found[1]) + 1), said
     if any("it holds the program, verified" in line and "not known" not in line for line in at_end):
-        assert fake.ram == (OLD if "put back what was there" in said else NEW)[part], said
-    if any("and keeps it without power" in line for line in at_end):
+        assert fake.ram == (OLD if "restoring the old program" in said else NEW)[part], said
+    if any("and has stored it" in line for line in at_end):
         assert fake.eeprom == NEW[part], said
-    if "its RAM has the program that it keeps without power" in said:
+    if "its RAM has the stored program" in said:
         assert fake.ram == fake.eeprom, said
-    if "its RAM has either of its programs" in said:
+    if "its RAM has one of its two programs" in said:
         assert fake.ram in (fake.eeprom, OLD[part]), said
 
 

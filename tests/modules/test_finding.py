@@ -58,7 +58,7 @@ def test_a_part_that_finds_the_rate_is_asked_at_9600_baud_or_what_is_given(part)
 
 def test_another_rate_than_the_one_that_it_has_found_is_told():
     with pytest.raises(
-        NoAnswer, match=r"no answer to \? P .* keeps the rate that it has found first.*--baud \(now 9600"
+        NoAnswer, match=r"no answer to \? P .* keeps the rate that it has detected first.*--baud \(now 9600"
     ):
         found("cy545?fixed_baud=1200")
 
@@ -130,5 +130,5 @@ def test_checksums_that_a_module_does_not_have_are_the_mistake_and_no_other_rate
         raised.append(str(caught.value))
     assert raised[0] == raised[1]
     assert "V2 with a checksum was answered with b'E2\\r' at 9600 baud" in raised[0]
-    assert raised[0].endswith("without one: this module has no checksums; leave out --checksum")
+    assert raised[0].endswith("without a checksum: this module has no checksums; leave out --checksum")
     find(f"slewline://{part}?chs=1", sheet_of(part), baud=baud, checked=True).port.close()

@@ -21,7 +21,7 @@ def exchanges(module, part, lines):
 def test_commands_that_move_are_found_before_anything_is_sent(module):
     one = module("gs-c200s?chs=0")
     with pytest.raises(
-        MotionRefused, match=r"E, \+5 may make the motor step; nothing was sent; allow motion with --move"
+        MotionRefused, match=r"E, \+5 may step the motor; no command was sent; allow motion with --move"
     ):
         play(exchanges(one, "gs-c200s", [*STILL, "E", "+5", "F"]), one)
     assert one.transcript.sent == b""
@@ -38,7 +38,9 @@ def test_stored_commands_do_not_move(module):
 @pytest.mark.parametrize("line", ["Po", "X", "M"])
 def test_the_program_of_a_module_is_not_replaced(module, line):
     one = module("gs-c200s?chs=0")
-    with pytest.raises(ReplacementRefused, match=f"{line} would replace the program.*nothing was sent.*slewline pull"):
+    with pytest.raises(
+        ReplacementRefused, match=f"{line} would replace its program.*no command was sent.*slewline pull"
+    ):
         play(exchanges(one, "gs-c200s", ["F", line]), one)
     assert one.transcript.sent == b""
 

@@ -28,14 +28,17 @@ HAS = "has this port; one host at a time; end the other program, and call again"
 NO_PORTS = [  # what is given, the end of the answer
     ("socket://127.0.0.1:{free}", "connection refused: nothing listens at 127.0.0.1:{free}; start its server first"),
     ("rfc2217://127.0.0.1:{free}", "connection refused: nothing listens at 127.0.0.1:{free}; start its server first"),
-    ("127.0.0.1:{free}", "is an address; a port of another program is written socket://127.0.0.1:{free}, a device"),
-    ("localhost:{free}", "another program is written socket://localhost:{free}, a device /dev/ttyUSB0 or COM3"),
-    ("{free}", "is an address; a port of another program is written socket://127.0.0.1:{free}, a device"),
-    ("tcp://127.0.0.1:{free}", "a port of another program is written socket://127.0.0.1:{free}, a device"),
+    ("127.0.0.1:{free}", "is an address; write the port of another program as socket://127.0.0.1:{free}, a device"),
+    ("localhost:{free}", "another program as socket://localhost:{free}, a device /dev/ttyUSB0 or COM3"),
+    ("{free}", "is an address; write the port of another program as socket://127.0.0.1:{free}, a device"),
+    ("tcp://127.0.0.1:{free}", "the port of another program as socket://127.0.0.1:{free}, a device"),
     ("socket://127.0.0.1", "expected socket://HOST:PORT, such as socket://127.0.0.1:4001, with a port of 1 to 65535"),
     ("rfc2217://127.0.0.1", "expected rfc2217://HOST:PORT, such as rfc2217://127.0.0.1:4001"),
     ("socket://127.0.0.1:99999", "expected socket://HOST:PORT, such as socket://127.0.0.1:4001"),
-    ("http://127.0.0.1:{free}", "http:// is not known here; allowed a device, such as /dev/ttyUSB0 or COM3, socket"),
+    (
+        "http://127.0.0.1:{free}",
+        "http:// is not supported here; allowed: a device, such as /dev/ttyUSB0 or COM3, socket",
+    ),
     ("/dev/none:4001", "No such file or directory; name a serial port that exists"),
 ]
 
@@ -54,7 +57,10 @@ def test_what_is_no_port_is_answered_with_what_is_meant(where, says):
     ("cause", "says"),
     [
         (socket.gaierror(-2, "x"), "the name 'there' cannot be resolved; correct it, or give the address in numbers"),
-        (TimeoutError("timed out"), "no answer from there; check that it is on, the network, and its firewall"),
+        (
+            TimeoutError("timed out"),
+            "no answer from there; check that it is on, and check the network and its firewall",
+        ),
         (OSError(113, "x"), "No route to host; check the address, the network and the server"),
     ],
 )
@@ -108,7 +114,7 @@ def test_a_server_that_hangs_up_without_a_word_is_gone(collected):
 
     thread = threading.Thread(target=hang_up, daemon=True)
     thread.start()
-    with closing(server), pytest.raises(PortLost, match=r"the port is gone \(.*\); start its server again, and call"):
+    with closing(server), pytest.raises(PortLost, match=r"the port is gone \(.*\); start its server again, and try"):
         find(f"socket://127.0.0.1:{server.getsockname()[1]}", sheet_of("gs-c200s"), baud=9600)
     thread.join(PATIENCE)
 

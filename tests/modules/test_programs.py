@@ -72,14 +72,14 @@ def test_what_is_saved_assembles_to_what_is_in_the_module_which_does_not_change(
     saved = (tmp_path / f"weld.{part}").read_text()
     assert assemble(saved, sheet_of(part), "weld").stored == wanted(part).stored == contents.stored
     assert (stored(x), steps(x)) == (before, 0)
-    assert saved.startswith(f"; {part}, as slewline pull has read it\n")
+    assert saved.startswith(f"; {part}, as read by slewline pull\n")
 
 
 def test_the_text_of_a_module_has_its_program_and_what_can_be_asked_for(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0", ["S10", "L0", "+5", "L20"])
     x.ask("f-17")
     assert pull(x, tmp_path / "a").text.splitlines() == [
-        "; gs-c200s, as slewline pull has read it",
+        "; gs-c200s, as read by slewline pull",
         "; position -17",
         "; inputs and outputs 70",
         *("Po", "S10", "L0", "+5", "L20", "Px"),
@@ -124,21 +124,21 @@ def test_erased_memory_holds_no_program_and_that_is_said_before_it_takes_a_minut
     said = []
     contents = read_contents(found("cy545"), 65000, said.append)
     assert (contents.program, contents.stored) == ((), b"")
-    assert "erased from 65000 on; the module sends it to its end, 1 s at most" in said[0]
+    assert "erased from 65000 on; the module lists the rest, 1 s at most" in said[0]
 
 
 def test_what_is_no_instruction_ends_a_program_and_is_noted(found, tmp_path):
     (tmp_path / "image").write_bytes(b"R 5\rxyz\r")
     contents = read_contents(found(f"cy545?memory={tmp_path}/image"))
     assert contents.program == ("R 5",)
-    assert contents.text.splitlines()[-1] == "; at 4 is b'xyz\\r', no instruction: nothing after it was read"
+    assert contents.text.splitlines()[-1] == "; at 4 is b'xyz\\r', not an instruction: the rest was not read"
 
 
 def test_what_a_text_cannot_say_is_in_an_image_beside_it(found, tmp_path):
     (tmp_path / "image").write_bytes(b'R 5 \r"a;b"\r0\r')
     x, said = found(f"cy545?memory={tmp_path}/image"), []
     pull(x, tmp_path / "a.cy545", say=said.append)
-    assert "does not say all of the program" in said[-1]
+    assert "cannot represent all of the program" in said[-1]
     image = (tmp_path / "a.cy545.ihx").read_text()
     assert image.startswith(":0D00000052203520") and image.endswith(":00000001FF\n")
 
@@ -174,7 +174,7 @@ def test_a_busy_module_is_not_disturbed(found, tmp_path):
     x = filled(found, "gs-c200s", "chs=0", ["S10", "T100", "R5", "+5000"])
     x.may_move = True
     x.ask("E")
-    with pytest.raises(RefusedCommand, match=r"V2 was answered with B: busy; a program or a motion is under way"):
+    with pytest.raises(RefusedCommand, match=r"V2 was answered with B: busy; a program or a motion is in progress"):
         pull(x, tmp_path / "a")
     x.port.pause(10)
     assert (steps(x), [*tmp_path.iterdir()]) == (5000, [])
@@ -217,7 +217,7 @@ def test_ram_that_cannot_be_put_back_is_in_its_file_and_that_is_said(found, tmp_
 
     x.port.write = cut
     with pytest.raises(
-        Unfinished, match=r"cable is gone\n.*is not back.*answered: it holds 1 of 15 instructions, program"
+        Unfinished, match=r"cable is gone\n.*was not restored.*answered: it holds 1 of 15 instructions; program"
     ):
         pull(x, tmp_path / "weld", recall=True)
     assert "\nW2\n" in (tmp_path / "weld").read_text()
@@ -304,10 +304,10 @@ def test_a_listing_that_never_agrees_lets_nothing_be_stored(found, tmp_path, par
 
     chip._commands.handlers["Q"] = wrong.__get__(chip._commands)
     with pytest.raises(
-        Unfinished, match=r"instruction 2 is listed as T101, and was sent as T100; nothing was stored"
+        Unfinished, match=r"instruction 2 is listed as T101, but was sent as T100; the program was not stored"
     ) as how:
         push(x, wanted(part), tmp_path / "weld", store=True)
-    assert "what it keeps without power is as it was" in str(how.value)
+    assert "the stored program is unchanged" in str(how.value)
     assert b"M\r" not in x.transcript.sent
     assert kept(x) == b""
 
@@ -324,7 +324,7 @@ def test_a_module_that_refuses_a_line_in_the_middle_is_told_with_what_it_holds(f
     chip_of(x)._stored.store = full
     with pytest.raises(Unfinished, match=r"answered with E3: program memory full.*\n.*it holds 3 of 15 instr") as told:
         push(x, wanted("gs-c200s"), tmp_path / "weld", store=True)
-    assert f"what was there is in {tmp_path}/weld.before" in str(told.value)
+    assert f"the old program is in {tmp_path}/weld.before" in str(told.value)
     assert (kept(x), b"M\r" in x.transcript.sent.partition(b"W1")[2]) == (wanted("gs-c200s", ["S99"]).stored, False)
 
 
@@ -340,9 +340,7 @@ def test_what_is_there_already_is_not_sent_again(found, tmp_path, store):
 
 def test_an_eeprom_that_fails_is_told_and_the_program_stays_in_ram(found, tmp_path):
     x = found("gs-c200s?chs=0&eeprom_fault=true")
-    with pytest.raises(
-        Unfinished, match=r"M was answered with E6.*\n.*does not keep it without power \(E6: the EEPROM fa"
-    ):
+    with pytest.raises(Unfinished, match=r"M was answered with E6.*\n.*was not stored \(E6: the EEPROM fa"):
         push(x, wanted("gs-c200s"), tmp_path / "weld", store=True)
     assert holds(x, wanted("gs-c200s"))
 
@@ -410,9 +408,7 @@ def test_a_program_that_begins_with_a_step_needs_room_for_a_question(found, tmp_
     (tmp_path / "image").write_bytes(b"R 5\r0\r".ljust(65528, b"\xff") + b"R 1\rR 2\r")
     x = found(f"cy545?memory={tmp_path}/image")
     before = stored(x)
-    with pytest.raises(
-        Unfinished, match=r"begins with G, which would make a step .*at 65528 is no room for a question"
-    ):
+    with pytest.raises(Unfinished, match=r"begins with G, which would step the motor .*no room for a query at 65528"):
         push(x, wanted("cy545", ["G"]), tmp_path / "weld")
     assert stored(x) == before
 
@@ -431,7 +427,7 @@ def test_a_command_outside_the_program_that_may_step_is_refused_before_anything_
     x = found("gs-c200s?chs=0")
     x.transcript.said.clear()
     program = ProgramText.read(f"Po\nS10\n{'E' if line == 'E' else 'Px'}\n{line}\n", sheet, "weld")
-    with pytest.raises(MotionRefused, match=rf"weld, line 4: {line[0]}\S* may make the motor step.*nothing was sent"):
+    with pytest.raises(MotionRefused, match=rf"weld, line 4: {line[0]}\S* may step the motor.*no command was sent"):
         push(x, program, tmp_path / "weld")
     assert not x.transcript.said
 
@@ -439,8 +435,11 @@ def test_a_command_outside_the_program_that_may_step_is_refused_before_anything_
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("Po\nS10\nPx\n@wait 5 ms\n", "weld, line 4: @wait 5 ms is for slewline run; allowed commands of the GS-C200S"),
-        ("f+5\n", "no program in it; write Po in front"),
+        (
+            "Po\nS10\nPx\n@wait 5 ms\n",
+            "weld, line 4: @wait 5 ms is for slewline run; allowed: commands of the GS-C200S",
+        ),
+        ("f+5\n", "has no program; write Po before"),
         ("Po\n+50,\n", "50, does not fit"),
     ],
 )
@@ -478,11 +477,11 @@ def test_a_cut_cable_is_told_with_what_stands_in_the_module_and_the_next_push_go
     try:
         push(x, wanted(part), tmp_path / "weld", store=part.startswith("gs"))
     except Unfinished as cut:
-        assert f"what {part} at slewline://{url} holds, as far as it has answered: " in str(cut)
-        assert f"what was there is in {tmp_path}/weld.before" in str(cut)
+        assert f"content of {part} at slewline://{url}, as far as it has answered: " in str(cut)
+        assert f"the old program is in {tmp_path}/weld.before" in str(cut)
         if "keeps" not in str(cut):
             assert before[:5] == stored(x)[:5]
-        if old is not None and "whether it keeps it" not in str(cut):
+        if old is not None and "it is unknown whether it was stored" not in str(cut):
             assert kept(x) == old
     except PortLost:
         assert stored(x) == before

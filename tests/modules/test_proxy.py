@@ -197,7 +197,7 @@ def test_a_cable_that_is_pulled_and_put_back(start, tmp_path):
     os.write(running.host, b"F\r")
     assert read(running.module, 2) == b"F\r"
     texts = [said.text for said in running.end().said]
-    assert "module: takes no characters; 5 and those that follow are lost" in texts
+    assert "module: takes no characters; 5 and all further ones are lost" in texts
 
 
 def test_a_slow_disk_makes_no_character_late(start, tmp_path):

@@ -41,7 +41,7 @@ def test_no_more_than_some_megabytes_are_kept_and_that_is_said(tmp_path, monkeyp
         record.came(b"V70\r", MS)
     assert (tmp_path / "x.raw").stat().st_size <= 1000
     assert (tmp_path / "x.raw").read_text().splitlines()[-1] == raw.FULL
-    assert said == [f"{tmp_path / 'x.raw'}: 16 MB are full; it ends here"]
+    assert said == [f"{tmp_path / 'x.raw'}: 16 MB are full; the record ends here"]
 
 
 @pytest.mark.parametrize("room", [0, 1])
@@ -68,13 +68,13 @@ def test_a_full_disk_ends_it_at_a_whole_line_and_is_said_once(tmp_path, room):
         record.path = tmp_path / "nowhere" / "x.raw"
     record.came(b"V70\r", MS)
     record.came(b"V70\r", MS)
-    assert len(said) == 1 and ("it ends here" if room else "what comes is not kept") in said[0]
+    assert len(said) == 1 and ("the record ends here" if room else "characters are not recorded") in said[0]
 
 
 def test_two_deviations_have_both_names_and_noise_has_none():
     gsc = speech_of(sheet_of("gs-c200s"))
     assert deviations(gsc, "V2", b"V2\rV70\r\n") == (
-        "it echoes what is sent, as a modem or a console does and its lines end in CR LF, where the sheet has CR"
+        "it echoes sent characters, as a modem or a console does and its lines end in CR LF instead of CR"
     )
     for command, received in (("V2", b"V70\r"), ("V2", b"E1\r"), ("Q", b"S10\rEND\r"), ("V2", b"\x00x?\r"), ("F", b"")):
         assert deviations(gsc, command, received) == ""

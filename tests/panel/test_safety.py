@@ -153,7 +153,7 @@ MOVES = [
 def test_without_a_token_a_page_only_reads(panel, served, request_):
     with panel.connect() as page:
         assert json.loads(page.recv(PATIENCE)) == {"event": "panel", "writes": False}
-        assert "this page may only read" in ask(page, **request_)["error"]
+        assert "this page is read-only" in ask(page, **request_)["error"]
         assert ask(page, do="status")["chips"]
     assert pin(served) != 0
     assert not served.do(lambda: served.server.pace.paused)
@@ -177,14 +177,14 @@ def test_a_panel_to_look_at_moves_nothing_for_anybody(panels, served):
     panel = panels("--read-only")
     with panel.connect(panel.token) as page:
         assert not json.loads(page.recv(PATIENCE))["writes"]
-        assert "may only read" in ask(page, do="drive", pin="x.abort", level=0)["error"]
+        assert "is read-only" in ask(page, do="drive", pin="x.abort", level=0)["error"]
     assert pin(served) != 0
 
 
 def test_nobody_ends_the_server(panel, served):
     with panel.connect(panel.token) as page:
         page.recv(PATIENCE)
-        assert "not from a page" in ask(page, do="quit")["error"]
+        assert "not allowed from a page" in ask(page, do="quit")["error"]
         assert ask(page, do="status")["chips"]
 
 
@@ -346,7 +346,7 @@ def test_too_many_requests_that_wait_are_refused(panel):
         page.recv(PATIENCE)
         for number in range(WAITS + 1):
             page.send(json.dumps({"id": number, "do": "until", "pin": "x.abort", "level": 0}))
-        assert json.loads(page.recv(PATIENCE)) == {"error": f"{WAITS} requests wait already", "id": WAITS}
+        assert json.loads(page.recv(PATIENCE)) == {"error": f"{WAITS} requests are waiting already", "id": WAITS}
         assert ask(page, do="status")["chips"]  # which waits for none of them
 
 

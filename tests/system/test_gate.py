@@ -150,7 +150,7 @@ def test_a_link_in_the_folder_or_below_is_made_there(folder):
 @pytest.mark.posix
 @pytest.mark.parametrize("name", ["out/x", "round/x", "round/deeper/x", "out/mine/x", "nowhere/x"])
 def test_no_link_on_the_way_to_a_link_is_followed(folder, name):
-    with pytest.raises(UsageError, match="name a link in a writable directory, which is no link itself"):
+    with pytest.raises(UsageError, match="name a link in a writable directory that is not itself a link"):
         DeviceLink(place(folder, name), "/dev/pts/99999")
     assert not [path for path in folder.parent.rglob("*") if path.name == "x"]
 
@@ -161,7 +161,7 @@ def test_a_folder_that_becomes_a_link_after_it_was_checked_is_not_followed(folde
     (folder / "below/deeper").rmdir()
     (folder / "below").rmdir()
     (folder / "below").symlink_to(folder.parent)
-    with pytest.raises(UsageError, match="no link itself"):
+    with pytest.raises(UsageError, match="not itself a link"):
         DeviceLink(found, "/dev/pts/99999")
     assert not os.path.lexists(folder.parent / "x")
 
@@ -181,7 +181,7 @@ def test_a_link_takes_the_place_of_nothing_but_an_old_link_of_ours(folder):
     (folder / "data").write_text("precious")
     (folder / "other").symlink_to("/etc/hostname")
     for name in ("data", "other", "below"):
-        with pytest.raises(UsageError, match="not an old link of slewline"):
+        with pytest.raises(UsageError, match="not an old link made by slewline"):
             DeviceLink(place(folder, name), "/dev/pts/99999")
     (folder / "old").symlink_to("/dev/pts/99998")
     DeviceLink(place(folder, "old"), "/dev/pts/99999").remove()
@@ -350,12 +350,12 @@ ENTRY = '{"at_us":%s,"last_us":%s,"from":"host","text":%s}'
 @rows(
     ["line", "says"],
     [
-        (ENTRY % ("1e999", "1", '"F"'), "line 2: .* is no entry .*finite"),
-        (ENTRY % ("1", "1e999", '"F"'), "line 2: .* is no entry .*finite"),
-        (ENTRY % (10**12 * 10, "1", '"F"'), "line 2: .* is no entry .*at_us: allowed a whole number"),
-        (ENTRY % ("1.5", "1", '"F"'), "line 2: .* is no entry .*at_us: allowed a whole number"),
-        (ENTRY % ("1", "1", '["x"]'), "line 2: .* is no entry .*text: allowed text"),
-        ("[" * 100_000, r"line 2: .* is no entry \(nested too deeply\)"),
+        (ENTRY % ("1e999", "1", '"F"'), "line 2: .* is not an entry .*finite"),
+        (ENTRY % ("1", "1e999", '"F"'), "line 2: .* is not an entry .*finite"),
+        (ENTRY % (10**12 * 10, "1", '"F"'), "line 2: .* is not an entry .*at_us: allowed a whole number"),
+        (ENTRY % ("1.5", "1", '"F"'), "line 2: .* is not an entry .*at_us: allowed a whole number"),
+        (ENTRY % ("1", "1", '["x"]'), "line 2: .* is not an entry .*text: allowed text"),
+        ("[" * 100_000, r"line 2: .* is not an entry \(nested too deeply\)"),
     ],
 )
 def test_a_dialogue_of_no_sense_is_told(tmp_path, line, says):

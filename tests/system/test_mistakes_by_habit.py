@@ -488,4 +488,4 @@ def test_a_server_names_the_chip_whose_uart_only_receives():
     server = Server(bench, Lockstep(bench), tell=heard.append)
     server.line(bench.add("cy525", name="feeder"))
     server.close()
-    assert any("the UART of feeder only receives: no command is answered" in text for text in heard)
+    assert any("the UART of feeder only receives: commands are not answered" in text for text in heard)

@@ -212,7 +212,7 @@ MISTAKES = (
     row("even parity", url, b"V1\r", parity="E", words=f"is set to 9600 7E2|{RATE}"),
     row("no parity", url, b"V1\r", parity="N", words=f"is set to 9600 7N2|{RATE}"),
     row("one stop bit", url, b"V1\r", stopbits=1, words=f"is set to 9600 7O1|{RATE}"),
-    row("another rate, read without timeout", endless, b"V1\r", baudrate=19200, words=f"no more can come|is set to 19200 7O2|{RATE}|set a timeout on the port"),
+    row("another rate, read without timeout", endless, b"V1\r", baudrate=19200, words=f"no more can arrive|is set to 19200 7O2|{RATE}|set a timeout on the port"),
     row("another rate", fixture, b"V1\r", baudrate=19200, words=f"line is set to 19200 7O2|{RATE}"),
     row("another rate", rfc2217, b"V1\r", baudrate=4800, words=f"gs_c200s is set to 4800 7O2|{RATE}".replace("gs_c200s is set", "is set")),
     row("8N1", rfc2217, b"V1\r", bytesize=8, parity="N", stopbits=1, words=f"is set to 9600 8N1|{RATE}"),
@@ -290,7 +290,7 @@ MISTAKES = (
     row("an answer that goes to TXD", asked, "? P", part="cy545", over="parallel", words="the mode register is 128 and sends answers elsewhere|send O 129 to get them here"),
     row("an answer that goes to the bus", url, b"\r\rO 129\r? P\r", part="cy545", bytesize=8, parity="N", stopbits=1, words="cy545  answer-elsewhere: ? P came on RXD|the parallel port|O 128 sends answers to TXD"),
     row("a question to what only receives", deaf, words="port|nothing drives its rxd: the other end only receives"),
-    row("what only receives", start, "cy525", words="the UART of cy525 only receives: no command is answered|--framing|?0 to ?3 read back"),
+    row("what only receives", start, "cy525", words="the UART of cy525 only receives: commands are not answered|--framing|?0 to ?3 read back"),
     row("what only receives", log, "cy525", words="the chip only receives on this line: it never answers"),
     row("a rate as an option", python, "gs-c200s", baud=9600, words="gs_c200s: no option 'baud': straps set its rate|br0=0, br1=0, br2=0|--strap br0=0"),
     row("a rate that there is not", python, "gs-c200s", baud=19200, words="straps set its rate: allowed 110, 150, 300, 600, 1200, 2400, 4800, 9600|--strap br0=0"),
@@ -300,8 +300,8 @@ MISTAKES = (
     row("a port of Windows as a link", command, "gs-c200s", "--pty", "COM3", words="COM3 is the name of a port on Windows (--serial COM3)|name a link, such as /tmp/COM3"),
     row("a port of Windows", command, "gs-c200s", "--serial", "COM3", words="COM3: is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0"),
     row("a serial port that is not there", command, "gs-c200s", "--serial", "/dev/ttyUSB77", words="/dev/ttyUSB77: No such file or directory; name a serial port that exists"),
-    row("a TCP port as a serial port", command, "gs-c200s", "--serial", "socket://127.0.0.1:4001", words="is an address, and no serial port; name a device, such as /dev/ttyUSB0 or COM3; --tcp opens a TCP port"),
-    row("an address as a serial port", command, "gs-c200s", "--serial", "127.0.0.1:4001", words="127.0.0.1:4001: is an address, and no serial port"),
+    row("a TCP port as a serial port", command, "gs-c200s", "--serial", "socket://127.0.0.1:4001", words="is an address, not a serial port; name a device, such as /dev/ttyUSB0 or COM3; --tcp opens a TCP port"),
+    row("an address as a serial port", command, "gs-c200s", "--serial", "127.0.0.1:4001", words="127.0.0.1:4001: is an address, not a serial port"),
     row("text to a port of registers", registers, b"GET_VRSN\r\n", words="mc1151a_isa  no-request: |b'GE' (text, it seems) is not a request|port of registers, with two bytes a request|docs/howto/serve_registers.md"),
 )
 # fmt: on

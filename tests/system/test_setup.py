@@ -291,7 +291,7 @@ def test_a_checkout_that_can_only_be_read_gets_its_environment_elsewhere(setup, 
     assert machine.installed == [".venv", "run.lock", ""]
     place = next((frozen / "caches/slewline").iterdir())
     assert (place / ".venv" / BIN).is_dir()
-    assert f"can only be read; the environment and what is made go to {place}" in capsys.readouterr().err
+    assert f"is read-only; the environment and build products go to {place}" in capsys.readouterr().err
     assert machine.ran[0] == [BIN, "-m", "slewline", "demo", "-o", str(place / "build/demo")]
     assert {path for path in frozen.rglob("*") if "caches" not in path.parts} == before
 

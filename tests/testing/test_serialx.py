@@ -63,7 +63,7 @@ def test_a_read_returns_what_is_there_and_waits_for_the_first():
 
 
 def test_a_read_without_timeout_says_that_nothing_is_coming():
-    with opened(read_timeout=None) as port, pytest.raises(Timeout, match="no more can come"):
+    with opened(read_timeout=None) as port, pytest.raises(Timeout, match="no more can arrive"):
         port.read(1)
 
 

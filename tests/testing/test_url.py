@@ -211,7 +211,7 @@ def test_the_eeprom_of_a_file_outlives_the_port(opened, tmp_path):
     assert (ask(port, "X"), port.chip.listing().split()[1::2]) == (b"YY\r", ["S10", "T100", "R50", "+200"])
     (tmp_path / "x.eeprom").write_text("something else")
     assert ask(port, "M") == framed("E6")
-    assert "not a memory of slewline" in port.bench.findings[-1].text
+    assert "not a slewline memory" in port.bench.findings[-1].text
     assert issubclass(StoreError, OSError)
 
 
@@ -359,7 +359,7 @@ def test_a_read_without_timeout_says_that_nothing_is_coming(opened):
     port = opened(timeout=None)
     port.write(framed("F"))
     with pytest.raises(
-        Timeout, match=r"read\(4\) without timeout got 3, .* can come \(gs_c200s: waiting for a command"
+        Timeout, match=r"read\(4\) without timeout received 3, .* can arrive \(gs_c200s: waiting for a command"
     ):
         port.read(4)
     assert port.read(3) == b"RR\r"

@@ -58,7 +58,7 @@ def test_rows_may_be_given() -> None:
 
 @pytest.mark.parametrize(("text", "error", "says"), [
     ("load", UsageError, "perturbation 'load'; allowed a quantity and per cent, such as"),
-    ("laod 20%", UnknownName, "there are: load, inertia, supply, current, friction, drag; did you mean load?"),
+    ("laod 20%", UnknownName, "known: load, inertia, supply, current, friction, drag; did you mean load?"),
     ("supply -100%", UsageError, "allowed less than 100 % down"),
     ("load 20%,", UsageError, "perturbation ''; allowed"),
 ])  # fmt: skip

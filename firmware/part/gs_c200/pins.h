@@ -1,4 +1,4 @@
-/* The pins of the module, its timers, and RDY: what every other file uses. */
+/* The pins of the module, its timers, and RDY, which every other file uses. */
 #ifndef PINS_H
 #define PINS_H
 

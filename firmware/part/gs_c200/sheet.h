@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Times, in picoseconds: what they are, and the section. */
+/* Times, in picoseconds, each with its meaning and its section. */
 #define CLOCK_PS 1700000ULL /* CLOCK low; at most 5 us: pin 28; electrical characteristics */
 #define RESET_PS 400000000ULL /* RESET low; at most 500 us: pin 27; electrical characteristics */
 #define DIR_SETUP_PS 10000000ULL /* DIR and MOV to the first step: figure 2 */
@@ -14,11 +14,11 @@
 #define TURNROUND_PS 1000000000ULL /* carriage return to answer: data exchange protocol */
 #define RELEASE_PS 5000000ULL /* ENABLE high to the step that it held: pin 24 */
 #define EEPROM_PS 1200000000000ULL /* M with a full memory: 119 bytes and a check byte, 10 ms each: command M */
-#define STORE_LOOK_PS 10000000000ULL /* after which an EEPROM that is still busy is sampled again */
+#define STORE_LOOK_PS 10000000000ULL /* interval of sampling an EEPROM that is still busy */
 
 #define RATE_UNIT 10U /* steps/s: motion characteristics */
 #define CHECKSUM_BIT 0x10U /* always set: data exchange protocol */
-#define INVALID_BYTE 0xffU /* no opcode: what a write that was cut off leaves first */
+#define INVALID_BYTE 0xffU /* not an opcode: the first byte after an interrupted write */
 #define C200_LEAST (0) /* of the position counter */
 #define C200_MOST 9999999
 #define C200S_LEAST (-8388608) /* of the position counter */
@@ -54,13 +54,13 @@ enum command {
     JUMP,
     JUMP_ON,
     PROGRAM_END,
-    FOREIGN /* of the other part */
+    FOREIGN /* a command of the other part */
 };
 
-/* How an argument is written: a number, with or without a sign; a sign alone, at times left out. */
+/* The form of an argument: a number, with or without a sign; a sign alone, which may be optional. */
 enum sign { UNSIGNED, SIGNED, WITH_SIGN, WITH_SIGN_BUT_0, SIGN_ALONE, SIGN_IF_ANY };
 
-/* When a command is executed directly. */
+/* The states in which a command is executed directly. */
 enum state { IDLE = 1, ENTERING = 2, RUNNING = 4 };
 
 struct arg {
@@ -69,10 +69,10 @@ struct arg {
     uint8_t size; /* bytes in the program memory; 0: it is added to the opcode */
 };
 
-/* One form of a command.  Forms with the same letters follow each other; the first that fits is meant. */
+/* One form of a command.  Forms with the same letters are adjacent; the first that fits is used. */
 struct row {
     char head[3]; /* empty: the sign of the argument */
-    char tail[3]; /* letters any of which ends it, the proper one first */
+    char tail[3]; /* alternative last letters, the standard one first */
     uint8_t command;
     uint8_t args;
     uint8_t code; /* in the program memory; the codes are the model's own */

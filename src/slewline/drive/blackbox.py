@@ -145,7 +145,7 @@ class BlackBox:
         self._written = self._written if mode == "a" else 0
 
     def _fail(self, error: OSError) -> None:
-        self.failure = f"black box {self.folder}: {error.strerror or error}; it ends here"
+        self.failure = f"black box {self.folder}: {error.strerror or error}; the record ends here"
         self._let_go()
 
     def _let_go(self) -> None:
@@ -154,7 +154,9 @@ class BlackBox:
             try:
                 file.close()
             except OSError as error:
-                self.failure = self.failure or f"black box {self.folder}: {error.strerror or error}; it ends here"
+                self.failure = (
+                    self.failure or f"black box {self.folder}: {error.strerror or error}; the record ends here"
+                )
 
     def _note(self, way: str, data: bytes) -> None:
         if self._file is None:
@@ -221,7 +223,7 @@ def read_line(folder: str | PathLike[str]) -> list[tuple[int, int, str, bytes]]:
     found: list[tuple[int, int, str, bytes]] = []
     paths = [path for name in LINES if (path := Path(folder) / name).exists()]
     if not paths:
-        raise UsageError(f"{folder}: has no black box, no line.0.jsonl; name the folder of a session")
+        raise UsageError(f"{folder}: has no black box (line.0.jsonl); name the folder of a session")
     for path in paths:
         with opened(path) as file:
             for number, line in enumerate(lines_of(path, file), 1):

@@ -114,23 +114,23 @@ class Checkup(NamedTuple):
             pulses = f"{PULSES} pulses sent, {PULSES} counted"
         elif not self.counted:
             pulses = (
-                f"{PULSES} pulses sent, none counted: connect {step} to {loop}, and nothing else to either, then "
+                f"{PULSES} pulses sent, none counted: connect {step} to {loop}, and no other wire to either, then "
                 "try again"
             )
         else:
             pulses = (
-                f"{PULSES} pulses sent, {self.counted} counted: a loose wire from {step} to {loop}, or a board that is "
-                "faulty"
+                f"{PULSES} pulses sent, {self.counted} counted: the wire from {step} to {loop} is loose, or the "
+                "board is faulty"
             )
         rows = [
             f"board     {board.title}; its crystal differs from this machine's clock by {self.offset_ppm:+.0f} ppm",
-            f"link      {median:.1f} ms there and back, {worst:.1f} ms at worst, {self.load_ms:.0f} ms for the start "
+            f"link      {median:.1f} ms round trip, {worst:.1f} ms at worst, {self.load_ms:.0f} ms for the start "
             f"of a motion; {self.damaged} frames damaged",
             f"machine   wakes {late.median:.2f} ms late, {late.p99:.2f} ms in the worst of 100, {late.worst:.1f} ms at "
             f"worst; {self.priority}",
             "horizon   none is long enough: this link is too slow; use another adapter"
             if self.horizon_ms is None
-            else f'horizon   --horizon "{self.horizon_ms} ms" is enough for this machine and link, as far as was seen',
+            else f'horizon   --horizon "{self.horizon_ms} ms" is enough for this machine and link, by this measurement',
         ]
         if self.jogged is None:
             rows.append(f"pulses    {pulses}")
@@ -144,7 +144,7 @@ class Checkup(NamedTuple):
             rows.append(
                 "e-stop    its contact opened, and the board switched the driver off"
                 if self.estop
-                else f"e-stop    not seen within {ESTOP_S:g} s: look at its wire and contact"
+                else f"e-stop    not seen within {ESTOP_S:g} s: check its wire and contact"
             )
         return rows
 
@@ -176,7 +176,7 @@ class Check:
             priority: the priority of this process.
             tell: called with progress messages.
         """
-        tell(f"slewline: looking for {seconds:g} s")
+        tell(f"slewline: measuring for {seconds:g} s")
         self.clock.worst_round_trip_ns = 0  # a board that is being opened answers late
         late = measured(seconds, self.wall, self.talk.nap, self.turn)
         _, worst_ns, median_ns = self.clock.round_trip_ns

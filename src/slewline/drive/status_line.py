@@ -20,7 +20,7 @@ def introduction(state: DriveState, estop: bool) -> str:
         estop: an input of the board is an emergency stop.
     """
     if state.enable:
-        power = "the driver is enabled" + "; no E-stop is among the inputs (--input A0=estop)" * (not estop)
+        power = "the driver is enabled" + "; no input is an E-stop (--input A0=estop)" * (not estop)
     elif state.config.driver & DriverFlag.DRY:
         power = "a dry run: no pulses, and the driver stays off, until --enable"
     else:
@@ -28,7 +28,7 @@ def introduction(state: DriveState, estop: bool) -> str:
     others = [number for number in range(1, len(state.chip.axes) + 1) if number != state.number]
     axis = f", axis {state.number}" if others else ""
     left = f"; not driven: axis {' and '.join(map(str, others))}" if others else ""
-    return f"{state.chip.name}{axis} on an {state.board.title}, {readable(state.horizon_ps)} ahead; {power}{left}"
+    return f"{state.chip.name}{axis} on an {state.board.title}, horizon {readable(state.horizon_ps)}; {power}{left}"
 
 
 def as_line(state: DriveState, path: DrivePath, on: bool, troubles: Sequence[str]) -> str:
@@ -45,6 +45,6 @@ def as_line(state: DriveState, path: DrivePath, on: bool, troubles: Sequence[str
         f"driver {'on' if on else 'off'}",
         f"lead {lead * 1000 / state.board.hz:.0f} ms",
         f"{path.link.free} of {state.board.slots} slots free",
-        f"{trip_ns / 1e6:.1f} ms there and back, worst {worst_ns / 1e6:.1f}",
+        f"{trip_ns / 1e6:.1f} ms round trip, worst {worst_ns / 1e6:.1f}",
     ]
     return " | ".join([*parts, *troubles[-1:]])

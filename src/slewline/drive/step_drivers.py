@@ -78,7 +78,7 @@ def step_driver(
         if known.lower() == name.lower():
             return row
     there = ", ".join(STEP_DRIVERS)
-    raise UnknownName(f"driver {name!r}; known: {there}{same_part(name, STEP_DRIVERS)}; for another one {remedy}")
+    raise UnknownName(f"driver {name!r}; known: {there}{same_part(name, STEP_DRIVERS)}; for any other driver, {remedy}")
 
 
 def own_driver(text: str) -> StepDriver:
@@ -95,7 +95,7 @@ def own_driver(text: str) -> StepDriver:
             raise UsageError(f"driver {text!r}: {key!r}; allowed each of {', '.join(TIMES)} once, such as {OWN!r}")
         found[key] = picoseconds(time.strip())
     if not found.keys() & {"high", "low"}:
-        raise UsageError(f"driver {text!r}: expected how long STEP is high or low at least, such as {OWN!r}")
+        raise UsageError(f"driver {text!r}: expected the least times of STEP high or low, such as {OWN!r}")
     high, low, setup, hold = (found.get(key, 0) for key in TIMES)
     return StepDriver("this driver", high, low, setup, hold, 0, "its data sheet")
 
@@ -112,12 +112,12 @@ def check_pulse(driver: StepDriver, high_ps: int, low_ps: int, setup_ps: int, ho
     rows = (
         ("STEP is high", high_ps, driver.high_ps),
         ("STEP is low", low_ps, driver.low_ps),
-        ("DIR stands before STEP", setup_ps, driver.setup_ps),
-        ("DIR stands after STEP", hold_ps, driver.hold_ps),
+        ("DIR is stable before STEP", setup_ps, driver.setup_ps),
+        ("DIR is stable after STEP", hold_ps, driver.hold_ps),
     )
     for what, has, needs in rows:
         if has < needs:
             raise UsageError(
-                f"driver {driver.name}: {what} for {readable(has)} at least, and it needs {readable(needs)}; use "
-                "another driver"
+                f"driver {driver.name}: {what} for {readable(has)} at least, but the driver needs {readable(needs)}; "
+                "use another driver"
             )

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 TURN_S, IDLE_S, POLL_S = 0.005, 0.5, 0.001
 SET_UP_S, SETTLE_S, FINISH_S = 3.0, 1.0, 1.0
-UNANSWERED = "; is this its port, and was the firmware written to it (make boards builds it, avrdude writes it)?"
+UNANSWERED = "; check the port, and the firmware of the board (make boards builds it, avrdude writes it)"
 WAY_DOWN_S = 20.0  # for a motion whose host is gone
 SAMPLES = 8  # round trips before the clock of the board is trusted
 SILENT_NS = 500_000_000
@@ -156,9 +156,9 @@ class Talk:
         found = self._shake_hands(known)
         if self.state.keep_count and found.unsure:
             raise UsageError(
-                f"the count of the board, {found.counted}, is not to be kept (--keep-count): it made steps without "
-                "current, or has switched the driver off by itself, so the motor may be elsewhere; home it, or say "
-                "that it is there (--homed)"
+                f"the count of the board, {found.counted}, cannot be kept (--keep-count): there were steps without "
+                "current, or the board has switched the driver off by itself, so the position is uncertain; home it, "
+                "or confirm the count with --homed"
             )
         # A new board counts from 0, as its chip does; another one continues: its count is that of the motor.
         travel = self.state.axis.travel if position is None else position
@@ -261,6 +261,6 @@ def identified(port: BoardPort, wall: Callable[[], int], wait: Callable[[float],
 def _heard(port: BoardPort) -> str:
     """Return a text with the received bytes and the expected ones."""
     data = bytes(getattr(port, "heard", b""))
-    received = f"heard {len(data)} bytes, {data[:16].hex(' ')}" if data else "heard nothing"
+    received = f"received {len(data)} bytes, {data[:16].hex(' ')}" if data else "received nothing"
     titles = " or ".join(f"an {board.title}" for board in BOARDS.values())
     return f"{received}; expected the firmware of slewline on {titles}, at {BAUD} baud"

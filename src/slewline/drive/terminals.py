@@ -80,7 +80,7 @@ def checked_driver(driver: str | None, enable: bool) -> None:
     """
     if enable and driver is None:
         raise UsageError(
-            "enable needs the name of the driver, which says the level of its ENABLE: driver='DM542' (--driver); "
+            "enable needs the name of the driver, for the level of its ENABLE: driver='DM542' (--driver); "
             "known: " + ", ".join(STEP_DRIVERS)
         )
 
@@ -118,7 +118,8 @@ def outputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str] | None) 
         if pin not in rows and pin not in LAMPS:
             allowed = (*rows, *LAMPS)
             raise UsageError(
-                f"output {name}: {pin!r} is no output of {chip.name}; allowed {', '.join(allowed)}{hint(pin, allowed)}"
+                f"output {name}: {pin!r} is not an output of {chip.name}; allowed {', '.join(allowed)}"
+                f"{hint(pin, allowed)}"
             )
         if pin in LAMPS and pin in found.values():
             raise UsageError(f"output {name}: {pin} has another output already")

@@ -143,7 +143,7 @@ class Dialect(Generic[R]):
         return Instruction(at, data, None, ())
 
     def longest_instruction(self, sheet: Sheet) -> int:
-        """Return the bytes of the longest instruction."""
+        """Return the number of bytes of the longest instruction."""
         return max(row.size for row in sheet.commands)
 
     def shorter(self, sheet: Sheet) -> str:

@@ -33,7 +33,7 @@ class HasPlace(Protocol):
 
 
 class Place(NamedTuple):
-    """A bare place."""
+    """A place in a text."""
 
     line: int
     column: int

@@ -218,7 +218,7 @@ class Ramp(ABC):
     @property
     @abstractmethod
     def distances(self) -> tuple[int, int, str]:
-        """The least and the greatest number of steps of a move, and what limits it, such as " (N)"."""
+        """The least and the greatest number of steps of a move, and the parameter that limits it, such as " (N)"."""
 
     @abstractmethod
     def made(self, distance: int) -> Move:

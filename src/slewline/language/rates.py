@@ -49,7 +49,7 @@ def spoken(arg: Arg, text: str, per_s: Fraction) -> int | None:
     """Return the nearest register value, a half upwards, for a rate as text; None if `text` is not a rate.
 
     Args:
-        text: a decimal number with steps/s or steps/cycle after it; an acceleration or a jerk has its power there:
+        text: a decimal number with steps/s or steps/cycle after it, to the right power for an acceleration or a jerk:
             steps/s2 or steps/s^2, steps/cycle3.
         per_s: cycles in a second.
 

@@ -210,9 +210,7 @@ class Server(Closing):
     def _on_tcp(self, kind: type[TcpPort], line: HostLine, address: str | Path) -> OpenPort:
         """Open a port of a kind for a line, and return it."""
         port = self._opened(kind(self.loop, line, address, self.allow_remote, partial(self.say, line.name)))
-        self._warn_remote(
-            line.name, port.where, "any client that connects can command the module; no password is asked"
-        )
+        self._warn_remote(line.name, port.where, "any client that connects can command the module, without a password")
         return port
 
     def _warn_remote(self, name: str, where: str, may: str) -> None:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from .face import ServerFace
 
 DEAF = (
-    "the UART of {chip} only receives: no command is answered; with --framing (in a bench file framing = true) ?0 "
-    "to ?3 read back"
+    "the UART of {chip} only receives: commands are not answered; use --framing (in a bench file framing = "
+    "true), with which ?0 to ?3 read back"
 )
 
 

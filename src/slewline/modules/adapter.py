@@ -54,7 +54,7 @@ class FramedSpeech(Speech):
     ) -> None:
         bus = sheet.through(BusHandshake)
         if not bus.verify_bytes:
-            raise UsageError(f"{sheet.part}: is on a bus, and cannot be read back; allowed a part with verify groups")
+            raise UsageError(f"{sheet.part}: is on a bus and cannot be read back; allowed: a part with verify groups")
         self.dialect = spoken_as(sheet, Letters)
         self.bus = bus
         super().__init__(sheet, baud, checked, address)
@@ -139,7 +139,7 @@ class FramedSpeech(Speech):
     def refusal(self, line: str) -> str:
         """Return the reason why an adapter has not sent a line, or the part takes none; empty if not a refusal."""
         if line == self.busy:
-            return "the part is at work, or lines wait for it"
+            return "the part is busy, or lines are waiting for it"
         return line[2:] if self.is_garbled(line) else ""
 
     def is_garbled(self, line: str) -> bool:

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 VERB = ":"  # no command of a part begins with it
 VERBS = {
-    ":help": "the manual's words on a command, such as :help R; alone: all commands",
-    ":values": "ask for all values for which there is a question",
-    ":send": "send characters as they are, such as :send V1\\r",
+    ":help": "show the manual's text for a command, such as :help R; alone: all commands",
+    ":values": "query all values that can be read",
+    ":send": "send unmodified characters, such as :send V1\\r",
     ":quit": "leave; so does Ctrl-D",
 }
 SHOWN_S = 1.0  # time after which received characters are shown, even if more arrive
@@ -128,9 +128,7 @@ class Conversation:
         if line.startswith(VERB):
             return self._verb(*line.partition(" ")[::2])
         if verb := MEANT.get(line.split()[0].lower()):
-            return Reply(
-                failure=f"nothing was sent: {line!r} is no command of a part; {verb} is a verb of this terminal"
-            )
+            return Reply(failure=f"not sent: {line!r} is not a command of a part; {verb} is a verb of this terminal")
         try:
             data = self.speech.framed(line)
         except SlewlineError as error:
@@ -225,7 +223,7 @@ class Conversation:
             says = f"{syntax(row)}: {row.says}"
             for head in ("+", "-") if row.head == SIGNED else (row.head,):
                 found[head] = f"{found[head]}; {says}" if head in found else says
-        return found | {command: f"asks for {what}" for what, (command, _) in self.speech.questions.items()}
+        return found | {command: f"queries {what}" for what, (command, _) in self.speech.questions.items()}
 
     def suggestions(self, begun: str) -> list[Suggestion]:
         """Return the completions of a line."""

@@ -81,7 +81,7 @@ def decode_dialogue(
     if not total or len(damaged) > MOST_DAMAGED * total:
         found = f"{len(damaged)} of {total} characters are damaged" if total else "there are no characters"
         raise UsageError(
-            f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; allowed the wires of a "
+            f"{waves.path}: {host} and {module} at {tried}, {speech.word}: {found}; allowed: wires of a "
             f"{sheet.part.upper()}, recorded finely enough (now every {readable(waves.sampling_ps)}); name its signals "
             "and its rate"
         )
@@ -96,7 +96,7 @@ class _Wire:
         import numpy as np
 
         if waves.kind(name) != "bits" or waves.width(name) > 1:
-            raise UsageError(f"{name}: is no wire; name a signal of one bit")
+            raise UsageError(f"{name}: is not a wire; name a signal of one bit")
         trace = waves.trace(name)
         self.name, self.stop = name, waves.stop_ps
         bounds = np.concatenate(([trace.since], trace.times_ps, [trace.until]))

@@ -239,8 +239,8 @@ class RecordedDialogue:
                 said.append(_said(from_json(line)))
             except (ValueError, KeyError, TypeError) as error:
                 raise UsageError(
-                    f"dialogue {path}, line {number}: {line[:80]!r} is no entry ({error}); allowed at_us, last_us, "
-                    "from (host, module or tool) and text; remove the line, or take the file as it was recorded"
+                    f"dialogue {path}, line {number}: {line[:80]!r} is not an entry ({error}); allowed at_us, last_us, "
+                    "from (host, module or tool) and text; remove the line, or use the original recording"
                 ) from None
         return cls(header, tuple(said))
 

@@ -69,7 +69,9 @@ def find(
         module = look(Module(port, speech, transcript, may_move=may_move, say=say), baud, checked)
         _check_deviations(module)
         if echo and not port.echo.seen:
-            raise UsageError(f"{where}: what was sent has not come back: this line does not echo; leave out --echo")
+            raise UsageError(
+                f"{where}: sent characters did not come back, so this line does not echo; leave out --echo"
+            )
         return module
     except (NoAnswer, DamagedAnswer):
         port.close()
@@ -101,7 +103,7 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
             if checked and _lacks_checksums(speech, heard) and heard == _heard(module):
                 raise DamagedAnswer(
                     f"{module.name}: {speech.probe} with a checksum was answered with {heard!r} at "
-                    f"{speech.setting.in_full}, without one: this module has no checksums; leave out --checksum"
+                    f"{speech.setting.in_full}, without a checksum: this module has no checksums; leave out --checksum"
                 )
             if _is_answer(module.speech, heard) or _of_old_firmware(module):
                 module.transcript.note(f"answers at {module.speech.setting}")
@@ -111,8 +113,8 @@ def _by_lines(module: Module, baud: int | None, checked: bool | None) -> Module:
                 _check_deviations(module)
             module.port.check_echo()
             if module.port.clock() > begun_s + NOTICE_S:
-                goes_on = "other rates are tried" if baud is None else "it is asked again"
-                module.notice(f"{strange[-1] if strange else 'nothing'} came so far; {goes_on}")
+                goes_on = "other rates are tried" if baud is None else "the query is repeated"
+                module.notice(f"{strange[-1] if strange else 'nothing'} received so far; {goes_on}")
     raise NoAnswer(_unfound(module, baud, strange))
 
 
@@ -135,8 +137,8 @@ def _check_deviations(module: Module) -> None:
         found = deviations(speech, speech.probe, heard)
         if found and found == seen:
             raise DamagedAnswer(
-                f"{module.name}: {speech.probe} was answered with {heard[:60]!r} at {speech.setting.in_full}, and that "
-                f"is not as in the sheet: {found}"
+                f"{module.name}: {speech.probe} was answered with {heard[:60]!r} at {speech.setting.in_full}, "
+                f"which differs from the sheet: {found}"
             )
         if not found:
             return
@@ -206,13 +208,13 @@ def _unfound(module: Module, baud: int | None, strange: list[str]) -> str:
     rates = f"{baud} baud" if baud else f"{speech.rates[0]} to {speech.rates[-1]} baud"
     part = speech.sheet.part.upper()
     if strange:
-        found = f"no {part} answers {speech.probe} at {rates}; what came was {', '.join(dict.fromkeys(strange))}"
+        found = f"no {part} answers {speech.probe} at {rates}; received: {', '.join(dict.fromkeys(strange))}"
         known = "give --chip, and --baud and --checksum if you know them"
-        return f"{module.port.where}: {found}; check that it is this part, and this line; {known}"
+        return f"{module.port.where}: {found}; check the part and the line; {known}"
     others = "" if speech.address else "; a module that shares a line has an address: give --address"
     return (
-        f"{module.port.where}: nothing answers {speech.probe} at {rates}, {speech.word}; is the module on, are its "
-        f"wires not exchanged (RxD, TxD, ground)?{others}"
+        f"{module.port.where}: nothing answers {speech.probe} at {rates}, {speech.word}; check the "
+        f"supply of the module, and its wires (RxD, TxD, ground){others}"
     )
 
 
@@ -231,9 +233,9 @@ def _by_queries(module: Module, baud: int | None, checked: bool | None) -> Modul
         try:
             _probed(module)
         except NoAnswer:
-            others = f"it keeps the rate that it has found first, so reset it or give --baud (now {speech.baud})"
+            others = f"it keeps the rate that it has detected first, so reset it or give --baud (now {speech.baud})"
             raise NoAnswer(
-                f"{silence}  It is silent also while a program or a motion is under way, while it is in binary mode, "
+                f"{silence}  It is also silent during a program or a motion, in binary mode, "
                 f"and while its mode register sends answers elsewhere; {others}"
             ) from None
     return module
@@ -267,10 +269,10 @@ def _by_adapter(module: Module, baud: int | None, checked: bool | None) -> Modul
         if said == speech.busy or re.fullmatch(speech.questions["adapter"][1], said):
             return module
         strange = said.encode("latin-1")
-    found = f"what came was {strange[:40]!r}" if strange else "nothing came"
+    found = f"received {strange[:40]!r}" if strange else "no characters received"
     raise NoAnswer(
-        f"{module.port.where}: no adapter answers {module.speech.probe} at {module.speech.baud} baud: {found}; allowed "
-        f"an adapter with the framing of slewline serve --framing; is it on, is this its port, and its rate (--baud)?"
+        f"{module.port.where}: no adapter answers {module.speech.probe} at {module.speech.baud} baud: {found}; "
+        "allowed: an adapter with the framing of slewline serve --framing; check its power, its port and --baud"
     )
 
 

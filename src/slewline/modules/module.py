@@ -13,7 +13,7 @@ from .module_port import SLICE_S, Chunk, ModulePort
 from .spoken import CR, Speech
 
 TRIES = 4
-NOISE = "check cable, rate and format for noise, and call again"
+NOISE = "check cable, rate and format for noise, and try again"
 BUSY_S = 0.2  # interval of queries to a busy module
 NOTICE_S = 2.0  # time after which a message shows the received characters, or that there are none
 TIDY_S = 0.05  # silence that ends unsolicited characters
@@ -117,8 +117,8 @@ class Module:
             except (NoAnswer, DamagedAnswer) as failure:
                 if not repeatable or not tries_left:
                     raise
-                self.transcript.note(f"asked again: {failure}")
-                self.notice(f"no whole answer to {command} so far; it is sent again")
+                self.transcript.note(f"query repeated: {failure}")
+                self.notice(f"no whole answer to {command} so far; the query is repeated")
                 continue
             last = answer.lines[-1] if answer.lines else ""
             # undetected noise has changed a query that is refused
@@ -173,7 +173,7 @@ class Module:
             lines = tuple(self.speech.lines(received))
         except DamagedAnswer as damaged:
             why = deviations(self.speech, command, received) or damaged
-            raise DamagedAnswer(f"{self.name}: the answer to {command} came damaged: {why}; {NOISE}") from None
+            raise DamagedAnswer(f"{self.name}: the answer to {command} is damaged: {why}; {NOISE}") from None
         if not (lines and self.speech.refusal(lines[-1])):
             self._note_entry(command)
         return ModuleAnswer(lines, sent_ns, first_ns, last_ns)
@@ -190,7 +190,7 @@ class Module:
             answer = self.ask(command).text
             if found := re.fullmatch(shape, answer):
                 return self.speech.value(what, found[1])
-            self.transcript.note(f"asked again: {answer!r} is no answer to {command}")
+            self.transcript.note(f"query repeated: {answer!r} is not an answer to {command}")
         why = deviations(self.speech, command, answer.encode("latin-1") + CR)
         raise DamagedAnswer(
             f"{self.name}: {command} was answered with {answer!r}{': ' * bool(why)}{why}; allowed {in_words(shape)}; "
@@ -221,7 +221,7 @@ class Module:
         self.transcript.host(data, sent_ns)
         return sent_ns
 
-    def chunks(self, silence: float, seconds: float, what: str = "what was not asked for") -> Iterator[Chunk]:
+    def chunks(self, silence: float, seconds: float, what: str = "unsolicited data") -> Iterator[Chunk]:
         """Yield received characters until there is silence; every exchange with a module waits here, and nowhere else.
 
         Args:
@@ -245,13 +245,13 @@ class Module:
             before = now
             if waited > seconds:
                 raise EndlessInput(
-                    f"{self.name}: {what} is not over after {seconds:.1f} s: {received[-40:]!r} came last, of "
-                    f"{len(received)} characters; allowed a port that is silent unless it is asked; check that it is "
-                    "the port of the module, and --baud",
+                    f"{self.name}: {what} has not ended after {seconds:.1f} s: {received[-40:]!r} came last, of "
+                    f"{len(received)} characters; allowed: a port that is silent without a query; check "
+                    "the port and --baud",
                     received,
                 )
             if waited > NOTICE_S:
-                self.notice(f"{what} is not over; received so far: {received[-40:]!r}, {len(received)} characters")
+                self.notice(f"{what} has not ended; received so far: {received[-40:]!r}, {len(received)} characters")
 
     def notice(self, text: str) -> None:
         """Report to the user, once, the reason for a long wait."""
@@ -281,7 +281,7 @@ class Module:
         """
         if data := self.port.waiting():
             self.transcript.module(data, monotonic_ns())
-            self.transcript.note("that was not asked for")
+            self.transcript.note("unsolicited")
             self.listen(TIDY_S, longest)
 
     def check_motion(self, command: str) -> None:
@@ -295,9 +295,9 @@ class Module:
         if self.may_move or stored or not self.speech.moves(command):
             return
         if row is None:
-            what = f"{command!r} is no command of the {self.speech.sheet.part.upper()}, so it may do anything"
+            what = f"{command!r} is not a command of the {self.speech.sheet.part.upper()}, so its effect is unknown"
         else:
-            what = f"{command} may make the motor step: {row.says}"
+            what = f"{command} may step the motor: {row.says}"
         raise MotionRefused(f"{self.name}: {what}; not sent; leave it out, or allow motion with --move")
 
     # --------------------------------------------------------------------------------------------------------- inside
@@ -316,8 +316,8 @@ class Module:
 
     def _remedy(self, line: str) -> str:
         if line == self.speech.busy:
-            return "a program or a motion is under way; wait until it is over, or end it by hand"
-        return NOISE if self.speech.is_garbled(line) else "see what the manual says of this answer"
+            return "a program or a motion is in progress; wait until it ends, or end it by hand"
+        return NOISE if self.speech.is_garbled(line) else "see the manual for this answer"
 
     def _silence(self, command: str, received: bytes, patience: float) -> str:
         setting = self.speech.setting.in_full
@@ -325,11 +325,11 @@ class Module:
             stops = f"stops after {received[-40:]!r}, {len(received)} characters"
             why = deviations(self.speech, command, received)
             if why:
-                return f"{self.name}: the answer to {command} {stops}, and is not as in the sheet: {why}"
-            return f"{self.name}: the answer to {command} {stops}; allowed one that ends; {NOISE}"
+                return f"{self.name}: the answer to {command} {stops}, and differs from the sheet: {why}"
+            return f"{self.name}: the answer to {command} {stops}; allowed: a complete answer; {NOISE}"
         return (
-            f"{self.name}: no answer to {command} within {patience:.1f} s, at {setting}; is it this part, is it "
-            "switched on, are these its rate, checksums and address (--baud, --checksum, --address)?"
+            f"{self.name}: no answer to {command} within {patience:.1f} s, at {setting}; check the part, "
+            "its supply, and --baud, --checksum and --address"
         )
 
     def _strange(self, command: str, answer: str) -> str:
@@ -338,4 +338,4 @@ class Module:
                 "this line echoes, as an adapter for two wires (RS-485) or a modem does; give --echo, or name the port "
                 "of the module"
             )
-        return "is this the right port, and --chip the right part?"
+        return "check the port and --chip"

@@ -111,7 +111,7 @@ class ModulePort(Closing):
         """
         if self.echo.shows:
             raise NoAnswer(
-                f"{self.where}: what is sent comes back: this line echoes, as an adapter for two wires (RS-485) or a "
+                f"{self.where}: sent characters come back: this line echoes, as an adapter for two wires (RS-485) or a "
                 "modem does; give --echo"
             )
 
@@ -173,8 +173,8 @@ class ModulePort(Closing):
             return call()
         except SerialTimeoutException:
             raise PortLost(
-                f"{self.where}: the port has taken no characters for {WRITE_S:g} s; allowed one without flow control; "
-                "check the adapter, and call again"
+                f"{self.where}: the port has taken no characters for {WRITE_S:g} s; allowed: a port without flow "
+                "control; check the adapter, and try again"
             ) from None
         except (OSError, TypeError, AttributeError) as error:  # raised by pySerial for a lost port
             found = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
@@ -182,7 +182,7 @@ class ModulePort(Closing):
             if said := dismissed(self.where, self.line, self._latest):
                 raise PortLost(f"{self.where}: {said}") from None
             remedy = "start its server again" if self.where.startswith(SERVED) else "plug it in"
-            raise PortLost(f"{self.where}: the port is gone ({why}); {remedy}, and call again") from None
+            raise PortLost(f"{self.where}: the port is gone ({why}); {remedy}, and try again") from None
 
     # ----------------------------------------------------------------------------------------------------------- close
     def _shut(self) -> None:

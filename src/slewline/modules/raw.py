@@ -21,7 +21,7 @@ from typing import BinaryIO
 LARGEST = 16_000_000  # bytes of a file
 KEPT_LINES = 1000  # bytes kept of data sent before the first character came
 HEAD = r"; slewline raw 1: us since {}, > to the module or < from it, characters (\r, \n, \\ and \xNN)"
-FULL = f"; {LARGEST // 1_000_000} MB: what follows is not kept"
+FULL = f"; {LARGEST // 1_000_000} MB: the rest is not recorded"
 
 
 class RawRecord:
@@ -106,7 +106,7 @@ class RawRecord:
 
     def _end(self, why: str) -> None:
         self.close()
-        self.failed(f"{self.path}: {why}; {'it ends here' if self.is_kept else 'what comes is not kept'}")
+        self.failed(f"{self.path}: {why}; {'the record ends here' if self.is_kept else 'characters are not recorded'}")
 
 
 def _shown(data: bytes) -> str:

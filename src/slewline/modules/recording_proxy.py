@@ -166,7 +166,7 @@ class ProxyEnd:
         """Output characters at this end."""
         lost = len(data) if self.write is None else self.write(data)
         if lost and not self.lost:
-            self.event(f"{self.name}: takes no characters; {lost} and those that follow are lost")
+            self.event(f"{self.name}: takes no characters; {lost} and all further ones are lost")
         self.lost = self.lost + lost if lost else 0
 
     def room(self) -> int:
@@ -286,7 +286,7 @@ class Proxy:
         data = self.echo.rest(data, now_ns / NS_PER_S)
         if self.echo.shows and not self._said:
             self._said = True
-            self.tell("what the host sends comes back from the module: this line echoes; give --echo to leave it out")
+            self.tell("the host's characters come back from the module: this line echoes; give --echo to drop the echo")
         if self.echo.drops and self.echo.keeps:
             self.loop.after(max(self.echo.until - now_ns / NS_PER_S, 0) + FULL_S, self._let_go)
         return data

@@ -54,7 +54,7 @@ class LineSpeech(Speech):
     def probe(self) -> str:
         """Last of its queries."""
         if not self.questions:
-            raise UsageError(f"{self.sheet.part}: its sheet names no question; give its dialect some `questions`")
+            raise UsageError(f"{self.sheet.part}: its sheet has no queries; add `questions` to its dialect")
         return [*self.questions.values()][-1][0]
 
     @property
@@ -211,7 +211,7 @@ def speech_of(sheet: Sheet, baud: int | None = None, checked: bool | None = None
     if serial is None:
         says = " and ".join(channel.says for channel in sheet.channels)
         raise UsageError(
-            f"{sheet.part}: has {says}, and no serial line; allowed a part with a serial line, or one on a bus that "
+            f"{sheet.part}: has {says}, but no serial line; allowed: a part with a serial line, or one on a bus that "
             "can be read back"
         )
-    return row_for(serial, KINDS, "speaks over")(sheet, baud, checked, address)
+    return row_for(serial, KINDS, "uses")(sheet, baud, checked, address)

@@ -48,7 +48,7 @@ class Speech:
         self.baud = baud or self.usual_baud
         if self.baud not in rates:
             allowed = ", ".join(map(str, rates))
-            raise UsageError(f"--baud {baud}: no rate of the {sheet.part.upper()}; allowed {allowed}")
+            raise UsageError(f"--baud {baud}: not a rate of the {sheet.part.upper()}; allowed {allowed}")
         self.setting = LineSetting(self.baud, self.word)
         self.character_s = self.word.ticks / OVERSAMPLING / self.baud
 

@@ -26,9 +26,11 @@ CONNECT_S = 5.0
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the panel; return the exit status."""
     parser = argparse.ArgumentParser("python -m slewline.panel", description="The panel of a slewline server.")
-    parser.add_argument("--attach", metavar="HOST:PORT", required=True, help="the control port of the server; -: read")
-    parser.add_argument("--listen", metavar="HOST:PORT", default=LISTEN, help="where the page is found")
-    parser.add_argument("--read-only", action="store_true", help="pages may look and not touch")
+    parser.add_argument(
+        "--attach", metavar="HOST:PORT", required=True, help="the control port of the server; -: read it"
+    )
+    parser.add_argument("--listen", metavar="HOST:PORT", default=LISTEN, help="the address of the page")
+    parser.add_argument("--read-only", action="store_true", help="pages may view, but not operate")
     parser.add_argument("--allow-remote", action="store_true", help="browsers on other machines may connect")
     parser.add_argument("--with-parent", action="store_true", help="end when the standard input is closed")
     options = parser.parse_args(arguments)
@@ -49,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
         return 0  # the program that started it has ended
     host, port = parse_address(attach, True)
     if not port:
-        raise UsageError(f"address {attach!r}: a control port has a number")
+        raise UsageError(f"address {attach!r}: a control port needs a number")
     listen, at = parse_address(options.listen, options.allow_remote)
     try:
         socket.create_connection((host, port), CONNECT_S).close()

@@ -85,7 +85,7 @@ class Guard:
         """Return the reason why a request is refused; None if it is not."""
         hosts = headers.getlist("host")
         if len(hosts) != 1 or not self.is_ours(hosts[0]):
-            return "This panel is not found under that name."
+            return "This panel has a different name or address."
         origins = headers.getlist("origin")
         if is_socket and origins != [f"http://{hosts[0].lower()}"]:
             return "Only the page of this panel may connect."

@@ -88,7 +88,7 @@ class Access:
         if token is None and not self.token_needed:
             return False
         if not isinstance(token, str) or not same(token, self.token):
-            raise Hangup(WRONG_TOKEN, "The token in the address of the page is not that of this panel.")
+            raise Hangup(WRONG_TOKEN, "The token in the address of the page is not the token of this panel.")
         return not self.read_only
 
 
@@ -127,9 +127,9 @@ def checked(text: str, writes: bool) -> str:
     request = parsed(text)
     do, number = request.get("do"), request.get("id")
     if not isinstance(do, str) or do in NEVER:
-        raise NotAllowed(f"{do}: not from a page", number)
+        raise NotAllowed(f"{do}: not allowed from a page", number)
     if not writes and do not in READING:
-        raise NotAllowed(f"{do}: this page may only read", number)
+        raise NotAllowed(f"{do}: this page is read-only", number)
     return do
 
 
@@ -208,7 +208,7 @@ class Relay:
                     writer.write(f"{json.dumps(greeting)}\n".encode())
                     if "error" in json.loads(await reader.readline() or b'{"error": ""}'):
                         writer.transport.abort()
-                        raise Hangup(GONE, f"The control port at {where} wants another token.")
+                        raise Hangup(GONE, f"The control port at {where} needs another token.")
         except (OSError, ValueError, TimeoutError):
             raise Hangup(GONE, f"There is no server at {where}.") from None
         return reader, writer
@@ -239,7 +239,7 @@ class Relay:
             NotAllowed: too many such requests are waiting already.
         """
         if len(self.waits) >= WAITS:
-            raise NotAllowed(f"{WAITS} requests wait already", json.loads(text).get("id"))
+            raise NotAllowed(f"{WAITS} requests are waiting already", json.loads(text).get("id"))
         task = asyncio.create_task(self.wait_for(text))
         self.waits.add(task)
         task.add_done_callback(self.waits.discard)

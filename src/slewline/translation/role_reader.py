@@ -92,7 +92,7 @@ class RoleReader:
         return [*found, *method(statement, before, common)]
 
     def set_profile(self, statement: Statement, common: Common) -> Action:
-        """Return the setting of a rate, or of a value of the ramp, with the resulting profile."""
+        """Return the action that sets a rate or a value of the ramp, with the resulting profile."""
         axis = int(str(common["axis"]))
         profile = self.profile(self.registers.after(statement), axis)
         sets = SETS.get(statement.row.role, "ramp")
@@ -134,7 +134,7 @@ class RoleReader:
         yield MoveBy(distance=1, sign=before.get((1, "sign")), **self.motion(before, common))  # type: ignore[arg-type]
 
     def on_update(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the start of motions that were set before."""
+        """Yield the actions that start the motions set before."""
         position = before.get((int(str(common["axis"])), "target"))
         yield MoveTo(position=position, **self.motion(before, common))  # type: ignore[arg-type]
 
@@ -161,29 +161,29 @@ class RoleReader:
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_distance(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the setting of the number of steps of relative moves."""
+        """Yield the action that sets the number of steps of relative moves."""
         yield SetDistance(steps=statement.values[0], **common)  # type: ignore[arg-type]
 
     def on_target(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the setting of the target of the next motion."""
+        """Yield the action that sets the target of the next motion."""
         yield SetTarget(position=statement.values[0], **common)  # type: ignore[arg-type]
 
     def on_plus(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the setting of the direction of relative moves."""
+        """Yield the action that sets the direction of relative moves."""
         yield SetDirection(sign=1 if statement.row.role == "plus" else -1, **common)  # type: ignore[arg-type]
 
     on_minus = on_plus
 
     def on_endless_next(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the setting that the next motion has no end."""
+        """Yield the action that makes the next motion endless."""
         yield SetEndless(**common)  # type: ignore[arg-type]
 
     def on_preset(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the setting of the position counter."""
+        """Yield the action that sets the position counter."""
         yield SetPosition(position=statement.values[0] if statement.values else 0, **common)  # type: ignore[arg-type]
 
     def on_clear(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the clearing of position and outputs."""
+        """Yield the actions that clear position and outputs."""
         if statement.values[0] & 1:
             yield SetPosition(position=0, **common)  # type: ignore[arg-type]
         if statement.values[0] & 2:
@@ -192,14 +192,14 @@ class RoleReader:
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_output_high(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the setting of an output."""
+        """Yield the action that sets an output."""
         number = statement.values[0] if statement.values else 1
         yield SetOutput(number=number, level=int(statement.row.role == "output_high"), **common)  # type: ignore[arg-type]
 
     on_output_low = on_output_high
 
     def on_bits(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the setting of outputs by a number."""
+        """Yield the actions that set outputs by a number."""
         outputs = self.bits.outputs(statement)
         if outputs is None:
             yield Special(says=f"{statement.text}: bits that are not single outputs", **common)  # type: ignore[arg-type]
@@ -281,12 +281,12 @@ class RoleReader:
 
     # -------------------------------------------------------------------------------------------------- host, programs
     def on_enter(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the start of program entry."""
+        """Yield the action that begins program entry."""
         number = next(n for n, block in enumerate(self.source.blocks) if block.entry is statement)
         yield EnterProgram(number=number, **common)  # type: ignore[arg-type]
 
     def on_leave(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the end of program entry, or the run of a program that was entered."""
+        """Yield the action that ends program entry, or runs a program that was entered."""
         ends = any(block.quit is statement for block in self.source.blocks)
         if ends:
             yield LeaveProgram(runs=statement.row.starts, **common)  # type: ignore[arg-type]
@@ -294,18 +294,18 @@ class RoleReader:
             yield RunProgram(**common)  # type: ignore[arg-type]
 
     def on_run(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the run of the program from its start; in a program, its restart."""
+        """Yield the action that runs the program from its start; in a program, that restarts it."""
         if statement.block < 0:
             yield RunProgram(**common)  # type: ignore[arg-type]
         else:
             yield Jump(to=self.labels[statement.block, self.source.blocks[statement.block].base], **common)  # type: ignore[arg-type]
 
     def on_store(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the saving of the program."""
+        """Yield the action that saves the program."""
         yield SaveProgram(**common)  # type: ignore[arg-type]
 
     def on_erase(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:
-        """Yield the erasing of the program."""
+        """Yield the action that erases the program."""
         yield EraseProgram(**common)  # type: ignore[arg-type]
 
     def on_question(self, statement: Statement, before: Held, common: Common) -> Iterable[Action]:

@@ -149,7 +149,7 @@ def known(to: str) -> str:
         sheet_of(name)
     except UnknownName:
         names = [*CATALOGUE.names(), *TARGETS]
-        raise UnknownName(f"no target {to!r}; there are: {', '.join(names)}{hint(str(to), names)}") from None
+        raise UnknownName(f"no target {to!r}; known: {', '.join(names)}{hint(str(to), names)}") from None
     return name
 
 

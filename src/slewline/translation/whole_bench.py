@@ -17,6 +17,7 @@ from typing import Any
 from ..bench.file import BenchFile
 from ..chips import sheet_of
 from ..core.datasheet.table import Sheet
+from ..core.messages.calls import answering
 from ..errors import UsageError
 from .target_writer import WARNING, WriterOptions
 from .translate import Translation, known, translate_text
@@ -61,6 +62,7 @@ class BenchTranslation:
         return RESULT if RESULT in self.files else ""
 
 
+@answering("translate_bench()")
 def translate_bench(
     path: str | PathLike[str],
     to: str,

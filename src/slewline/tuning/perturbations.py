@@ -137,7 +137,7 @@ def _rows(item: str) -> Iterator[Perturbation]:
         raise UsageError(f"perturbation {item.strip()!r}; allowed a quantity and per cent, {EXAMPLE}")
     what, sign, percent = match[1].lower(), match[2], float(match[3])
     if what not in CHANGES:
-        raise UnknownName(f"perturbation {what!r}; there are: {', '.join(CHANGES)}{hint(what, CHANGES)}")
+        raise UnknownName(f"perturbation {what!r}; known: {', '.join(CHANGES)}{hint(what, CHANGES)}")
     for factor in (1, -1) if sign not in ("+", "-") else (1 if sign == "+" else -1,):
         if factor * percent <= -100:
             raise UsageError(f"perturbation {item.strip()!r}; allowed less than 100 % down")

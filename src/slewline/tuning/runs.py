@@ -46,7 +46,7 @@ class _Chain:
     names: list[str] = field(default_factory=list)
 
     def follow(self, verdicts: dict[tuple[str, str], Verdict]) -> Outcome | None:
-        """Return the outcome as far as verdicts are known; None: the next one is to be judged first."""
+        """Return the outcome if the known verdicts suffice; None: the next scenario has to be judged first."""
         while len(self.names) < len(self.scenarios):
             scenario = self.scenarios[len(self.names)]
             verdict = verdicts.get((self.key, scenario.name))

@@ -103,7 +103,7 @@ class BestFirst:
 
     # ------------------------------------------------------------------------------------------------- the recommended
     def _recommended(self, best: Outcome) -> Picked:
-        """Return the first sufficient move, from the best one on."""
+        """Return the first move, from the best one on, with enough margin to be recommended."""
         order = self._sorted(Counter(filter(None, self._killers)))
         first = self.candidates.rank[best.place]
         for done, place in enumerate(self.candidates.order[first:], first):

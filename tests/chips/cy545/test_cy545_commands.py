@@ -86,7 +86,7 @@ def test_a_number_has_as_many_digits_as_one_likes(rig: Rig545) -> None:
 def test_of_a_number_that_is_too_large_the_low_bits_count(rig: Rig545, command: str, answer: str) -> None:
     assert rig.say(command, f"? {command[0]}") == answer
     assert rig.codes == ["range"]
-    assert f"so {int(answer[2:])} is taken" in rig.x.findings[0].text
+    assert f"only its low bits are used: {int(answer[2:])}" in rig.x.findings[0].text
 
 
 @pytest.mark.fact("CY545-UND-RANGE")

@@ -151,12 +151,12 @@ def test_a_chip_alone_takes_commands_and_findings_are_shown():
         (":edge ascii_binary", "; :time 0.015 goes back"),
         (":break pin slew low", "break: edge 'low'; allowed rises, falls, any"),
         (":drive wait low", "drive: level 'low'; allowed 0 and 1"),
-        ("break 6", "break 6: is no command of cy525; a verb of the debugger begins with a colon"),
-        ("quit", "quit: is no command of cy525; q leaves the debugger"),
-        ("run", "run: is no command of cy525; :go lets time pass"),
+        ("break 6", "break 6: is not a command of cy525; a verb of the debugger begins with a colon"),
+        ("quit", "quit: is not a command of cy525; q leaves the debugger"),
+        ("run", "run: is not a command of cy525; :go lets time run"),
         (":until 200", "until: no instruction begins at 200"),
-        (":clear 6", "clear: takes all breakpoints away; :break 6 takes one away"),
-        ("HELP", "HELP: is no command of cy525; ? shows its help"),
+        (":clear 6", "clear: removes all breakpoints; :break 6 removes one"),
+        ("HELP", "HELP: is not a command of cy525; ? shows its help"),
         ("R 100", "R 100: is sent as time passes; time is stopped: press Esc, then"),
     ],
 )
@@ -175,7 +175,7 @@ def test_a_line_is_completed_and_explained():
         await walk.pilot.press("colon", *"dri", "tab", "space", *"dowh", "tab", "space", "0")
         assert walk.app.query_one("#command").value == ":drive dowhile 0"
         seen = await walk.settle()
-        assert ":drive PIN LEVEL  put a level on a pin" in seen
+        assert ":drive PIN LEVEL  drive a pin to a level" in seen
         await walk.press("enter")
         await walk.say(":time 1 ms")
         assert walk.session.chips["cy525"]["levels"]["dowhile"] == 0

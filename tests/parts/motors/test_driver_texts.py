@@ -249,7 +249,7 @@ def test_a_driver_like_one_that_there_is_not(like):
     with pytest.raises(UnknownName) as error:
         read_driver({"like": like, "supply": 24}, "d", A)
     meant = "; did you mean GS-D200?" if like == "gs-d200" else ""
-    assert str(error.value) == f"d: like {like!r}; there are: {', '.join(DRIVERS)}{meant}"
+    assert str(error.value) == f"d: like {like!r}; known: {', '.join(DRIVERS)}{meant}"
 
 
 def test_a_driver_is_an_option_of_a_part():

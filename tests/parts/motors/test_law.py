@@ -353,5 +353,5 @@ def test_edges_ascend_and_have_a_command_each(times: list[int], commands: list[i
 def test_a_state_that_there_is_not_is_told() -> None:
     trace = MotorLaw(A, HELD).integrate([], [], 0)
 
-    with pytest.raises(UnknownName, match="no state 'omega1'; there are: theta, omega, i1, i2; did you mean omega"):
+    with pytest.raises(UnknownName, match="no state 'omega1'; known: theta, omega, i1, i2; did you mean omega"):
         trace["omega1"]

@@ -158,9 +158,9 @@ def test_a_figure_that_cannot_be_is_refused_with_its_place_and_what_is_allowed(v
 @pytest.mark.parametrize(
     ("value", "says"),
     [
-        ("qsh4218-51-10-049", f"m 'qsh4218-51-10-049'; there are: {NAMES}; did you mean QSH4218-51-10-049?"),
-        ("NEMA", f"m 'NEMA'; there are: {NAMES}{OTHER}"),
-        ({"like": "AS101"}, f"m: like 'AS101'; there are: {NAMES}{OTHER}"),
+        ("qsh4218-51-10-049", f"m 'qsh4218-51-10-049'; known: {NAMES}; did you mean QSH4218-51-10-049?"),
+        ("NEMA", f"m 'NEMA'; known: {NAMES}{OTHER}"),
+        ({"like": "AS101"}, f"m: like 'AS101'; known: {NAMES}{OTHER}"),
     ],
 )
 def test_a_name_that_is_no_motor_is_refused_with_those_that_are(value, says):
@@ -172,7 +172,7 @@ def test_a_name_that_is_no_motor_is_refused_with_those_that_are(value, says):
 @pytest.mark.parametrize(
     ("value", "says"),
     [
-        ("AS101", f"p: motor 'AS101'; there are: {NAMES}{OTHER}"),
+        ("AS101", f"p: motor 'AS101'; known: {NAMES}{OTHER}"),
         ({"like": "AS1010", "inertia": 0}, "inertia': 0}; inertia 0; allowed more than 0 kg m2"),
         (5, f"p: motor 5; allowed {ALLOWED}"),
     ],

@@ -28,7 +28,7 @@ class Registers(sloped.Registers):
     last: str = ""  # the command executed last
 
     def power_up(self) -> None:
-        """Set the registers of power-up: position and target are unset."""
+        """Set the registers as after power-up: position and target are unset."""
         super().power_up()
         self.target, self.unset = None, {"position"}  # the other parameters have values valid for a motion
 
@@ -93,12 +93,12 @@ class Instructions(sloped.Instructions, instructions.Instructions):
         self.registers.external = True
 
     def do_cw(self) -> None:
-        """+: turn clockwise; without effect where the pin sets the direction."""
+        """+: turn clockwise; without effect if the pin sets the direction."""
         if not self.registers.external:
             super().do_cw()
 
     def do_ccw(self) -> None:
-        """-: turn counter-clockwise; without effect where the pin sets the direction."""
+        """-: turn counter-clockwise; without effect if the pin sets the direction."""
         if not self.registers.external:
             super().do_ccw()
 

@@ -28,7 +28,7 @@ _ROWS = (
     ("UND-N256", "T.2 N", "option early_part: N 256 * k takes 256 steps too few", "a faulty borrow in a counter of two bytes would have this effect; the failure is not described", "test_early_parts_lose_256_steps_at_multiples_of_256"),
     ("UND-A-RULES", "T.2 A", "A after a change of direction, and a second A, set zero all the same, with a finding", "their effect is not stated", "test_a_where_it_is_not_allowed_is_told_of"),
     ("UND-A-N", "T.2 N", "one step less for N as the very next command after A, in a program too, until the next N", "read to the letter", "test_n_right_behind_a_takes_one_step_less"),
-    ("UND-PULSE", "CY525 s.8", "PULSE is high for 16 µs at 6 MHz before each step, within its period", "the CY525's manual has the figure beside its own 2.5 µs", "test_pulse_is_high_for_16_us_between_steps"),
+    ("UND-PULSE", "CY525 s.8", "PULSE is high for 16 µs at 6 MHz before each step, within its period", "the CY525's manual has the figure next to its own 2.5 µs", "test_pulse_is_high_for_16_us_between_steps"),
     ("UND-PHASE", "text", "full steps as the CY525, half steps between them", "no table is at hand", "test_half_steps_go_through_eight_patterns_and_full_steps_through_four"),
     ("CON-PHASES", "text", "four phases", "the same sentence names three outputs and a motor with four phases", "test_half_steps_go_through_eight_patterns_and_full_steps_through_four"),
     ("UND-HALF-OFF", "T.2 I", "I ends half steps, and the pattern pointer goes to the first row", "it is initialised", "test_i_ends_the_modes_and_keeps_the_parameters"),

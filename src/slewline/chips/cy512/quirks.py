@@ -40,7 +40,7 @@ QUIRKS = (
        "longer than 2.5 µs; the 16 µs of s.8 are not the CY525's", "test_pulse_is_high_for_96_clocks_between_steps"),
     # ----------------------------------------------------------------------------------------------------- commands, programs
     _Q("CY512-UND-EXPEND", "s.3, comparison D", "X counts milliseconds at 11 MHz, up to 65535; X 0 does not wait; option inferred.millisecond",
-       "the delay of the CY525 is set beside it without another unit", "test_a_delay_of_0_is_over_at_once"),
+       "the delay of the CY525 is compared with it without another unit", "test_a_delay_of_0_is_over_at_once"),
     _Q("CY512-UND-OFFSET", "s.3, comparison O", "O 0 to 3 are the full steps of the CY525, O 4 to 7 the half step after each; others are ignored and reported; in full steps the next one continues from the previous full step",
        "a program for both parts means the same", "test_offset_shows_one_of_eight_patterns_and_ignores_others"),
     _Q("CY512-CON-O-MEANING", "s.3, comparison O", "O is Offset, without values that switch the coils off",

@@ -41,7 +41,7 @@ class Motion(motion.Motion):
         return self.at_start.parameters
 
     async def ordered(self) -> None:
-        """Wait until I/O REQUEST has been high; then ABORT low means that it has no effect on this motion."""
+        """Wait until I/O REQUEST has been high; if ABORT is low then, it is disabled for this motion."""
         if self.request.is_active:
             self.chip.waits(f"waiting for io_request=1 before the first step ({self.text})")
             await self.chip.polled(*self.request.when_inactive, 1)
@@ -206,7 +206,7 @@ class Motion(motion.Motion):
         self.axis.log.change(partial(self.at_start.rates, self.first, rate))
 
     def taken_rate(self) -> int:
-        """Read the rate byte, with one INSTROBE pulse; the request counts as served until it has been high."""
+        """Return the rate byte, read with one INSTROBE pulse; the request is not used again until it has been high."""
         self.served = True
         byte = self.port.taken()
         if byte > sheet.RATE_TOP:

@@ -146,7 +146,7 @@ QUIRKS = (
     _Q("UND-HS-IOSEL", "s.7", "a change of I/O SELECT while busy takes effect at the next READY",
        "it may change only while READY is high", "test_io_select_changed_while_busy_counts_at_the_next_ready"),
     _Q("UND-HS-MODE", "T.I", "the mode is read with each command letter and kept to the end of the command",
-       "half a command in each mode makes no sense", "test_the_mode_is_read_with_the_command_letter"),
+       "a command cannot have two modes", "test_the_mode_is_read_with_the_command_letter"),
     _Q("UND-HS-WIDTH", "s.7", "INSTROBE 15 µs after the request, 1 µs low, READY low 10 µs later, 187 µs in all",
        "the figures show this, and Table V agrees", "test_the_lines_of_one_byte_move_in_order"),
     _Q("CON-DATA-HOLD", "s.2, s.10 against s.7", "the bus is read at the rise of INSTROBE; no set-up, no hold beyond",

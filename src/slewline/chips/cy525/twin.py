@@ -53,7 +53,7 @@ class Stepwise(twin.Stepwise):
         return self.motion_made.parameters
 
     async def ordered(self) -> None:
-        """Wait until I/O REQUEST has been high; then ABORT low means that it has no effect on this motion."""
+        """Wait until I/O REQUEST has been high; if ABORT is low then, it is disabled for this motion."""
         await self.chip.polled(self.request, 1, 1)
         self.abort_enabled = self.abort.level == 1
         if not self.ordered_steps and self.by_command:

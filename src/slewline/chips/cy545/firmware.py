@@ -181,7 +181,7 @@ class Cy545(Chip):
 
     @property
     def registers(self) -> dict[str, int]:
-        """The registers by name, the position among them."""
+        """The registers by name, including the position."""
         return self._known({**self.state.values, "position": self.axes[0].position})
 
     @property

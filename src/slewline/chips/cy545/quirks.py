@@ -217,7 +217,7 @@ QUIRKS = (
     # -------------------------------------------------------------------------------------------------------------- limits
     _Q("CY545-UND-LIMIT-SAMPLE", "ch.16, CW_LIMIT and CCW_LIMIT", "limits are sampled before each step, at the start after INHIBIT_ABORT; the step in progress is completed",
        "nothing ends the wait for INHIBIT_ABORT", "test_a_limit_ends_a_motion_with_the_step_in_progress"),
-    _Q("CY545-UND-LIMIT-JOG", "ch.16, CW_LIMIT and CCW_LIMIT", "jog makes no step into the limit of the direction that CCW would show, which may be pulled low",
+    _Q("CY545-UND-LIMIT-JOG", "ch.16, CW_LIMIT and CCW_LIMIT", "jog takes no step into the limit of the direction that CCW would show, which may be pulled low",
        "limits stop motions in their direction, which CCW as an input selects", "test_jog_goes_by_the_limit_of_the_direction_to_which_ccw_is_forced"),
     _Q("CY545-UND-LIMIT-HOME", "ch.16, Home Signal", "only the limit of the present direction ends HOME",
        "as in motions", "test_a_limit_of_its_direction_ends_home_without_setting_the_position"),

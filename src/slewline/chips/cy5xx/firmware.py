@@ -146,7 +146,7 @@ class Cy5xx(Chip):
 
     @property
     def registers(self) -> dict[str, int]:
-        """The manual's registers by name, the position among them."""
+        """The manual's registers by name, including the position."""
         return self._known({**self.state.values, "position": self.axes[0].position})
 
     @property

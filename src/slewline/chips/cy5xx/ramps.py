@@ -65,7 +65,7 @@ class SlopeRamp(Ramp):
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
     def table(self) -> Iterator[RampSegment]:
-        """Yield the intervals of the ramp, a segment for each rate parameter."""
+        """Yield the intervals of the ramp, one segment per rate parameter."""
         ticks = 0
         for at, interval in enumerate(self.intervals[:-1]):
             parameter = self.of.law.start + at * self.slope
@@ -166,7 +166,7 @@ class UnitRamp(Ramp):
         return Accelerations(rises[0], self.acceleration, max(rises)) if rises else Accelerations(0, 0, 0)
 
     def table(self) -> Iterator[RampSegment]:
-        """Yield the ramp rate by rate."""
+        """Yield the ramp, one segment per rate."""
         ticks = position = 0
         rate = int(self.values["F"])
         for interval, count in self.runs:

@@ -3,7 +3,7 @@
 The sheets of the parts begin with this data and state their differences; the two parts whose rate grows by S with each
 step (sloped.py) also share registers and half steps.  Data only.
 
-Times are stated at the crystal that the manual names beside them; the chip counts crystal clocks, so every time
+Times are stated at the crystal that the manual names with them; the chip counts crystal clocks, so every time
 scales with the crystal.  "T.V" is the manual's Table V, "s.7" its section 7.
 """
 

@@ -65,7 +65,7 @@ QUIRKS = (
        "only then the units of both sides are horsepower", "test_the_slew_speed_follows_from_load_and_torque"),
     _Q("GSC-CON-DRILL-ONCE", "example 2", "the drill program drills one hole, as listed; the host starts it five times, each time before the request is over, or it needs a loop",
        "the listing has no loop, although the text mentions a bar", "test_as_printed_the_drill_unit_serves_one_hole"),
-    _Q("GSC-CON-PULSE-WIDTH", "example 2", "A2 directly before C2 makes a pulse of one instruction time",
+    _Q("GSC-CON-PULSE-WIDTH", "example 2", "A2 directly before C2 is a pulse of one instruction time",
        "the listing needs a pulse there that W2 of the other unit detects", "test_the_fifth_request_is_as_long_as_an_instruction_takes"),
     # -------------------------------------------------------------------------------------------- sessions and programs
     _Q("GSC-UND-DELAYED-OUTSIDE", "data exchange, examples; commands", "a delayed command outside a session is refused with E4; option direct lets it act",

@@ -15,7 +15,7 @@ QUIRKS = (
     _Q("PMD-UND-CODES", "command reference", "a code that the manual does not name does nothing and has no data: checksum = code, finding; commands of sister parts read or return the same number of words as there, which are 0 and have no effect",
        "reserved codes do the same, and a host that was written for a sister part keeps in step", "test_a_code_that_is_no_command_does_nothing"),
     _Q("PMD-UND-ILLEGAL-DATA", "illegal commands", "after an illegal code every word that is read is 0, every word that is written is dropped",
-       "the checksum is 0, and the host cannot tell one word from another", "test_words_behind_an_illegal_code_are_dropped_and_all_that_is_read_is_0"),
+       "the checksum is 0, and the host cannot distinguish words", "test_words_behind_an_illegal_code_are_dropped_and_all_that_is_read_is_0"),
     _Q("PMD-UND-PACKET-ABORT", "packet format", "a command byte in mid-packet begins a new packet; a half-written register is unchanged; finding if words were missing",
        "drivers leave status words unread, and only the command byte shows where a packet begins", "test_a_command_ends_a_packet_that_is_half_written"),
     _Q("PMD-UND-READ-BEYOND", "packet format", "reads after the checksum return 0; HostRdy works as usual",
@@ -237,7 +237,7 @@ QUIRKS = (
        "after MTR_ON the axis is at rest", "test_the_motor_off_ends_pulses_and_motion_without_completing_it"),
     # ----------------------------------------------------------------------------------- pulses, AtRest, limits, homing
     _Q("PMD-UND-PULSE-PHASE", "pulse and direction signal generation", "PULSE follows the position, which moves evenly within a cycle: high from the half step, low from the whole one, on the next clock; a remaining fraction at rest is not stepped, up or down, so after a move down the motor is one above GET_TRGT_POS (PMD-UND-TRGT-ROUND)",
-       "half high at any rate, evenly spaced, and never a whole step behind", "test_pulse_follows_the_target_clock_by_clock_through_stop_and_reversal"),
+       "half high at any rate, evenly spaced, and never a whole step late", "test_pulse_follows_the_target_clock_by_clock_through_stop_and_reversal"),
     _Q("PMD-UND-PULSE-IDLE", "pin descriptions, pulse", "PULSE is low after a reset, and keeps its level at rest",
        "a whole step ends with low", "test_a_step_is_a_fall_of_pulse_in_the_direction_of_dir"),
     _Q("PMD-UND-DIR-IDLE", "pin descriptions, dir", "DIR is high after a reset, and keeps its direction at rest",

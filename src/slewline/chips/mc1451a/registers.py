@@ -160,7 +160,7 @@ class AxisState:
         return self.events & self.mask & ~(MOTION_ERROR if self.reported else 0)
 
     def clear(self, mask: int) -> None:
-        """Clear the events whose bit in `mask` is 0; a motion error that lasts is not cleared."""
+        """Clear the events whose bit in `mask` is 0; a persistent motion error is not cleared."""
         self.events &= mask | (MOTION_ERROR if self.motion_error else 0)
 
 

@@ -15,7 +15,7 @@ from .reader_thread import PortReader
 from .rehearsal import TWIN, TwinPort
 
 KEPT = 64  # last bytes received, for the message that the sender is not a board
-LISTED = "python -m serial.tools.list_ports lists those there are"
+LISTED = "python -m serial.tools.list_ports lists all ports"
 
 
 class BoardPort(Protocol):
@@ -136,12 +136,12 @@ def _refused(error: Exception) -> str:
     """Return the reason why a port could not be opened, and a remedy."""
     number, text = error_number(error), str(error)
     if number == errno.ENOENT or isinstance(error, FileNotFoundError) or "FileNotFoundError" in text:
-        return f"no such port; name the port of the board ({LISTED}), or {TWIN}, a board of software"
+        return f"no such port; name the port of the board ({LISTED}), or {TWIN}, a simulated board"
     if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:
         if os.name == "nt":
-            return "another program uses this port, or you may not open it; close that one"
-        return "you may not open this port; let your user join the group that may (dialout, uucp), and log in again"
+            return "another program uses this port, or you have no permission; close the other program"
+        return "no permission to open this port; add your user to its group (dialout, uucp), and log in again"
     if number in (errno.EBUSY, errno.EAGAIN) or "lock" in text:
-        return "another program uses this port; close that one"
-    why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else text
+        return "another program uses this port; close it"
+    why = "is not a serial port" if number == errno.ENOTTY else os.strerror(number) if number else text
     return f"{why}; name the serial port of the board ({LISTED})"

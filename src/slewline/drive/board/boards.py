@@ -113,7 +113,7 @@ def by_number(*boards: BoardModel) -> dict[int, BoardModel]:
         other = found.setdefault(board.number, board)
         if other is not board:
             raise ValueError(
-                f"boards {other.name} and {board.name}: both have number {board.number}; give each another"
+                f"boards {other.name} and {board.name}: both have number {board.number}; give each a different one"
             )
     return found
 
@@ -129,7 +129,7 @@ def board_of(ident: Ident) -> BoardModel:
     """
     if ident.version != VERSION:
         raise UsageError(
-            f"the board has version {ident.version} of the firmware, and this slewline needs {VERSION}; write the "
+            f"the board has version {ident.version} of the firmware, but this slewline needs {VERSION}; write the "
             "firmware that came with it to the board"
         )
     board = BOARDS.get(ident.board)
@@ -140,5 +140,5 @@ def board_of(ident: Ident) -> BoardModel:
             "slewline to a board that is listed, or use the slewline that came with this firmware"
         )
     if ident.hz != board.hz:
-        raise UsageError(f"the board has {ident.hz} ticks a second; expected {board.hz}, of a {board.name}")
+        raise UsageError(f"the board has {ident.hz} ticks per second; expected {board.hz}, as for a {board.name}")
     return board

@@ -76,7 +76,7 @@ def decode(chunk: bytes) -> Frame | Damaged:
         return Damaged(f"more than {LONGEST_CHUNK} bytes")
     data = unstuff(chunk)
     if data is None:
-        return Damaged("no COBS")
+        return Damaged("not COBS")
     if len(data) < 4:
         return Damaged(f"{len(data)} bytes; the shortest frame has 4")
     if crc(data[:-2]) != int.from_bytes(data[-2:], "little"):

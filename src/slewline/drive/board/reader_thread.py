@@ -39,7 +39,7 @@ class PortReader:
                 with suppress(BlockingIOError):
                     data = os.read(ready[0], CHUNK)
                     if not data:
-                        raise OSError(errno.EIO, "the terminal has been hung up")
+                        raise OSError(errno.EIO, "the terminal was closed")
                     os.write(self._into, data)
         except OSError as error:
             self._failure = error

@@ -85,7 +85,7 @@ class CaptureReport:
         lines = [str(axis) for axis in self.axes]
         for (first, second), found in self.skews.items():
             if found is None:
-                lines.append(f"{second} after {first}: no steps belong together")
+                lines.append(f"{second} after {first}: no steps are close in time")
             else:
                 later = "after" if found.median_ps >= 0 else "before"
                 by, most = duration(abs(found.median_ps)), duration(found.greatest_ps)

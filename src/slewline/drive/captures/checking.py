@@ -102,7 +102,7 @@ def check_capture(
     found = tuple(_axis(waves, name, signals, edge, forward, idle, glitch) for name, signals in axes.items())
     rows: list[Checked] = []
     notes = [
-        f"{axis.name}: no step on {axes[axis.name][0]}; are STEP and DIR exchanged?"
+        f"{axis.name}: no step on {axes[axis.name][0]}; check whether STEP and DIR are exchanged"
         for axis in found
         if not len(axis.steps.times_ps)
     ]

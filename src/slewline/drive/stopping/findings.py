@@ -42,7 +42,7 @@ class DriveFindings:
             register = self.register(missing)
             self.report(
                 "position-taken-over",
-                f"the motor stands at {register}: {abs(missing)} steps of the model were not made; the position "
+                f"the motor is at {register}: {abs(missing)} steps of the model were not made; the position "
                 f"register is set to {register}",
                 register,
             )
@@ -59,4 +59,4 @@ class DriveFindings:
         if known:
             self.taken_over(missing)
         else:
-            self.uncertain("the chip was stopped by reset or supply: its position is lost; home it")
+            self.uncertain("the chip was stopped by reset or supply, and its position is lost; home it")

@@ -119,7 +119,8 @@ def inputs_of(board: BoardModel, chip: Chip, wiring: Mapping[str, str]) -> tuple
             )
         if pin != ESTOP and pin not in rows:
             raise UsageError(
-                f"input {name}: {pin!r} is no input of {chip.name}; allowed {ESTOP}, {', '.join(rows)}{hint(pin, rows)}"
+                f"input {name}: {pin!r} is not an input of {chip.name}; allowed {ESTOP}, {', '.join(rows)}"
+                f"{hint(pin, rows)}"
             )
         if any(other.pin == pin or (not other.pin and pin == ESTOP) for other in found.values()):
             raise UsageError(f"input {name}: {pin} has another input already; wire each to one")

@@ -217,8 +217,8 @@ class Rewind:
         if why:
             self.findings.report(
                 "late-input",
-                f"an input stopped the motor, and the chip hears of it at the present: {why}; it is stopped now, and "
-                "takes the count of the board over",
+                f"an input stopped the motor, but the chip sees it only at the present: {why}; it is stopped now, and "
+                "takes over the count of the board",
             )
             for each, level, _ in edges:
                 self.state.chip.pin(each.pin).drive(level)
@@ -293,7 +293,7 @@ class Rewind:
         cause = self._cause(stop, instant)
         times, travel, sign = travelled(state.axis, max(instant - LOOK_BACK_PS, 0), now)
         if not times:
-            return "the motor made no step"
+            return "the motor took no step"
         wanted = [at for at, there in zip(times, travel, strict=True) if there == stop.position]
         if wanted:  # the step after which the board received the stop
             at = min(wanted, key=lambda step: abs(step - instant))
@@ -384,10 +384,10 @@ class Rewind:
                 if travelled(axis, instant, now) == travelled(state.axis, instant, now):
                     self._move(bench, instant)
                     return
-                why = "the motor would not have gone on"
+                why = "the motor would not have continued"
             except (SlewlineError, OSError) as error:
                 why = str(error)
         self.findings.report(
-            "late-input", f"{each.pin} changed at {readable(instant)}, and is seen at the present: {why}"
+            "late-input", f"{each.pin} changed at {readable(instant)}, but is seen only at the present: {why}"
         )
         state.chip.pin(each.pin).drive(level)

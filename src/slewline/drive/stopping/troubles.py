@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 TROUBLES: Mapping[int, tuple[str, str]] = {  # finding and text by the event of a board
     Happening.UNDERRUN: (
         "underrun",
-        "the board ran dry: the host was later than the horizon of {horizon}; the motor goes down to a stop; choose a "
-        "longer horizon, or give this machine less to do",
+        "buffer underrun: the host was later than the horizon of {horizon}; the motor decelerates to a stop; choose a "
+        "longer horizon, or reduce the load of this machine",
     ),
     Happening.WATCHDOG: (
         "host-silent",
-        "the board has not heard its host for {watchdog}; the motor goes down to a stop",
+        "no message from the host for {watchdog} (watchdog); the motor decelerates to a stop",
     ),
-    Happening.STOPPED: ("board-stopped", "{cause} stopped the motor at once"),
-    Happening.BRAKED: ("board-stopped", "{cause} stops the motor by its way down"),
+    Happening.STOPPED: ("board-stopped", "{cause} stopped the motor immediately"),
+    Happening.BRAKED: ("board-stopped", "{cause} stops the motor by its stop ramp"),
     Happening.ESTOP: ("e-stop", "emergency stop at {cause}; close its contact again, then clear the drive"),
     Happening.LATE: ("board-late", "a step came too soon for the board, which stopped before it; choose a lower rate"),
 }
@@ -32,7 +32,7 @@ MOVING = (BoardState.RUN, BoardState.BRAKE)
 AT_ONCE = (Happening.STOPPED, Happening.ESTOP, Happening.LATE)  # the motor has no stop ramp
 RESULTS = {
     FrameResult.WRONG_STATE: "not in this state",
-    FrameResult.BAD_CONTENT: "its content makes no sense",
+    FrameResult.BAD_CONTENT: "its content is invalid",
     FrameResult.LATE: "too late",
     FrameResult.NO_ROOM: "no room",
 }
@@ -92,7 +92,7 @@ class Troubles:
             self._report_stop(event)
         if event.kind in AT_ONCE and rate > (allowed := self._start_stop()):
             self.findings.uncertain(
-                f"the motor stood at once at {rate:.0f} steps/s, and may do so up to {allowed:.0f}: it may have lost "
+                f"the motor was stopped dead from {rate:.0f} steps/s; allowed up to {allowed:.0f}: it may have lost "
                 "steps; home it",
             )
         elif event.kind == Happening.ESTOP:
@@ -104,7 +104,7 @@ class Troubles:
         """Handle an immediate stop of the motor during its stop ramp."""
         self._report_stop(event)
         self.findings.uncertain(
-            "the motor stood at once on its way down, at a rate that is not known: it may have lost steps; home it"
+            "the motor was stopped dead during its stop ramp, at an unknown rate: it may have lost steps; home it"
         )
 
     def _report_stop(self, event: BoardEvent) -> None:
@@ -123,7 +123,7 @@ class Troubles:
         if not self.feeder.running and event.position != (wanted := signed(state.counted_from + net)):
             self.report(
                 "count-differs",
-                f"the board has counted {signed(event.position - state.counted_from)} steps, and was sent {net}: home "
+                f"the board has counted {signed(event.position - state.counted_from)} steps, but was sent {net}: home "
                 "the motor, and report this",
             )
             state.correct(event.position - wanted)
@@ -151,10 +151,10 @@ class Troubles:
         if found.state == BoardState.BOOT or not (found.counted or found.moving or found.state == BoardState.HALT):
             return
         axis = self.state.axis
-        stood = "was in motion, and has been stopped" if found.moving else "stands"
-        has = f"the board has kept its supply since it was used last: the motor {stood} at its count {found.counted}"
+        stood = "was in motion, and has been stopped" if found.moving else "is at rest"
+        has = f"the board has kept its supply since its last use: the motor {stood} at count {found.counted}"
         if found.unsure:
-            has += ", and may be elsewhere"
+            has += ", but its position is uncertain"
         keep_count = self.state.keep_count
         if keep_count and axis.low <= found.counted < axis.low + axis.modulus:
             self.report("board-went-on", f"{has}; the position register is set to that", found.counted)
@@ -171,8 +171,8 @@ class Troubles:
         if self.state.phase not in ("closed", "unknown"):
             self.report(
                 "port-lost",
-                f"the port of the board is gone ({error.strerror or error}): nobody knows where the motor is; put the "
-                "cable back, clear the drive, and home",
+                f"the port of the board is gone ({error.strerror or error}): the position of the motor is unknown; "
+                "reconnect the cable, clear the drive, and home",
             )
             self._lose_count()
 
@@ -193,7 +193,7 @@ class Troubles:
         """Handle a board that does not answer: it has stopped a moving motor, or has no supply."""
         self.report(
             "board-silent",
-            f"the board has not answered for {while_}: look for its cable and its supply",
+            f"the board has not answered for {while_}: check its cable and its supply",
         )
         if self.state.phase == "ok" and self.cable.under_way:
             self.link.abandon()
@@ -219,7 +219,7 @@ class Troubles:
         if self.state.phase not in ("closed", "unknown"):
             self.report(
                 "board-reset",
-                "the board was reset, or lost its supply: its count is lost, and nobody knows where the motor is; "
+                "the board was reset, or lost its supply: its count and the position of the motor are lost; "
                 "clear the drive, then home",
             )
             self._lose_count()
@@ -233,7 +233,9 @@ class Troubles:
         kind = FrameKind(answer.kind).name
         if answer.kind == FrameKind.START and answer.result == FrameResult.LATE:
             self.feeder.restart(self.clock.unwrap(answer.tick) + state.horizon // 2)
-            self.report("late-start", "the host was too late to start a motion: the motor makes all of it, later")
+            self.report(
+                "late-start", "the host was too late to start a motion: the motor makes the whole motion, later"
+            )
             return
         energised = answer.flags & PowerFlag.ENERGISED
         if answer.kind == FrameKind.OUTPUTS and state.enable and not energised:  # before a motion
@@ -248,8 +250,8 @@ class Troubles:
         self.state.halt(final=True)
         self.report(
             "moved-by-itself",
-            "the chip began to move before a host had said anything: a program that starts at power-up; the motor "
-            "stands. Let it by --self-start (self_start=True)",
+            "the chip began to move before any command of a host, by a program that starts at power-up; the motor is "
+            "held at rest. To allow this, give --self-start (self_start=True)",
         )
         self.feeder.halt()
         self.stopping.stopped(self._unknown())
@@ -265,7 +267,7 @@ class Troubles:
         self._halt()
         self.report(
             "not-started",
-            "the board has not taken the start of a motion: the line damages too much, or is too slow; the motor does "
+            "the board has not taken the start of a motion: the line is too noisy or too slow; the motor does "
             "not move. Check the cable, or choose a longer horizon (--check recommends one)",
         )
 
@@ -274,7 +276,7 @@ class Troubles:
         self.link.abandon()
         self._halt()
         self.report(
-            "board-stopped", "the host stops the motor, which is at rest; further steps of its chip are not made"
+            "board-stopped", "the host stopped the motor, which was at rest; further steps of its chip are not output"
         )
 
     def switched_off(self) -> None:
@@ -282,7 +284,7 @@ class Troubles:
         self._halt()
         self.report(
             "driver-off",
-            "the board has switched the driver off, as no message came from its host, and does not switch it on by "
+            "the board has switched the driver off without a message from its host, and does not switch it on by "
             "itself: the motor may have moved; clear the drive, and home",
         )
 
@@ -292,7 +294,7 @@ class Troubles:
             self._halt()
             self.report(
                 "computer-slept",
-                "this computer slept during a motion, which the board has ended; keep it awake",
+                "this computer slept during a motion, so the board has stopped the motor; keep it awake",
             )
         self.cable.flush()  # its ticks are the old ones
 

@@ -113,7 +113,7 @@ class CardPort(ChipsetPort):
         answers = self.series(*sent)
         for number, (request, status) in enumerate(zip(sent, answers, strict=True)):
             if request in (wait, answer) and bool(status & IS_READY) is not (request == wait):
-                raise TimeoutError(f"{self.where}: byte {number // len(requests)} of {data!r} was not taken")
+                raise TimeoutError(f"{self.where}: byte {number // len(requests)} of {data!r} was not accepted")
 
     # -------------------------------------------------------------------------------------------------------- commands
     def command(self, text: str, ms: int = 5000) -> None:

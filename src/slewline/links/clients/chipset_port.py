@@ -90,7 +90,7 @@ class ChipsetPort:
         while len(found) < number:
             data = self.socket.recv(number - len(found))
             if not data:
-                raise ConnectionError(f"{self.where}: the server has hung up")
+                raise ConnectionError(f"{self.where}: the server has closed the connection")
             found += data
         return bytes(found)
 

@@ -33,7 +33,7 @@ Data = dict[str, Any]
 LONGEST = 1 << 26  # bytes of a reply: a complete dialogue may be long
 ENDED = "the connection to the control port has ended"
 ANSWER_S = 5.0  # timeout of the first request
-NONE = "no control port answers there; it is the address that slewline serve --control prints as control:"
+NONE = "no control port answers there; use the address that slewline serve --control prints as control:"
 
 
 class ConnectionEnded(SlewlineError, ConnectionError):
@@ -86,7 +86,7 @@ class ControlClient:
             await asyncio.wait_for(client.request("read", pins=[]), ANSWER_S)
         except (TimeoutError, ConnectionEnded) as error:
             await client.close()
-            how = "it hung up" if isinstance(error, ConnectionEnded) else f"not a word in {ANSWER_S:g} s"
+            how = "connection closed" if isinstance(error, ConnectionEnded) else f"no answer within {ANSWER_S:g} s"
             raise UsageError(f"{address}: {NONE} ({how})") from None
         except BaseException:
             await client.close()

@@ -136,7 +136,7 @@ class Client:
         """Receive bytes: requests, or pieces of them."""
         self.incoming += self.beginning.take(data)
         if self.beginning.stranger:
-            self.refuse(f"this port does not speak {self.beginning.stranger}")
+            self.refuse(f"this port does not support {self.beginning.stranger}")
         self.work()
 
     def ended(self) -> None:
@@ -210,7 +210,7 @@ class Client:
             return {"error": str(error)}
         do = request.get("do", "request")
         self.server.say("server", f"control port: {do}: {''.join(format_exception(error))}")
-        return {"error": f"{do}: a mistake in slewline, not in the request; the terminal of the server shows where"}
+        return {"error": f"{do}: an internal error of slewline; the terminal of the server shows it"}
 
     def perform(self, request: Data) -> Data | None:
         """Execute a request; None: the reply comes later."""

@@ -40,7 +40,7 @@ class Verbs:
         """
         chips = self.bench.chips
         if name not in chips:
-            raise UsageError(f"no chip {name!r}; there are: {', '.join(chips)}{hint(name, chips)}")
+            raise UsageError(f"no chip {name!r}; allowed: {', '.join(chips)}{hint(name, chips)}")
         return chips[name]
 
     def axis(self, request: Data) -> OneAxis:
@@ -87,7 +87,7 @@ class PinVerbs(Verbs):
             if name == line.name or name in (chip.name for chip in line.chips):
                 return line
         names = [line.name for line in lines]
-        raise UsageError(f"no {kind} {name!r}; there are: {', '.join(names) or 'none'}{hint(name, names)}")
+        raise UsageError(f"no {kind} {name!r}; allowed: {', '.join(names) or 'none'}{hint(name, names)}")
 
     def do_unplug(self, request: Data) -> Data:
         """Close the port of a line."""
@@ -155,7 +155,7 @@ class PinVerbs(Verbs):
         start, stop = request.get("start", axis.motor.since), request.get("stop", self.bench.now_ps)
         count = axis.motor.count(moment(start), min(moment(stop), self.bench.now_ps))
         if count > MAX_STEPS:
-            raise UsageError(f"steps: {count} in this window; ask for windows of at most {MAX_STEPS}")
+            raise UsageError(f"steps: {count} in this window; request windows of at most {MAX_STEPS}")
         steps = axis.steps(start, stop)
         return {name: getattr(steps, name).tolist() for name in ("times_ps", "directions", "positions")}
 

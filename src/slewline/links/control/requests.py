@@ -20,8 +20,8 @@ REQUESTS = (*rows_of_pins.REQUESTS, *rows_of_time.REQUESTS, *rows_of_views.REQUE
 NAMES = tuple(dict.fromkeys(row.do for row in REQUESTS))
 READING = frozenset(row.do for row in REQUESTS if row.reads)
 COMMON = (
-    Key("id", {}, "anything; it comes back in the reply", "nothing"),
-    Key("token", TEXT, "in the first request, if the server has one", "nothing"),
+    Key("id", {}, "any value; the reply repeats it", "nothing"),
+    Key("token", TEXT, "required in the first request, if the server has one", "nothing"),
 )
 
 
@@ -57,7 +57,7 @@ def schema() -> Data:
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "slewline control port",
-        "description": "A line of text each: a request is an object, and so is its reply, or an error.",
+        "description": "One line of text each: a request is an object, and so is its reply, or an error.",
         "definitions": made,
     }
 

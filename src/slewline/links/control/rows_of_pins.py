@@ -38,13 +38,13 @@ from .value_kinds import (
 )
 
 REQUESTS = (
-    RequestSpec("drive", "Put a level on a pin.", {"pin": "x.enable", "level": 0}, (A_PIN, A_LEVEL)),
-    RequestSpec("release", "Let go of a pin.", {"pin": "x.enable"}, (A_PIN,)),
+    RequestSpec("drive", "Drive a pin to a level.", {"pin": "x.enable", "level": 0}, (A_PIN, A_LEVEL)),
+    RequestSpec("release", "Release a pin.", {"pin": "x.enable"}, (A_PIN,)),
     RequestSpec(
         "pulse",
-        "Put a level on a pin for a time.",
+        "Drive a pin to a level for a time.",
         {"pin": "x.ui1", "level": 0, "width": "20 us"},
-        (A_PIN, A_LEVEL, Key("width", TIME, "how long")),
+        (A_PIN, A_LEVEL, Key("width", TIME, "duration")),
     ),
     RequestSpec(
         "read",
@@ -56,9 +56,9 @@ REQUESTS = (
     ),
     RequestSpec(
         "advance",
-        "Let time pass: in lockstep, or where it stands.",
+        "Let time pass: in lockstep, or while it is paused.",
         {"time": "250 ms"},
-        (Key("time", TIME, "how much"),),
+        (Key("time", TIME, "duration"),),
     ),
     RequestSpec(
         "until",
@@ -78,23 +78,23 @@ REQUESTS = (
     ),
     RequestSpec(
         "fault",
-        "Hit the next characters of a serial line.",
+        "Plan faults in the next characters of a serial line.",
         {"line": "x", "to": "chip", "kind": "parity", "count": 3, "chance": 0.5, "seed": 1},
         (
             A_LINE,
-            Key("to", {"enum": ["chip", "host"]}, "which direction"),
-            Key("kind", {"enum": list(LINKED)}, "what happens to them"),
-            Key("count", WHOLE | {"minimum": 1, "maximum": 10**9}, "how many characters", "1"),
-            Key("chance", NUMBER | {"minimum": 0, "maximum": 1}, "the share of them that is hit", "1"),
-            Key("seed", INTEGER, "which of them: the same seed hits the same ones", "0"),
+            Key("to", {"enum": ["chip", "host"]}, "the direction"),
+            Key("kind", {"enum": list(LINKED)}, "the kind of fault"),
+            Key("count", WHOLE | {"minimum": 1, "maximum": 10**9}, "number of characters", "1"),
+            Key("chance", NUMBER | {"minimum": 0, "maximum": 1}, "the fraction of them that is affected", "1"),
+            Key("seed", INTEGER, "seed of the selection: the same seed affects the same ones", "0"),
         ),
         form="line",
     ),
     RequestSpec(
         "fault",
-        "Let the programming of an EEPROM fail: M and X are answered E6.",
+        "Make writes to an EEPROM fail: M and X are answered with E6.",
         {"chip": "x", "kind": "eeprom"},
-        (A_CHIP, Key("kind", {"enum": ["eeprom"]}, "what fails")),
+        (A_CHIP, Key("kind", {"enum": ["eeprom"]}, "the failing memory")),
         form="chip",
     ),
     RequestSpec(
@@ -102,22 +102,22 @@ REQUESTS = (
         "End the faults on a line.",
         {"line": "x"},
         (A_LINE,),
-        (Key("hits", HITS, "how many characters were hit, by direction and kind"),),
+        (Key("hits", HITS, "number of affected characters, by direction and kind"),),
         "line",
     ),
     RequestSpec("clear", "Let the EEPROM work again.", {"chip": "x"}, (A_CHIP,), form="chip"),
     RequestSpec(
         "unplug",
-        "Close the port of a line, as if its adapter were unplugged: a host that is connected finds the port gone.",
+        "Close the port of a line, as if its adapter were unplugged: a connected host loses the port.",
         {"line": "x"},
         (A_LINE,),
     ),
-    RequestSpec("plug", "Open the port of a line again, where it was.", {"line": "x"}, (A_LINE,)),
+    RequestSpec("plug", "Open the port of a line again, at the same address.", {"line": "x"}, (A_LINE,)),
     RequestSpec(
         "power",
         "Switch the supply of a chip.",
         {"chip": "x", "on": False},
-        (A_CHIP, Key("on", BOOLEAN, "has it its supply?")),
+        (A_CHIP, Key("on", BOOLEAN, "whether the supply is on")),
     ),
     RequestSpec(
         "status",
@@ -125,25 +125,25 @@ REQUESTS = (
         {},
         (),
         (
-            Key("pace", PACE, "how time passes, and how well the wall clock is kept"),
+            Key("pace", PACE, "the state of time, and the lag behind the wall clock"),
             Key("chips", mapping(CHIP), "by name; of the findings the last 20"),
-            Key("lines", mapping(LINE), "by name; bytes from the host (`taken`), to it, and those no host read"),
-            Key("findings", WHOLE, "how many since the beginning"),
-            Key("troubles", array(TEXT), "what the server could not do, such as a file that takes no more"),
+            Key("lines", mapping(LINE), "by name; bytes from the host (`taken`), to it, and bytes that no host read"),
+            Key("findings", WHOLE, "number since the beginning"),
+            Key("troubles", array(TEXT), "failures of the server, such as a file that cannot be written"),
         ),
         reads=True,
     ),
     RequestSpec(
         "findings",
-        "What hosts did that a manual forbids or leaves open; oldest first.",
+        "Findings: host actions that a manual forbids or leaves open; oldest first.",
         {"source": "x", "start": "1 s"},
         (
             Key("source", NAME, "a chip or part", "all of them"),
-            Key("start", INSTANT, "only those from this instant on", "0"),
+            Key("start", INSTANT, "only findings from this instant on", "0"),
         ),
         (
             Key("findings", array(record({"source": TEXT, **FOUND["properties"]})), f"the last {MAX_FINDINGS}"),
-            Key("omitted", WHOLE, "how many older ones there are"),
+            Key("omitted", WHOLE, "number of older ones"),
         ),
         reads=True,
     ),
@@ -160,7 +160,12 @@ REQUESTS = (
         reads=True,
     ),
     RequestSpec(
-        "schema", "The JSON schema of all this.", {}, (), (Key("schema", {"type": "object"}, "draft 7"),), reads=True
+        "schema",
+        "The JSON schema of all requests and replies.",
+        {},
+        (),
+        (Key("schema", {"type": "object"}, "draft 7"),),
+        reads=True,
     ),
     RequestSpec("quit", "End the server.", {}),
 )

@@ -42,19 +42,19 @@ A_BRANCH = record(
 )
 
 REQUESTS = (
-    RequestSpec("pause", "Let time stand: it passes then only for `step`, `until` and `advance`.", {}),
+    RequestSpec("pause", "Pause time: it then passes only for `step`, `until` and `advance`.", {}),
     RequestSpec(
         "go",
         "Let time pass with the wall clock again.",
         {"rate": "0.1"},
         (Key("rate", RATE, "virtual seconds per second", "as before"),),
-        (Key("rate", NUMBER, "the rate now"),),
+        (Key("rate", NUMBER, "the present rate"),),
     ),
     RequestSpec(
         "step",
         "Pause, and let time pass to the next event of a chip.",
         {"chip": "x", "by": "instruction"},
-        (A_CHIP, Key("by", {"enum": list(STEPS)}, "which event"), AN_AXIS, TIMEOUT),
+        (A_CHIP, Key("by", {"enum": list(STEPS)}, "the event"), AN_AXIS, TIMEOUT),
         (MET, WHY),
         "chip",
     ),
@@ -84,7 +84,7 @@ REQUESTS = (
     ),
     RequestSpec(
         "breakpoints",
-        "Pause whenever one of these is met; they replace those before. Without them, tell which there are.",
+        "Pause whenever one of these is met; they replace those before. Without `breakpoints`, list the present ones.",
         {"breakpoints": [{"chip": "x", "address": 7}, {"pin": "x.mov", "edge": "falls"}]},
         (
             Key(
@@ -92,21 +92,24 @@ REQUESTS = (
                 array(A_BREAKPOINT, MOST_BREAKPOINTS),
                 "without a value, any change of the register; of a finding, the name of a chip or part, or empty for "
                 "all",
-                "those there are",
+                "the present ones",
             ),
         ),
-        (Key("breakpoints", array(TEXT), "each in words"), Key("rows", array(A_BREAKPOINT), "each as it was given")),
+        (Key("breakpoints", array(TEXT), "each in words"), Key("rows", array(A_BREAKPOINT), "each as requested")),
     ),
     RequestSpec(
         "back",
-        "Go to an instant of the past, and pause there; what is done from there on is a branch.",
+        "Go to an instant of the past, and pause there; the run from there on is a branch.",
         {"time": "50 ms"},
-        (Key("time", INSTANT, "since the beginning"), Key("branch", COUNT, "of which branch", "the one that is shown")),
+        (
+            Key("time", INSTANT, "since the beginning"),
+            Key("branch", COUNT, "the branch of the instant", "the one that is shown"),
+        ),
         (Key("branch", WHOLE, "the number of the new branch"),),
     ),
     RequestSpec(
         "branches",
-        "The branches that were begun, each with where it left its parent and how far it has come.",
+        "The branches that were begun, each with its start on its parent and its present time.",
         {},
         (),
         (Key("branches", array(A_BRANCH), "by number; 0 is the first run"), Key("current", WHOLE, "the one shown")),
@@ -114,7 +117,7 @@ REQUESTS = (
     ),
     RequestSpec(
         "branch",
-        "Go to a branch as it was left, and pause there.",
+        "Return to a branch in the state in which it was left, and pause there.",
         {"number": 0},
         (Key("number", COUNT, "of the branch"),),
         (Key("branch", WHOLE, "its number"),),

@@ -63,7 +63,7 @@ THE_SIGNALS = Key("signals", array(NAME, MOST_SIGNALS), "pins and quantities, as
 REQUESTS = (
     RequestSpec(
         "describe",
-        "What the data sheet of a chip says: pins, registers, commands.",
+        "The data sheet of a chip: pins, registers, commands.",
         {"chip": "x"},
         (A_CHIP,),
         (Key("sheet", SHEET, "from the manual"),),
@@ -71,7 +71,7 @@ REQUESTS = (
     ),
     RequestSpec(
         "parts",
-        "The parts around the chips, with what can be done to them.",
+        "The parts around the chips, with the actions on them.",
         {},
         (),
         (Key("parts", mapping(OBJECT), "by name: kind, pins, verbs, quantities, neighbours"),),
@@ -89,27 +89,27 @@ REQUESTS = (
         reads=True,
     ),
     RequestSpec(
-        "view", "Everything that a panel shows, now.", {}, (), (Key("view", VIEW, "of pace, chips, parts"),), reads=True
+        "view", "The complete view of a panel, now.", {}, (), (Key("view", VIEW, "of pace, chips, parts"),), reads=True
     ),
     RequestSpec(
         "subscribe",
-        "Send events from now on: changes of the view, what is said, stops.",
+        "Send events from now on: changes of the view, entries of the dialogue, stops.",
         {"every": "33 ms"},
         (Key("every", TIME, "the least time between two, of the wall clock; 0: no more"),),
-        (Key("view", VIEW, "as it is now"),),
+        (Key("view", VIEW, "the present view"),),
         reads=True,
     ),
     RequestSpec(
         "said",
-        "What hosts and chips have said, with findings and events; oldest first.",
+        "The dialogue of hosts and chips, with findings and events; oldest first.",
         {"start": 0},
         (Key("start", COUNT, "the number of the first entry", "0"),),
-        (Key("entries", array(ENTRY), f"the last {MAX_ENTRIES}"), Key("omitted", WHOLE, "how many are left out")),
+        (Key("entries", array(ENTRY), f"the last {MAX_ENTRIES}"), Key("omitted", WHOLE, "number of omitted entries")),
         reads=True,
     ),
     RequestSpec(
         "signals",
-        "What a scope can show.",
+        "The signals that a scope can show.",
         {},
         (),
         (Key("pins", mapping(array(TEXT)), "by owner"), Key("quantities", array(TEXT), "by full name")),
@@ -117,13 +117,13 @@ REQUESTS = (
     ),
     RequestSpec(
         "record",
-        "Keep what pins do, from now on.",
+        "Record pins from now on.",
         {"pins": ["x.clock", "x.mov"], "keep": "1 h"},
-        (Key("pins", array(PIN), "owners and pins"), Key("keep", TIME, "how much of the past", "1 h")),
+        (Key("pins", array(PIN), "owners and pins"), Key("keep", TIME, "length of the record", "1 h")),
     ),
     RequestSpec(
         "window",
-        "What signals did in a window, thinned to what so many columns can show.",
+        "The history of signals in a window, reduced to this number of columns.",
         {"signals": ["x.clock", "x.velocity"], "start": 0, "stop": "1 s", "columns": 800},
         (THE_SIGNALS, START, STOP, Key("columns", WHOLE | {"minimum": 1, "maximum": MAX_COLUMNS}, "of the picture")),
         (
@@ -139,19 +139,19 @@ REQUESTS = (
     ),
     RequestSpec(
         "find",
-        "Find the first, or the last, instant of a window at which something happens.",
+        "Find the first, or the last, instant of an event in a window.",
         {"on": {"pin": "x.mov", "edge": "falls"}, "start": 0, "stop": "1 s", "last": True},
         (
             Key(
                 "on",
                 AN_EVENT,
-                "what happens; of a finding, the name of its source, or empty for all",
+                "the event; of a finding, the name of its source, or empty for all",
             ),
             START,
             STOP,
             Key("last", BOOLEAN, "the last one", "false"),
         ),
-        (Key("found_ps", WHOLE_OR_NULL, "null: it does not happen there"),),
+        (Key("found_ps", WHOLE_OR_NULL, "null: there is none"),),
         reads=True,
     ),
     RequestSpec(
@@ -159,33 +159,33 @@ REQUESTS = (
         "Recorded pins as a file.",
         {"signals": ["x.clock"], "start": 0, "stop": "1 s", "form": "vcd"},
         (THE_SIGNALS, START, STOP, Key("form", {"enum": list(FORMS)}, "the format of the file")),
-        (Key("text", TEXT, "what is in the file"),),
+        (Key("text", TEXT, "the content of the file"),),
         reads=True,
     ),
     RequestSpec(
         "send",
         "Send commands to a chip, as its host would: lines of a script.",
         {"chip": "x", "text": "V1"},
-        (A_CHIP, Key("text", TEXT, "a command a line")),
+        (A_CHIP, Key("text", TEXT, "one command per line")),
     ),
     RequestSpec(
         "act",
-        "Do something to a part, as a hand would.",
+        "Operate a part, as an operator would.",
         {"part": "jog", "verb": "cw"},
         (
             Key("part", NAME, "its name"),
-            Key("verb", NAME, "what to do"),
-            Key("args", array(SCALAR, MOST_ARGUMENTS), "what its verb takes", "none"),
+            Key("verb", NAME, "the action"),
+            Key("args", array(SCALAR, MOST_ARGUMENTS), "the arguments of the verb", "none"),
         ),
     ),
     RequestSpec(
         "assemble",
-        "Assemble a program for a chip, and look for mistakes; nothing is sent.",
+        "Assemble a program for a chip, and check it for mistakes; it is not sent.",
         {"chip": "x", "text": "Po\nS50\n+400\nE"},
-        (A_CHIP, Key("text", TEXT, "a command a line")),
+        (A_CHIP, Key("text", TEXT, "one command per line")),
         (
             Key("rows", array(PROGRAM_ROW), "instructions, with their lines"),
-            Key("bytes", WHOLE, "how long the program is"),
+            Key("bytes", WHOLE, "the length of the program"),
             Key("problems", array(PROBLEM), "each with its place"),
         ),
         reads=True,
@@ -198,7 +198,7 @@ REQUESTS = (
         "The text of an example.",
         {"name": "programs/weld.cy525"},
         (Key("name", NAME, "of the example"),),
-        (Key("text", TEXT, "what is in the file"),),
+        (Key("text", TEXT, "the content of the file"),),
         reads=True,
     ),
 )
@@ -207,18 +207,18 @@ REQUESTS = (
 EVENTS = (
     EventSpec(
         "view",
-        "Something that a panel shows has changed; while time passes, also that alone, ten times a second.",
-        (Key("view", OBJECT, "what has changed, in the shape of the reply to `view`; null: it is gone"),),
+        "The view of a panel has changed; while time passes, also the time alone, ten times per second.",
+        (Key("view", OBJECT, "the changes, in the shape of the reply to `view`; null: removed"),),
     ),
     EventSpec(
         "said",
-        "Entries are new, or have grown: one that has grown has the number that it had.",
+        "Entries are new, or have grown: a grown entry keeps its number.",
         (Key("entries", array(ENTRY), "as in the reply to `said`"),),
     ),
-    EventSpec("stopped", "Time stands, because a breakpoint is met.", (Key("why", TEXT, "which one"),)),
+    EventSpec("stopped", "Time is paused, because a breakpoint is met.", (Key("why", TEXT, "the breakpoint"),)),
     EventSpec(
         "branch",
-        "The server shows another branch, or another instant; a whole view follows.",
+        "The server shows another branch, or another instant; a complete view follows.",
         (Key("branch", WHOLE, "its number"),),
     ),
 )

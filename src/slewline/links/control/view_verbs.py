@@ -136,7 +136,7 @@ class ViewVerbs(Verbs):
         form = request["form"]
         pins = [name for name in dict.fromkeys(request["signals"]) if name in self.bench.recorded]
         if not pins:
-            raise UsageError("export: signals: no recorded pin is among them; `record` keeps what pins do from then on")
+            raise UsageError("export: signals: no recorded pin is among them; `record` records pins from then on")
         start, stop = (f"{ps} ps" for ps in self.of_window(request))
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"window.{form}"
@@ -167,7 +167,7 @@ class ViewVerbs(Verbs):
                 for command in text.splitlines():
                     line.take(command.encode("ascii", "replace") + b"\r")
                 return {}
-        raise UsageError(f"{chip.name}: a host program has its registers; its commands come from there alone")
+        raise UsageError(f"{chip.name}: a host program uses its registers, and must send its commands")
 
     def do_act(self, request: Data) -> Data:
         """Operate a part."""

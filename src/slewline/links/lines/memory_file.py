@@ -37,7 +37,7 @@ from ..sockets.system import BINARY, NO_LINK, directory
 MAGIC, JOURNAL = b"slewline memory 1\n", b"slewline memory 2\n"
 HEADER = Struct(f">{len(MAGIC)}sII")
 RECORD, PLACE, CHECK = Struct(">III"), Struct(">II"), Struct(">I")
-GARBLED = "the disk does not return what was written; use another one"
+GARBLED = "the disk does not return the data written; use another one"
 CHUNK = 1 << 16
 MIN_JOURNAL, MAX_TIMES = 1 << 14, 4  # bytes; factor of the content
 LARGEST = 1 << 24  # bytes of a file: fifty times a 64K memory with its records
@@ -160,7 +160,7 @@ class FileStore:
         except FileNotFoundError:
             return b""
         if not found.startswith((MAGIC, JOURNAL)):
-            raise StoreError(f"{self.path}: is not a memory of slewline; name another file")
+            raise StoreError(f"{self.path}: is not a slewline memory; name another file")
         return found
 
     def _unpacked(self, found: bytes) -> bytearray:

@@ -161,7 +161,7 @@ class HostLine:
         lost = len(data) if self.host is None else self.host(data)
         self.given += len(data) - lost
         if lost and not self.dropped:
-            self.log.event(self.name, "no host is reading: characters of the module are dropped from here on")
+            self.log.event(self.name, "no host is reading: characters of the module are dropped from now on")
         self.dropped += lost
 
     # ------------------------------------------------------------------------------------------------ another bench

@@ -93,8 +93,8 @@ def refused(device: str, error: Exception, windows: bool = os.name == "nt") -> s
         return "is the name of a port on Windows; on this system a serial port is /dev/ttyUSB0 or the like"
     number = error_number(error)
     if number in (errno.EACCES, errno.EPERM) and not windows:
-        return "you may not open this port; let your user join the group that may (dialout, uucp), and log in again"
-    why = "is no serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
+        return "no permission to open this port; add your user to its group (dialout, uucp), and log in again"
+    why = "is not a serial port" if number == errno.ENOTTY else os.strerror(number) if number else str(error)
     return f"{why}; name a serial port that exists and that you may open (python -m serial.tools.list_ports)"
 
 
@@ -171,7 +171,7 @@ class DevicePort(Closing):
     def _lost(self, why: str) -> None:
         why = self._let_go(why)
         why = dismissal(self._latest) or why
-        self.tell(f"{self.device}: gone ({why}); tried again until it is back")
+        self.tell(f"{self.device}: gone ({why}); retrying until it is back")
         self.loop.after(RETRY_S, self._retry)
 
     def _retry(self) -> None:

@@ -62,23 +62,23 @@ SETTINGS: Mapping[str, Setting] = {
     "mode": Setting(1, 1, 1, "1: controller; there is no other mode here"),
     "auto": Setting(0, 1, 0, "1: read after each line of data"),
     "eoi": Setting(0, 1, 1, "1: EOI with the last byte of data; the circuit has no EOI"),
-    "eos": Setting(0, 3, 1, "what follows data: 0 CR LF, 1 CR, 2 LF, 3 nothing"),
-    "eot_enable": Setting(0, 1, 0, "1: eot_char follows what was read up to its end"),
-    "eot_char": Setting(0, 255, 0, "code of this character"),
+    "eos": Setting(0, 3, 1, "terminator of data: 0 CR LF, 1 CR, 2 LF, 3 none"),
+    "eot_enable": Setting(0, 1, 0, "1: eot_char follows data that was read completely"),
+    "eot_char": Setting(0, 255, 0, "code of eot_char"),
     "read_tmo_ms": Setting(1, 3000, 500, "ms without a byte that end a read or a poll"),
-    "savecfg": Setting(0, 1, 1, "1: settings are kept, and found again after ++rst"),
+    "savecfg": Setting(0, 1, 1, "1: settings are stored, and restored after ++rst"),
 }
 COMMANDS: Mapping[str, str] = {
-    "addr": "[PAD [SAD]]: address of the device, 0 to 30; a secondary address is taken and not used",
+    "addr": "[PAD [SAD]]: address of the device, 0 to 30; a secondary address is accepted and ignored",
     "clr": "clear the device (SDC)",
     "help": "list the commands",
-    "ifc": "clear the interface, at once",
+    "ifc": "clear the interface, immediately",
     "llo": "local lockout of the device",
-    "loc": "let the device go to local",
+    "loc": "set the device to local",
     "read": "[eoi|CODE]: read from the device, to the end of a group, a character, or a pause",
-    "rst": "forget all that is under way; the settings are those kept",
+    "rst": "restart with the stored settings",
     "spoll": "[PAD [SAD]]: poll the status of the device, or of another one",
-    "srq": "is SRQ low? 1 or 0",
+    "srq": "1 if SRQ is low, else 0",
     "trg": "[PAD ...]: trigger the device, or others",
     "ver": "the version of the controller",
 }
@@ -159,7 +159,7 @@ class PrologixLine(RequestLine):
     def _bound(self, line: bytes) -> None:
         """Report, once, a line or an incomplete line that is too long."""
         if len(line) > LONGEST and not self.too_long:
-            self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes; nothing of it is sent")
+            self.controller.finding("gpib-line", f"a line of more than {LONGEST} bytes is not sent")
             self.too_long = True
 
     def whole(self, data: bytes) -> bytes:
@@ -186,7 +186,7 @@ class PrologixLine(RequestLine):
     def _data(self, line: bytes) -> None:
         """Send data to the device, and read its answer if ++auto is on."""
         if PLAIN_PLUS.match(line):
-            self.controller.finding("gpib-plus", f"{line!r}: a + that has no ESC before it is not sent; send ESC +")
+            self.controller.finding("gpib-plus", f"{line!r}: a + without ESC before it is not sent; send ESC +")
         if (found := TELNET.match(line)) and len(found[0]) >= CERTAIN:
             self.controller.finding("telnet", f"{RAW}; this looks like telnet: use a raw connection")
         data = ESCAPED.sub(lambda found: found[1] or b"", line) + ENDS[self.settings["eos"]]
@@ -281,7 +281,7 @@ class PrologixLine(RequestLine):
         """Report an address that no device has."""
         if address not in self.selected:
             there = ", ".join(map(str, self.selected))
-            says = f"++{command} {address}: no device has this address; there are devices at {there}"
+            says = f"++{command} {address}: no device has this address; devices are at {there}"
             self.controller.finding("gpib-address", says)
 
     def do_spoll(self, arguments: Sequence[str]) -> bool:

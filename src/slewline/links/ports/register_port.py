@@ -53,7 +53,7 @@ HELLO, SERIES, ON = 0x90, 0xC0, 0xC1
 LOCKSTEP = 0x80  # in the answer to HELLO
 TURNS = 64  # limits of the wait of a request to the control port, in shares of a host or slices of time: 4 kB, a second
 MOST = 512  # bytes of pieces of a series executed together
-ALL_OF_IT = "nothing of the series is done; "
+ALL_OF_IT = "none of the series is executed; "
 SHARE = 64  # bytes per turn of the loop: 32 accesses take a millisecond
 
 
@@ -94,7 +94,7 @@ class RegisterLine(RequestLine):
     def attach(self, name: str, host: Callable[[bytes], int], resume: Callable[[], object]) -> None:
         """Connect a host."""
         if self.half:
-            self.log.event(self.name, f"the host before left a request without its end, {self.half[:8].hex(' ', -2)}")
+            self.log.event(self.name, f"the previous host left an incomplete request, {self.half[:8].hex(' ', -2)}")
         self.half, self.strange = b"", False
         super().attach(name, host, resume)
 
@@ -212,8 +212,8 @@ class RegisterLine(RequestLine):
             text = " (telnet negotiation, it seems)"
         return (
             f"{came!r}{text} {where}is not a request, and reads FF: {ALL_OF_IT if where else ''}"
-            "this is a port of registers, with two bytes a request, "
-            '00 to 4F first; see "Registers on a socket" (docs/howto/serve_registers.md)'
+            "this is a port for registers, with two bytes per request, "
+            'the first 00 to 4F; see "Registers on a socket" (docs/howto/serve_registers.md)'
         )
 
     # ----------------------------------------------------------------------------------------------------- transcript

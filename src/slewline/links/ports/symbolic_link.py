@@ -53,10 +53,10 @@ class DeviceLink:
             mode = os.lstat(self.name, dir_fd=self._folder).st_mode
             target = os.readlink(self.name, dir_fd=self._folder) if stat.S_ISLNK(mode) else ""
             if not DEVICE.fullmatch(target):
-                raise UsageError(f"{self.path}: this exists and is not an old link of slewline; name another one")
+                raise UsageError(f"{self.path}: this exists and is not an old link made by slewline; name another one")
             if not self._stale(target):
                 raise UsageError(
-                    f"{self.path}: is no old link: it leads to {target}, a terminal in use, such as that of another "
+                    f"{self.path}: is in use: it points to {target}, a terminal in use, such as that of another "
                     "server; name another one, or end that server first"
                 )
             os.unlink(self.name, dir_fd=self._folder)
@@ -68,7 +68,7 @@ class DeviceLink:
 
     def _refused(self, error: OSError) -> UsageError:
         return UsageError(
-            f"{self.path}: {error.strerror}; name a link in a writable directory, which is no link itself"
+            f"{self.path}: {error.strerror}; name a link in a writable directory that is not itself a link"
         )
 
     def remove(self) -> None:

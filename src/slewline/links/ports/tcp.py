@@ -163,7 +163,7 @@ class Session:
         passed = self.beginning.take(data)
         if self.beginning.stranger:
             self.characters.clear()
-            why = f"speaks {self.beginning.stranger}, which no host does; connection closed"
+            why = f"speaks {self.beginning.stranger}, which hosts do not use; connection closed"
             self.port.report_stranger(self.beginning.stranger, f"{self.name} {why}")
             self.gone(why)
             return
@@ -213,7 +213,7 @@ class Session:
             self.take(bytes(ahead[:REMAINS]))
             ahead.clear()
         self.receive(self.beginning.release())
-        self.gone("hung up")
+        self.gone("closed the connection")
         return True
 
     def shorten(self, excess: int) -> int:
@@ -322,8 +322,8 @@ class TcpPort(Closing):
         if self.dropped:
             dropped, self.dropped = self.dropped, 0
             self.tell(
-                f"{self.where}: the host before left more than the line plays in time; "
-                f"{dropped} bytes of it were dropped, because the next host is connected"
+                f"{self.where}: the previous host left more bytes than the line can play in time; "
+                f"{dropped} of them were dropped, because the next host is connected"
             )
 
     # --------------------------------------------------------------------------------------------------------- turns

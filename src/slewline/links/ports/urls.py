@@ -56,14 +56,14 @@ def unopened(where: str, error: Exception) -> str:
     scheme, found, _ = where.partition("://")
     if not found or f"{scheme}://" in ("tcp://", "telnet://"):
         if (meant := _address(where)) and not os.path.exists(where):
-            return f"is an address; a port of another program is written socket://{meant}, a device {DEVICE}"
+            return f"is an address; write the port of another program as socket://{meant}, a device {DEVICE}"
         return ""
     if scheme not in SCHEMES:
         if "not known" not in str(error):
             return ""
         return (
-            f"{scheme}:// is not known here; allowed a device, such as {DEVICE}, socket://HOST:PORT and "
-            "rfc2217://HOST:PORT; slewline serve prints the one of its port"
+            f"{scheme}:// is not supported here; allowed: a device, such as {DEVICE}, socket://HOST:PORT and "
+            "rfc2217://HOST:PORT; slewline serve prints the URL of its port"
         )
     place = _place(where)
     if place is None:
@@ -73,15 +73,15 @@ def unopened(where: str, error: Exception) -> str:
     if isinstance(cause, ConnectionRefusedError):
         return (
             f"connection refused: nothing listens at {host}:{port}; start its server first, or correct the address "
-            "(slewline serve prints the one of its port)"
+            "(slewline serve prints the URL of its port)"
         )
     if isinstance(cause, socket.gaierror):
         return f"the name {host!r} cannot be resolved; correct it, or give the address in numbers"
     if isinstance(cause, TimeoutError):
-        return f"no answer from {host}; check that it is on, the network, and its firewall"
+        return f"no answer from {host}; check that it is on, and check the network and its firewall"
     if scheme == "rfc2217" and "RFC2217" in str(error):
         return dismissed(where) or (
-            f"the server does not speak RFC 2217; end another program that has the port, or write socket://{host}:"
+            f"the server does not speak RFC 2217; end any other program on the port, or write socket://{host}:"
             f"{port} if it is a plain TCP port"
         )
     number = getattr(cause, "errno", None)
@@ -92,7 +92,7 @@ def no_device(where: str) -> str:
     """Return a message that an address or URL is not a serial port; empty if the text is neither."""
     if os.path.exists(where) or not (where.startswith(SERVED) or _address(where)):
         return ""
-    return f"is an address, and no serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"
+    return f"is an address, not a serial port; name a device, such as {DEVICE}; --tcp opens a TCP port"
 
 
 def _place(where: str) -> tuple[str, int] | None:

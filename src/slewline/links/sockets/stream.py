@@ -46,7 +46,7 @@ class SocketStream:
         self.dropped = 0
         self.reading = self.open = True
         self.dirty = self.blocked = self.at_end = self.finishing = self.deaf = False
-        self.why = "hung up"
+        self.why = "closed the connection"
         self.fd = end.fileno()
         if isinstance(end, socket.socket):
             end.setblocking(False)

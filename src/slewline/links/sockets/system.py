@@ -150,7 +150,7 @@ def be_prompt() -> str:
             for task in tasks[1:]:
                 os.setpriority(os.PRIO_PROCESS, task, os.getpriority(os.PRIO_PROCESS, 0))
         return "priority -10"
-    return "no priority above others"
+    return "normal priority"
 
 
 # ------------------------------------------------------------------------------------------------------------ signals

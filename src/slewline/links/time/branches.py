@@ -113,7 +113,7 @@ class Branches:
         if self.server.past.at(at).world(order, parent.shared_ps, parent.shared, arrived):
             self.count = number
         else:
-            answer({"error": f"back: nothing is kept of {readable(at)}: the process that kept it has ended"})
+            answer({"error": f"back: there is no record of {readable(at)}: its process has ended"})
 
     def _put_on_leash(self, branch: Branch) -> None:
         """Connect to a branch, to query its time, and to detect its end."""
@@ -179,9 +179,9 @@ class Branches:
 
     def _branch(self, number: int) -> None:
         if self.folder is None:
-            raise UsageError("nothing of the past is kept here; start the server with --journal FILE, or --panel")
+            raise UsageError("the past is not recorded here; start the server with --journal FILE, or --panel")
         if whole(number) not in self.known:
-            raise UsageError(f"no branch {number!r}; there are: {', '.join(map(str, self.known))}")
+            raise UsageError(f"no branch {number!r}; allowed: {', '.join(map(str, self.known))}")
 
     def _ask_time(self, then: Callable[[], object], stand: bool = False) -> None:
         """Query the time of the branch that is shown, and pause it if `stand`; then call `then`, in order."""

@@ -53,7 +53,7 @@ class Breakpoints:
             return FindingCondition(self.bench, row["finding"])
         chip = self.bench.chips.get(row["chip"])
         if chip is None:
-            raise UsageError(f"no chip {row['chip']!r}; there are: {', '.join(self.bench.chips)}")
+            raise UsageError(f"no chip {row['chip']!r}; allowed: {', '.join(self.bench.chips)}")
         if "address" in row:
             return chip.at_instruction(row["address"])
         axis = chip.axis(row.get("axis", 1))

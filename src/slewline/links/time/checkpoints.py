@@ -137,7 +137,7 @@ class Checkpoints:
             self.marks.remove(mark)
             self._end(mark)
             for arrived in mark.waiting.values():
-                arrived({"error": "the process that kept this instant has ended; try again"})
+                arrived({"error": "the process for this instant has ended; try again"})
 
     def close(self) -> None:
         """End all checkpoints."""

@@ -160,7 +160,7 @@ class ServedPast(Past):
                 f"exchange: the other bench lacks {', '.join(missing)}; it must have the same chips and parts"
             )
         if shown:
-            raise UsageError(f"exchange: branch {shown} is shown, where this bench stands; show branch 0 first")
+            raise UsageError(f"exchange: branch {shown} is shown, and this bench is paused; show branch 0 first")
 
     def _move(self, line: HostLine, bench: Bench, ear: Ear) -> None:
         """Connect a line to another bench; send the output that its host lacks."""
@@ -172,4 +172,4 @@ class ServedPast(Past):
         line.move(bench, [told for told in ear.said if told.ps > now])
         unsaid = line.outlet.say_again([told for told in ear.said if told.ps <= now])
         if unsaid:
-            self.server.log.event(line.name, f"the host has had what was taken back: {unsaid!r}")
+            self.server.log.event(line.name, f"the host has already received withdrawn data: {unsaid!r}")

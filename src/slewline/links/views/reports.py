@@ -110,7 +110,7 @@ class Lateness:
         if not self.behind:
             self.before_ns = self.seen_ns
             self.tell(
-                f"virtual time falls behind the wall clock ({self._lost()} so far): this machine, or its other load, "
+                f"virtual time lags behind the wall clock ({self._lost()} so far): this machine, or its other load, "
                 f"is too slow for --rate {self.rate:g}; give a lower rate, or --lockstep"
             )
         self.seen_ns, self.calm = lost, 0
@@ -119,10 +119,10 @@ class Lateness:
         return f"{(self.lag.lost_ns - self.before_ns) / 1e9:.1f} s lost"
 
     def _over(self) -> None:
-        self.tell(f"virtual time follows the wall clock again; {self._lost()} of it")
+        self.tell(f"virtual time follows the wall clock again; {self._lost()}")
 
     def close(self) -> None:
         """Report the time lost, if the lag lasts to the end."""
         self.check()
         if self.behind:
-            self.tell(f"virtual time was behind the wall clock to the end; {self._lost()}")
+            self.tell(f"virtual time lagged until the end; {self._lost()}")

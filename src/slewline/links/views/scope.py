@@ -142,7 +142,7 @@ class Scope:
         """
         if name not in self.bench.recorded:
             self.bench.pin(name)
-            raise NotRecorded(f"{name} is not recorded; `record` keeps what it does from then on")
+            raise NotRecorded(f"{name} is not recorded; `record` records it from then on")
         return self.bench.recorded[name]
 
     def _kept(self, name: str) -> int:

@@ -135,14 +135,16 @@ class Differences:
 
     def __str__(self) -> str:
         times = (
-            f"times may differ by {self.tolerance}" if self.is_timed else "times are the adapter's, and not compared"
+            f"times may differ by {self.tolerance}"
+            if self.is_timed
+            else "times are those of the adapter, and are not compared"
         )
         rows = [
             f"{self.part}: {self.exchanges} exchanges, {len(self.rows)} differences; {times}",
             *map(str, self.rows),
         ]
         if self.moments:
-            rows.append(f"{self.moments} answers agree with a question that comes a little earlier or later")
+            rows.append(f"{self.moments} answers agree with a query that comes a little earlier or later")
         if self.delays_us:
             least, middle, most = (
                 round(what(self.delays_us) / 1000, 1) + 0.0 for what in (min, median, max)
@@ -153,11 +155,13 @@ class Differences:
             rows.append(f"exchange {numbers[0]}{more}, the module: {says}")
         if self.from_before:
             rows.append(
-                f"{', '.join(self.from_before)}: no line before sets what this asks for; the module may hold it since "
+                f"{', '.join(self.from_before)}: no earlier line sets this value; the module may hold it since "
                 "earlier, and the model begins as after power-up"
             )
         if self.shown:
-            rows.append(f"the model's memory has {self.shown} bytes that the dialogue lists; --memory gives it others")
+            rows.append(
+                f"the model's memory has {self.shown} bytes from listings of the dialogue; --memory replaces it"
+            )
         rows += [f"exchange {number}, the model: {code}: {text}" for number, code, text in self.findings]
         return "\n".join(rows)
 

@@ -56,12 +56,12 @@ def play(exchanges: Sequence[RecordedExchange], module: Module, may_replace: boo
     found = hazards(exchanges, module.speech)
     if found.moving and not module.may_move:
         raise MotionRefused(
-            f"{module.name}: {', '.join(found.moving)} may make the motor step; nothing was sent; allow motion with "
+            f"{module.name}: {', '.join(found.moving)} may step the motor; no command was sent; allow motion with "
             "--move, or record a dialogue without"
         )
     if found.replacing and not may_replace:
         raise ReplacementRefused(
-            f"{module.name}: {', '.join(found.replacing)} would replace the program that it holds; nothing was sent; "
+            f"{module.name}: {', '.join(found.replacing)} would replace its program; no command was sent; "
             "save it with slewline pull, then allow that with --replace"
         )
     before_us: int | float | None = None

@@ -97,8 +97,8 @@ def _putting_back(module: Module, contents: ModuleContents, say: Say) -> Iterato
         except (ModuleFailure, KeyboardInterrupt) as failure:
             whys = dict.fromkeys(filter(None, (began, _why(failure))))
             raise Unfinished(
-                "\n".join(whys) + f"\nthe program that was there is not back.  What {module.name} holds, as far as it "
-                f"has answered: {restore.stands}.  The file has the program: slewline push puts it back"
+                "\n".join(whys) + f"\nthe old program was not restored.  Content of {module.name}, as far as it "
+                f"has answered: {restore.stands}.  The file has the program: slewline push restores it"
             ) from None
 
 
@@ -111,7 +111,7 @@ def _put_back(restore: Restore) -> None:
     except ModuleFailure:
         restore.is_known = False
     if not restore.is_there:
-        restore.say("put back what was there ...")
+        restore.say("restoring the old program ...")
         send(restore)
 
 
@@ -168,8 +168,8 @@ def push(
             restore.store()
     except (ModuleFailure, KeyboardInterrupt) as failure:
         raise Unfinished(
-            f"{_why(failure)}\nwhat {module.name} holds, as far as it has answered: {restore.stands}"
-            f"{'; ' + kept if kept else ''}\nto go on, call the same again"
+            f"{_why(failure)}\ncontent of {module.name}, as far as it has answered: {restore.stands}"
+            f"{'; ' + kept if kept else ''}\nto continue, repeat the same command"
         ) from None
     say(restore.stands)
 
@@ -193,9 +193,9 @@ def keep_before(
         say("it holds this program already")
         return ""
     if restore.was_cut and (earlier := beside(path, "before") if keep is None else Path(keep)).is_file():
-        say(f"it holds the beginning of this program, {contents.size}: an earlier push was cut, which goes on")
-        return f"what was there is in {earlier}"
-    return f"what was there is in {save_beside(path, contents, keep, say)}"
+        say(f"it holds the beginning of this program, {contents.size}: an interrupted push, which now continues")
+        return f"the old program is in {earlier}"
+    return f"the old program is in {save_beside(path, contents, keep, say)}"
 
 
 def check_push(sheet: Sheet) -> None:
@@ -207,9 +207,9 @@ def check_push(sheet: Sheet) -> None:
     if not any(isinstance(channel, (*WRITERS,)) for channel in sheet.channels):
         part = sheet.part.upper()
         raise UsageError(
-            f"push: nothing shows through an adapter whether program entry of the {part} is open, so that a move might "
-            "be made instead of stored, and what cannot be verified is not sent; allowed parts with a serial line; "
-            "switch the motor off and enter the program by hand, with slewline terminal"
+            f"push: an adapter does not show whether program entry of the {part} is open, so a move might be made "
+            "instead of stored, and a program that cannot be verified is not sent; allowed: parts with a serial "
+            "line; switch the motor off and enter the program by hand, with slewline terminal"
         )
 
 
@@ -221,7 +221,7 @@ def check_store(sheet: Sheet, store: bool) -> None:
     """
     if store and not can_store(sheet):
         raise UsageError(
-            f"--store: the {sheet.part.upper()} has no such command; its program is in a memory beside it; leave it out"
+            f"--store: the {sheet.part.upper()} has no such command; its program is in an external memory; leave it out"
         )
 
 
@@ -277,7 +277,7 @@ def save(path: Path, contents: ModuleContents, say: Say) -> None:
         image = path.with_name(path.name + IMAGE)
         with WholeFile(image, durable=True) as file:
             file.write(to_hex(contents.image).encode("ascii"))
-        say(f"{path} does not say all of the program: {unsaid}; its bytes are in {image}")
+        say(f"{path} cannot represent all of the program: {unsaid}; its bytes are in {image}")
 
 
 def save_beside(
@@ -291,12 +291,12 @@ def save_beside(
     text = contents.text
     found = free(path, "before", text) if keep is None else Path(keep)
     if has(found, text):
-        say(f"{found} has what is there")
+        say(f"{found} has the old program")
         return found
     check_new(found, replace=None)
     earlier = sorted(found.parent.glob(f"{beside(path, 'before*').name}")) if keep is None else []
     save(found, contents, say)
     if earlier:
         names = ", ".join(map(str, earlier))
-        say(f"{names}: of earlier pushes; what is in {found} may be what one of them has left half sent")
+        say(f"{names}: of earlier pushes; {found} may have an incomplete program of one of them")
     return found

@@ -40,7 +40,7 @@ class ModuleContents:
     def text(self) -> str:
         """Content as the text of a program, which `slewline asm` and `slewline push` take."""
         sheet, settings = self.sheet, self._settings()
-        head = [f"; {sheet.part}, as slewline pull has read it"]
+        head = [f"; {sheet.part}, as read by slewline pull"]
         head += [f"; {name} {value}" for name, value in self.values.items() if name not in settings]
         before = [line for row, line in settings.values() if row.role != "pointer"]
         pointer = next(iter(sheet.acting("pointer")), None)
@@ -75,8 +75,8 @@ class ModuleContents:
             if assemble(self.text, self.sheet, self.sheet.part).stored == self.stored:
                 return ""
         except ProgramError as error:
-            return f"the assembler does not take it: {' '.join(str(error).split())}"
-        return "blanks around a line are not kept in it"
+            return f"the assembler does not accept it: {' '.join(str(error).split())}"
+        return "it does not keep blanks around a line"
 
     @property
     def image(self) -> bytes:
@@ -125,7 +125,7 @@ def _believed(module: Module, what: str) -> str:
         before, value = value, module.value(what)
         if value == before:
             return value
-    raise ListingDiffers(f"{module.name}: {what}, {READINGS} readings, and no two agree; is it at work?")
+    raise ListingDiffers(f"{module.name}: {what}, {READINGS} readings, of which no two agree; check whether it is busy")
 
 
 def _serial(sheet: Sheet) -> Channel:

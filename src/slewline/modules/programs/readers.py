@@ -47,7 +47,9 @@ def agreed(where: str, read: Callable[[], T | None], alone: Callable[[T], bool] 
         ListingDiffers: no two readings agree.
         NoAnswer, DamagedAnswer: the last one failed.
     """
-    failure: ModuleFailure = ListingDiffers(f"{where}: {READINGS} readings, and no two agree; check the line for noise")
+    failure: ModuleFailure = ListingDiffers(
+        f"{where}: {READINGS} readings, of which no two agree; check the line for noise"
+    )
     seen: list[T] = []
     for _ in range(READINGS):
         try:
@@ -104,7 +106,7 @@ def read_listing(module: Module, base: int | None = None, say: Say = lambda _tex
         seen.append(found)
     if failure is not None and not seen:
         raise failure
-    raise ListingDiffers(f"{module.name}: {READINGS} listings, and no two agree; check the line for noise")
+    raise ListingDiffers(f"{module.name}: {READINGS} listings, of which no two agree; check the line for noise")
 
 
 def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
@@ -121,8 +123,8 @@ def _listed(module: Module, lines: tuple[str, ...]) -> ProgramReading:
             (listing,) = sheet.acting("list")
             why = deviations(module.speech, listing.form, "".join(f"{each}\r" for each in lines).encode("latin-1"))
             raise DamagedAnswer(
-                f"{module.name}: it lists {line!r}, which is no instruction of the {sheet.part.upper()}"
-                f"{': ' * bool(why)}{why}; is --chip the right part?"
+                f"{module.name}: it lists {line!r}, which is not an instruction of the {sheet.part.upper()}"
+                f"{': ' * bool(why)}{why}; check --chip"
             )
         stored += command.stored
     return ProgramReading(lines[:-1], stored)
@@ -171,7 +173,7 @@ class ProgramReader:
     def stopped(self, address: int, data: bytes) -> str:
         """Return a note that the program continues where there is no instruction."""
         shown = repr(data[:24]) if data and data[0] != ERASED else "erased memory"
-        return f"at {address} is {shown}, no instruction: nothing after it was read"
+        return f"at {address} is {shown}, not an instruction: the rest was not read"
 
 
 class MemoryReader(ProgramReader):
@@ -228,7 +230,7 @@ class MemoryReader(ProgramReader):
         if line[:1].encode("latin-1") != bytes([ERASED]):
             return line.encode("latin-1") + CR
         seconds = (self.sheet.buffer_bytes - address) * module.speech.character_s
-        self.say(f"{module.name}: erased from {address} on; the module sends it to its end, {seconds:.0f} s at most")
+        self.say(f"{module.name}: erased from {address} on; the module lists the rest, {seconds:.0f} s at most")
         module.tidy(self.sheet.buffer_bytes - address)
         return b""
 
@@ -284,20 +286,20 @@ class BufferReader(ProgramReader):
         if address + len(data) < len(self.stored):
             return super().stopped(address, data)
         given, room = len(self.stored), self.sheet.buffer_bytes
-        return f"the program goes on at {address}; the part gives the first {given} of its {room} bytes, and no more"
+        return f"the program continues at {address}; the part reports only the first {given} of its {room} bytes"
 
     def whole(self) -> ProgramReading:
         """Return the program, with notes on parts that the module does not report."""
         if not any(self.stored):
-            return ProgramReading((), b"", (f"all {len(self.stored)} bytes that the part gives are 00: no program",))
+            return ProgramReading((), b"", (f"all {len(self.stored)} bytes that the part reports are 00: no program",))
         found = self.program(0)
         if not self.labels:
             return found
         surplus = len(found.stored) - len(found.stored.rstrip(b"\0")) - 1  # commands 0 after the one that ends it
         kept = found.program[: len(found.program) - max(surplus, 0)]
         note = (
-            f"it has not run yet, so the part does not tell where its labels are ({', '.join(self.labels)}): write "
-            f"{dialect_of(self.sheet).label(self.labels[0])} in front of the instruction; where it ends is a guess"
+            f"it has not run yet, so the addresses of its labels are unknown ({', '.join(self.labels)}): write "
+            f"{dialect_of(self.sheet).label(self.labels[0])} before the instruction; its end is a guess"
         )
         return ProgramReading(kept, found.stored[: len(found.stored) - max(surplus, 0)], (*found.notes, note))
 

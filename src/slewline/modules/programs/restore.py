@@ -40,7 +40,7 @@ class ProgramText:
                 part stores no program.
         """
         if sheet.enter is None:
-            raise UsageError(f"{where}: the {sheet.part.upper()} keeps no program")
+            raise UsageError(f"{where}: the {sheet.part.upper()} stores no program")
         assembly = assemble(text, sheet, where)
         for problem in assembly.findings:
             if problem.code == COMMENT:
@@ -49,11 +49,11 @@ class ProgramText:
         for item in source.items:
             if not isinstance(item, Statement):
                 raise UsageError(
-                    f"{where}, line {item.line}: {item.text} is for slewline run; allowed commands of the "
+                    f"{where}, line {item.line}: {item.text} is for slewline run; allowed: commands of the "
                     f"{sheet.part.upper()}; leave it out"
                 )
         if not source.blocks:
-            raise UsageError(f"{where}: no program in it; write {sheet.enter.form} in front of its instructions")
+            raise UsageError(f"{where}: has no program; write {sheet.enter.form} before its instructions")
         (block,) = source.blocks[:1]
         items = source.statements
         framing = [items.index(each) for each in (block.entry, block.quit) if each is not None]
@@ -72,8 +72,8 @@ class ProgramText:
         for each in (*self.before, *self.after):
             if each.row.may_step and not module.may_move:
                 raise MotionRefused(
-                    f"{where}, line {each.line}: {each.text} may make the motor step: {each.row.says}; nothing was "
-                    "sent; leave it out, or allow motion with --move"
+                    f"{where}, line {each.line}: {each.text} may step the motor: {each.row.says}; no command "
+                    "was sent; leave it out, or allow motion with --move"
                 )
 
 
@@ -97,7 +97,7 @@ class Restore:
     ) -> None:
         self.module, self.wanted, self.contents, self.say, self.pace = module, wanted, contents, say, pace
         self.sheet = wanted.sheet
-        self.holds = "its program is as it was"  # content before sending, in words
+        self.holds = "its program is unchanged"  # content before sending, in words
         self.stands = self.holds  # present content of the module, in words
         self.is_known = True  # `contents` are up to date
 
@@ -123,7 +123,9 @@ class Restore:
             module.ask(text)
             if question is None or int(module.value(question)) == statement.values[0]:
                 return
-        raise ListingDiffers(f"{module.name}: {text} was sent {ROUNDS} times, and is not what the module answers")
+        raise ListingDiffers(
+            f"{module.name}: {text} was sent {ROUNDS} times, but the module answers with another value"
+        )
 
     def _sets(self, statement: Statement, name: str) -> bool:
         letter = next((row.letter for row in self.sheet.registers if row.name == name), "")
@@ -138,13 +140,13 @@ class Restore:
         """
         (row,) = self.sheet.acting("recall")
         before = self.holds
-        self.holds = self.stands = f"{row.form} is not answered: its RAM has either of its programs"
+        self.holds = self.stands = f"{row.form} was not answered: its RAM has one of its two programs"
         try:
             self.module.ask(row.form)
         except RefusedCommand:
             self.holds = self.stands = before
             raise
-        self.holds = self.stands = "its RAM has the program that it keeps without power"
+        self.holds = self.stands = "its RAM has the stored program"
 
     def store(self) -> None:
         """Store the program in the EEPROM.
@@ -155,7 +157,7 @@ class Restore:
         """
         (row,) = self.sheet.acting("store")
         held = "it holds the program, verified"
-        self.stands = f"{held}; whether it keeps it without power is not known: push again, with --store"
+        self.stands = f"{held}; it is unknown whether it was stored: push again, with --store"
         self.say(f"{row.form}: {row.says} ...")
         try:
             self.module.ask(row.form)
@@ -164,9 +166,9 @@ class Restore:
             self.module.wait_until_ready(STORED_S)
             self.module.ask(row.form)  # the same program again
         except RefusedCommand as refused:
-            self.stands = f"{held}; it does not keep it without power ({refused.code}: {refused.says})"
+            self.stands = f"{held}; it was not stored ({refused.code}: {refused.says})"
             raise
-        self.stands = f"{held}, and keeps it without power"
+        self.stands = f"{held}, and has stored it"
 
 
 def can_store(sheet: Sheet) -> bool:

@@ -58,7 +58,7 @@ def _enter(restore: Restore) -> None:
             if not left:
                 raise
     for number, line in enumerate(lines):
-        restore.stands = f"it holds {number} of {whole} instructions, program entry is open; {_kept(sheet)}"
+        restore.stands = f"it holds {number} of {whole} instructions; program entry is open; {_kept(sheet)}"
         _surely(restore, line.text, lines[: number + 1])
 
 
@@ -81,7 +81,7 @@ def _surely(restore: Restore, text: str, expected: Sequence[Statement]) -> None:
 
 
 def _kept(sheet: Sheet) -> str:
-    return "what it keeps without power is as it was" if can_store(sheet) else "no other memory has changed"
+    return "the stored program is unchanged" if can_store(sheet) else "no other memory was changed"
 
 
 def _compare(restore: Restore) -> None:
@@ -97,8 +97,8 @@ def _compare(restore: Restore) -> None:
         pairs = zip_longest(found.program, sent, fillvalue="nothing")
         at, (one, other) = next((n, pair) for n, pair in enumerate(pairs, 1) if pair[0] != pair[1])
         raise ListingDiffers(
-            f"{restore.module.name}: instruction {at} is listed as {one}, and was sent as {other}; nothing was stored; "
-            "check the line for noise, and push again"
+            f"{restore.module.name}: instruction {at} is listed as {one}, but was sent as {other}; the program was not "
+            "stored; check the line for noise, and push again"
         )
     restore.say(f"verified: {len(found.program)} instructions")
 
@@ -107,13 +107,13 @@ def _leave(restore: Restore) -> None:
     """End program entry, if a command does so without a run."""
     sheet, module = restore.sheet, restore.module
     held = f"it holds the program, verified; {_kept(sheet)}"
-    restore.stands = f"{held}, program entry is open"
+    restore.stands = f"{held}; program entry is open"
     end = harmless_end(sheet)
     if end is None:
         (only,) = sheet.leave
         restore.say(
-            f"program entry is open: {only.form} ends it, and runs the program; switching the module off and on "
-            "ends it, too, and loses a program that is not stored"
+            f"program entry is open: {only.form} ends it, and runs the program; a power cycle ends it, "
+            "too, and loses a program that is not stored"
         )
         return
     try:
@@ -163,8 +163,8 @@ class MemoryWriter:
                     missed.add(number)
             wrong = self.differing(missed)
         raise ListingDiffers(
-            f"{self.module.name}: {whole} {len(wrong)} parts do not read back as they were sent; is there a memory, "
-            "and can it be written?  With an EEPROM that is slower than 20 ms a byte give --pace"
+            f"{self.module.name}: {whole} {len(wrong)} parts do not read back as sent; check that there is a "
+            "writable memory.  For an EEPROM slower than 20 ms per byte, give --pace"
         )
 
     def was_read(self, group: Sequence[Statement]) -> bool:
@@ -210,9 +210,9 @@ class MemoryWriter:
         if at_end and self.reader.instruction(begin) in (b"", self.question[: len(self.question) // 2]):
             return
         raise MotionRefused(
-            f"{self.module.name}: the program begins with {first.text}, which would make a step if the module missed "
-            f"the beginning of program entry, and at {begin} is no room for a question; nothing was sent; begin with a "
-            "command that makes no step, such as one that sets a register, or allow motion with --move"
+            f"{self.module.name}: the program begins with {first.text}, which would step the motor if the module "
+            f"missed the start of program entry, and there is no room for a query at {begin}; no command was sent; "
+            "begin with a harmless command, such as one that sets a register, or allow motion with --move"
         )
 
     def is_written(self, group: Sequence[Statement]) -> bool:
@@ -297,7 +297,7 @@ def send(restore: Restore) -> None:
         ModuleFailure: `restore.stands` describes the content of the module.
     """
     if restore.wanted.before:
-        restore.stands = f"of its registers some may be set already; {restore.holds}"
+        restore.stands = f"some registers may be set already; {restore.holds}"
     for each in restore.wanted.before:
         restore.set(each)
     serial = next(channel for channel in restore.sheet.channels if isinstance(channel, (*WRITERS,)))

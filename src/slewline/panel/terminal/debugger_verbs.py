@@ -94,7 +94,7 @@ async def until(session: DebugSession, words: list[str]) -> None:
     address = number(words[0], "address")
     listed = [row["address"] for row in session.listings.get(session.selected, ())]
     if address not in listed:
-        there = f"they are at {listed[0]} to {listed[-1]}" if listed else "no program is stored"
+        there = f"instructions are at {listed[0]} to {listed[-1]}" if listed else "no program is stored"
         raise UsageError(f"until: no instruction begins at {address}; {there}")
     await session.to_address(address)
 
@@ -126,7 +126,9 @@ async def put_break(session: DebugSession, words: list[str]) -> None:
     if point in session.breakpoints and not listed and "address" in point:
         session.trouble = f"no program is stored in {session.selected} now; the breakpoint waits for one"
     if point in session.breakpoints and listed and point.get("address", listed[0]) not in listed:
-        session.trouble = f"no instruction begins at {point['address']} now; they are at {listed[0]} to {listed[-1]}"
+        session.trouble = (
+            f"no instruction begins at {point['address']} now; instructions are at {listed[0]} to {listed[-1]}"
+        )
 
 
 def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
@@ -153,7 +155,7 @@ def point_of(session: DebugSession, words: list[str]) -> dict[str, Any]:
 async def clear(session: DebugSession, words: list[str]) -> None:
     """Remove all breakpoints."""
     if words:
-        raise UsageError(f"clear: takes all breakpoints away; :break {' '.join(words)} takes one away")
+        raise UsageError(f"clear: removes all breakpoints; :break {' '.join(words)} removes one")
     await session.put_breakpoints([])
 
 
@@ -208,26 +210,26 @@ async def branch(session: DebugSession, words: list[str]) -> None:
 
 
 VERBS = (
-    Verb("go", "[RATE]", "let time pass, with the wall clock", go),
-    Verb("pause", "", "let time stand", pause),
-    Verb("step", "[instruction|step|command|finding]", "go on to the next one", step),
-    Verb("edge", "PIN [rises|falls|any]", "go on to the next edge of a pin", edge),
+    Verb("go", "[RATE]", "let time run, with the wall clock", go),
+    Verb("pause", "", "pause time", pause),
+    Verb("step", "[instruction|step|command|finding]", "run to the next instruction, step, command or finding", step),
+    Verb("edge", "PIN [rises|falls|any]", "run to the next edge of a pin", edge),
     Verb("until", "ADDRESS", "run to an instruction", until),
-    Verb("time", "INSTANT", "go to an instant, on or back: 1.5, 20 ms, +3 ms, -1 s", time),
+    Verb("time", "INSTANT", "go to an instant, forwards or back: 1.5, 20 ms, +3 ms, -1 s", time),
     Verb("position", "POSITION [AXIS]", "run to a position of a motor", position),
     Verb(
         "break",
         "ADDRESS | pin PIN [EDGE] | register NAME [VALUE] | position P [AXIS] | finding",
-        "put a breakpoint, or take it away",
+        "set a breakpoint, or remove it",
         put_break,
     ),
-    Verb("clear", "", "take all breakpoints away", clear),
-    Verb("rate", "RATE", "virtual seconds per second, 0.001 to 1000", rate),
-    Verb("drive", "PIN LEVEL", "put a level on a pin", drive),
-    Verb("release", "PIN", "let go of a pin", release),
+    Verb("clear", "", "remove all breakpoints", clear),
+    Verb("rate", "RATE", "set the rate, 0.001 to 1000 virtual seconds per second", rate),
+    Verb("drive", "PIN LEVEL", "drive a pin to a level", drive),
+    Verb("release", "PIN", "release a pin", release),
     Verb("power", "on|off", "switch the supply of the chip", power),
-    Verb("act", "PART VERB [VALUE ...]", "do with a part what a hand could", act),
-    Verb("branch", "[NUMBER]", "go to a branch as it was left; alone: list them", branch),
+    Verb("act", "PART VERB [VALUE ...]", "operate a part", act),
+    Verb("branch", "[NUMBER]", "return to a branch; alone: list them", branch),
 )
 BY_NAME = {verb.name: verb for verb in VERBS}
 
@@ -236,7 +238,7 @@ KEYS = {
     "quit": "q leaves the debugger",
     "exit": "q leaves the debugger",
     "help": "? shows its help",
-    "run": ":go lets time pass",
+    "run": ":go lets time run",
 }
 
 
@@ -250,12 +252,12 @@ async def obey(session: DebugSession, text: str) -> None:
         check_verb(session, text)
         await session.client.request("send", chip=session.selected, text=text)
         if session.paused:
-            session.trouble = f"{text}: is sent as time passes; time is stopped: press Esc, then the space bar"
+            session.trouble = f"{text}: is sent while time runs, and time is paused: press Esc, then the space bar"
         return
     name, *words = text[1:].split() or [""]
     verb = BY_NAME.get(name) or only(name)
     if verb is None:
-        raise UsageError(f"no verb {name!r}; there are: {', '.join(BY_NAME)}{hint(name, BY_NAME)}")
+        raise UsageError(f"no verb {name!r}; allowed: {', '.join(BY_NAME)}{hint(name, BY_NAME)}")
     await verb.do(session, words)
 
 
@@ -269,7 +271,7 @@ def check_verb(session: DebugSession, text: str) -> None:
     forms = [row["form"].lower().split() for row in session.sheets.get(session.selected, {}).get("commands", ())]
     if (word in BY_NAME or word in KEYS) and not any(word in form[:1] for form in forms):
         says = KEYS.get(word) or f"a verb of the debugger begins with a colon, :{text}"
-        raise UsageError(f"{text}: is no command of {session.selected}; {says}")
+        raise UsageError(f"{text}: is not a command of {session.selected}; {says}")
 
 
 def only(start: str) -> Verb | None:

@@ -20,21 +20,21 @@ TITLE = "bold $text-primary"
 NAME = 15  # columns of a key, a verb or a command
 
 KEYS = (
-    ("space", "let time pass, let it stand; ends a wait"),
+    ("space", "let time run, or pause it; ends a wait"),
     ("s", "next instruction of the program"),
     ("n", "next step of the motor"),
-    ("e", "next edge of a pin, which is asked for"),
+    ("e", "next edge of a pin; type its name"),
     ("f", "next finding"),
-    ("b", "breakpoint on the selected row, or no more"),
+    ("b", "set or remove a breakpoint on the selected row"),
     ("u", "run to the selected row"),
-    ("g", "go to an instant, on or back"),
+    ("g", "go to an instant, forwards or back"),
     ("p", "run to a position"),
-    ("left, right", "1 s back, 1 s on; with shift 0.1 s, with ctrl 10 ms"),
-    ("[  ]", "time passes slower, faster"),
-    ("tab", "next pane; up, down, page up, page down move in it"),
+    ("left, right", "1 s back, 1 s forwards; with shift 0.1 s, with ctrl 10 ms"),
+    ("[  ]", "let time run slower, faster"),
+    ("tab", "next pane; up, down, page up, page down scroll it"),
     ("1 to 9, ctrl+w", "select a chip"),
     ("/  :", "command line: to the chip, to the debugger"),
-    ("d", "dark or light"),
+    ("d", "switch between dark and light"),
     ("q", "quit"),
 )
 

@@ -105,7 +105,7 @@ class GpibDevice(Part):
 
     # ------------------------------------------------------------------------------------------------------- acceptor
     async def _accept(self, commanded: bool) -> None:
-        """Receive one byte: an interface message for all devices, or data for the chip; any change of ATN ends it."""
+        """Receive one byte: an interface message for all devices or data for the chip; a change of ATN ends this."""
         atn, dav, ready = (self.pin(name).net for name in ("atn", "dav", "ready"))
         change = (atn, 1 if commanded else 0)
         if not commanded:

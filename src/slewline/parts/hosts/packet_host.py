@@ -390,7 +390,7 @@ missing(
 
 @cache
 def _tell_missing(sheet: Sheet) -> None:
-    """Register hints for methods with the names of commands of a sheet, which do not exist."""
+    """Register hints for calls such as host.set_pos(): the commands of a sheet are not methods."""
     for row in sheet.rows(PacketRow):
         verb = "query" if row.reads else "command"
         values = "".join(f", {arg.name}" for arg in row.args)

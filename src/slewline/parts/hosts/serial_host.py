@@ -69,7 +69,7 @@ class SerialHost(UartHost, Host):
 
         Raises:
             ChecksumError: the answer has a wrong checksum, or a character of it a parity or framing error.
-            Timeout: no answer in time; the message says what was waited for.
+            Timeout: no answer in time; the message names the missing answer.
         """
         uart = self.uart
         uart.begin()

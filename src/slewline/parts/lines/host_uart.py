@@ -120,10 +120,10 @@ class HostUart:
         self.driver.drive(self.mark)
 
     async def before_sending(self) -> None:
-        """Wait until a computer would begin to send."""
+        """Wait until the host may begin to send."""
 
     async def before_burst(self) -> None:
-        """Wait until a computer would send the next burst of characters."""
+        """Wait until the host may send the next burst of characters."""
 
     def after_burst(self, data: bytes) -> None:
         """Record that characters have been sent."""

@@ -255,7 +255,7 @@ def has_own_clock(value: Any, motor: MotorData) -> bool:
 
 def _driver_named(like: object, name: str) -> DriverRow:
     if not isinstance(like, str) or like not in DRIVERS:
-        raise UnknownName(f"{name}: like {like!r}; there are: {', '.join(DRIVERS)}{same_part(like, DRIVERS)}")
+        raise UnknownName(f"{name}: like {like!r}; known: {', '.join(DRIVERS)}{same_part(like, DRIVERS)}")
     return DRIVERS[like]
 
 

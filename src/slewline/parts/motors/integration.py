@@ -89,7 +89,7 @@ class MotorTrace:
             UnknownName: the law has no such state.
         """
         if name not in self.law.names:
-            raise UnknownName(f"no state {name!r}; there are: {', '.join(self.law.names)}{hint(name, self.law.names)}")
+            raise UnknownName(f"no state {name!r}; known: {', '.join(self.law.names)}{hint(name, self.law.names)}")
         column: NDArray[np.float64] = self.states[:, self.law.names.index(name)]
         return column
 

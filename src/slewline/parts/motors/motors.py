@@ -131,7 +131,7 @@ def motor_named(name: str, place: str = "motor") -> MotorData:
     """
     if name not in MOTORS:
         meant = same_part(name, MOTORS) or f"; for another motor {OWN}"
-        raise UnknownName(f"{place} {name!r}; there are: {', '.join(MOTORS)}{meant}")
+        raise UnknownName(f"{place} {name!r}; known: {', '.join(MOTORS)}{meant}")
     return MOTORS[name]
 
 

@@ -86,7 +86,7 @@ class Counter(Protocol):
         """Return the count shown at an instant (ps)."""
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or the last of `changes` changes unless others are under way."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
 
     def edges(self, start: int, stop: int) -> tuple[Any, Any]:
         """Return the changes shown at start < t <= stop (ps), the last committed instant at most.
@@ -189,7 +189,7 @@ class StepCounter:
         return counts[over - 1] if over else cast("int", self.before)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or the last of `changes` changes unless others are under way."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
         j = self._shown(ps)
         times = self.coming[0]
         over = bisect_right(times, ps)

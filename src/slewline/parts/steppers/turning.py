@@ -125,7 +125,7 @@ class RunCounter:
         return self.passings.level(ps - self.lag_ps)
 
     def after(self, ps: int, changes: int = 1) -> When:
-        """Return when the count changes next (ps), or the last of `changes` changes unless others are under way."""
+        """Return when the count changes next (ps), or, if no changes are under way, when change `changes` comes."""
         return later(self.passings.after(ps - self.lag_ps, changes), self.lag_ps)
 
     def edges(self, start: int, stop: int) -> tuple[list[int], list[int]]:

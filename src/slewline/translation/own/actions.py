@@ -39,7 +39,7 @@ class Actions(MotionWriter):
 
     # ------------------------------------------------------------------------------------------ outputs, inputs, times
     def on_setoutput(self, action: SetOutput) -> list[ResultPiece]:
-        """Return the setting of an output."""
+        """Return the instructions that set an output."""
         if "bits" in self.rows:
             return [ResultPiece(self.rows["bits"], (action.number - 1 + (0 if action.level else LOW_BIT),))]
         row = self.row("output_high" if action.level else "output_low")
@@ -51,11 +51,11 @@ class Actions(MotionWriter):
         return [ResultPiece(row, (action.number,) if row.args else ())]
 
     def on_waitinput(self, action: WaitInput) -> list[ResultPiece]:
-        """Return a wait for an input."""
+        """Return the instructions that wait for an input."""
         return self.conditions.wait(action.input)
 
     def on_delay(self, action: Delay) -> list[ResultPiece]:
-        """Return the nearest delay, or several one after the other."""
+        """Return the instruction with the nearest delay, or several one after the other."""
         if self.sheet.enter is None and "delay" not in self.rows:
             return [ResultPiece(text=f"@wait {readable(action.time_ps)}")]
         row = self.row("delay")
@@ -83,7 +83,7 @@ class Actions(MotionWriter):
         return [ResultPiece(labels=[action.name])]
 
     def on_jump(self, action: Jump) -> list[ResultPiece]:
-        """Return a jump, or a branch."""
+        """Return the instructions for a jump or a branch."""
         start = action.to in self.starts.get(action.block, ())
         if action.inputs:
             return self.conditions.branch(action.inputs, action.to, start)
@@ -93,7 +93,7 @@ class Actions(MotionWriter):
         return self.conditions.jump(action.to, start)
 
     def on_loop(self, action: Loop) -> list[ResultPiece]:
-        """Return the end of a loop, by the command with the smallest sufficient count."""
+        """Return the instruction that ends a loop, with the smallest sufficient count."""
         rows = sorted(self.sheet.acting("loop"), key=lambda row: row.args[0].high)
         if not rows:
             raise Impossible(
@@ -108,7 +108,7 @@ class Actions(MotionWriter):
         return [ResultPiece(row, (action.passes, *goal))]
 
     def on_endprogram(self, action: EndProgram) -> list[ResultPiece]:
-        """Return the end of the program, or the last instruction of a part that ends without one."""
+        """Return the instruction that ends the program, or the last one of a part that ends without one."""
         stop = self.rows.get("stop")
         if stop is not None:
             return [ResultPiece(stop)]
@@ -118,7 +118,7 @@ class Actions(MotionWriter):
 
     # -------------------------------------------------------------------------------------------------- host, programs
     def on_enterprogram(self, action: EnterProgram) -> list[ResultPiece]:
-        """Return the start of program entry."""
+        """Return the commands that begin program entry."""
         self.program = action.number
         self.rates.joined()
         self.held = {}
@@ -127,7 +127,7 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(self.sheet.enter)]
 
     def on_leaveprogram(self, action: LeaveProgram) -> list[ResultPiece]:
-        """Return the end of program entry; with a run, if the target's command does both."""
+        """Return the commands that end program entry; with a run, if the target's command does both."""
         rows = self.sheet.leave
         row = next((row for row in rows if row.starts == action.runs), None)
         if row is not None:
@@ -139,7 +139,7 @@ class Actions(MotionWriter):
         return [ResultPiece(row), *self.on_runprogram(RunProgram(line=action.line, text=action.text))]
 
     def on_runprogram(self, action: RunProgram) -> list[ResultPiece]:
-        """Return the run of the program."""
+        """Return the commands that run the program."""
         row = self.rows.get("run")
         if row is None:
             row = next((row for row in self.sheet.leave if row.starts), None)
@@ -150,22 +150,22 @@ class Actions(MotionWriter):
         return [*self.pointer(), ResultPiece(row)]
 
     def pointer(self) -> list[ResultPiece]:
-        """Return the setting of the memory pointer to the start of the program, unless the line before it does this."""
+        """Return the command that sets the memory pointer to the start of the program, if it is not there."""
         row, pointed = self.rows.get("pointer"), self.pointed
         self.pointed = False
         return [] if row is None or pointed else [ResultPiece(row, (0,))]
 
     def on_saveprogram(self, action: SaveProgram) -> list[ResultPiece]:
-        """Return the saving of the program."""
+        """Return the command that saves the program."""
         return [ResultPiece(self.row("store"))]
 
     def on_eraseprogram(self, action: EraseProgram) -> list[ResultPiece]:
-        """Return the erasing of the program, after which registers are those of a reset."""
+        """Return the command that erases the program, after which registers are those of a reset."""
         self.rates.restarted()
         return [ResultPiece(self.row("erase"))]
 
     def on_hostdirective(self, action: HostDirective) -> list[ResultPiece]:
-        """Return a directive of the host."""
+        """Return the directives for the host."""
         found = self.directives.translated(action.text)
         if isinstance(found, str):
             raise Impossible(action.text, found, "write it by hand for this host")

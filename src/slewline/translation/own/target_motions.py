@@ -29,13 +29,13 @@ class MotionWriter(ActionWriter):
 
     # ---------------------------------------------------------------------------------------------- settings of motions
     def on_setprofile(self, action: SetProfile) -> list[ResultPiece]:
-        """Return the setting of a rate, or of a value of the ramp."""
+        """Return the instructions that set a rate or a value of the ramp."""
         commands, verdicts = self.rates.setting(action)
         self.verdicts += verdicts
         return [ResultPiece(row, (value,)) for row, value in commands]
 
     def on_setdistance(self, action: SetDistance) -> list[ResultPiece]:
-        """Return the setting of the steps of relative moves; nothing if the target's moves include their steps."""
+        """Return the instructions that set the steps of relative moves; none if the target's moves include them."""
         row = self.rows.get("distance")
         if row is None:
             return []
@@ -44,7 +44,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.steps,))]
 
     def on_setdirection(self, action: SetDirection) -> list[ResultPiece]:
-        """Return the setting of the direction of relative moves."""
+        """Return the instructions that set the direction of relative moves."""
         row = self.rows.get("plus" if action.sign > 0 else "minus")
         if row is None:
             return []
@@ -52,18 +52,18 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row)]
 
     def on_settarget(self, action: SetTarget) -> list[ResultPiece]:
-        """Return the setting of the target of the next motion; nothing if the part's motion includes its target."""
+        """Return the instructions that set the target of the next motion; none if the motion itself includes it."""
         row = self.rows.get("target")
         return [] if row is None else [ResultPiece(row, (self.fitting(row, row.args[0], action.position),))]
 
     def on_setendless(self, action: SetEndless) -> list[ResultPiece]:
-        """Return the setting of a motion without end; a target whose runs include it gets it with the run."""
+        """Return the instructions that make the next motion endless; none if the run itself includes it."""
         if "endless" in self.rows:
             return []
         return [ResultPiece(self.row("endless_next"))]
 
     def on_setposition(self, action: SetPosition) -> list[ResultPiece]:
-        """Return the setting of the position counter."""
+        """Return the instructions that set the position counter."""
         row, clear = self.rows.get("preset"), self.rows.get("clear")
         if row is not None and (action.block < 0 or row.stored):
             if row.args:
@@ -80,7 +80,7 @@ class MotionWriter(ActionWriter):
 
     # --------------------------------------------------------------------------------------------------------- motions
     def on_moveby(self, action: MoveBy) -> list[ResultPiece]:
-        """Return a relative move."""
+        """Return the instructions for a relative move."""
         row = self.rows.get("move") or self.row("update")
         if row.role == "update":
             raise Impossible("", no_command(self.sheet, "move"))
@@ -98,7 +98,7 @@ class MotionWriter(ActionWriter):
         return found
 
     def set_move(self, action: MoveBy) -> list[ResultPiece]:
-        """Set distance and direction before a move, if they differ from the present ones."""
+        """Return the instructions that set distance and direction before a move, if they have changed."""
         found: list[ResultPiece] = []
         if action.sign is not None and self.held.get("sign") != action.sign and not self.sets(SetDirection):
             found.append(ResultPiece(self.row("plus" if action.sign > 0 else "minus")))
@@ -117,7 +117,7 @@ class MotionWriter(ActionWriter):
         return ("distance" if kind is SetDistance else "plus") in rows_by_role(self.source)
 
     def on_moveto(self, action: MoveTo) -> list[ResultPiece]:
-        """Return a move to a position."""
+        """Return the instructions for a move to a position."""
         row = self.rows.get("absolute") or self.rows.get("goto")
         self.held.pop("sign", None)
         if action.position is None:
@@ -129,7 +129,7 @@ class MotionWriter(ActionWriter):
         return [ResultPiece(row, (action.position,))]
 
     def targeted(self, action: MoveTo) -> list[ResultPiece]:
-        """Return a move to a position by two commands, target and motion."""
+        """Return the instructions for a move to a position by two commands, target and motion."""
         assert action.position is not None  # noqa: S101
         row, go, found = self.row("target"), self.rows.get("update") or self.row("move"), []
         if action.steps == 0 and go.role == "update":  # a motion that would never be complete
@@ -158,7 +158,7 @@ class MotionWriter(ActionWriter):
         ]
 
     def on_runendless(self, action: RunEndless) -> list[ResultPiece]:
-        """Return a run without end, or until an input is low."""
+        """Return the instructions for a run without end, or until an input is low."""
         if action.until is not None:
             row = self.row("until_input")
             self.conditions.check(action.until.number)
@@ -180,14 +180,14 @@ class MotionWriter(ActionWriter):
         return [*found, *stated, ResultPiece(self.row("move"))]
 
     def on_home(self, action: Home) -> list[ResultPiece]:
-        """Return a homing."""
+        """Return the instructions for a homing."""
         row = self.row("home")
         if row.args[0].sign == "alone" and action.block < 0:
             return [ResultPiece(row, (action.sign,))]
         raise Impossible("homing", f"{row.form} finds the direction itself ({row.where})", "write the homing by hand")
 
     def on_stop(self, action: Stop) -> list[ResultPiece]:
-        """Return the end of a motion."""
+        """Return the instructions that end a motion."""
         wanted = "brake" if action.ramped else "stop"
         row = next((row for row in self.sheet.commands if row.at_once == wanted), None)
         if row is not None:

@@ -105,7 +105,7 @@ def compared(
     Args:
         bounds: those of the report.
         levels: of the outputs at the start of both, by number.
-        wired: the outputs thin the result also has; others of the source are left out.
+        wired: the outputs that the result also has; others of the source are left out.
     """
     theirs = [each for each in one.happened if each.kind != "output" or each.number in wired]
     every = sorted({*levels[0], *levels[1]})

@@ -77,7 +77,7 @@ def play(
     put_memory(bench, chip)
     host = bench.host(chip)
     if isinstance(host, PacketHost):
-        host.port.sparse = True  # nobody looks at the status queries
+        host.port.sparse = True  # the status queries are not observed
     script = program_script(text, where, sheet)
     check_script(bench, host, script)
     outputs, inputs = numbered(wiring, "output"), numbered(wiring, "input")

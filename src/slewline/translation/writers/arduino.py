@@ -35,7 +35,7 @@ from .structured import Structured
 
 
 class SketchWriter(Structured):
-    """Writer for one program."""
+    """A writer of a sketch for one program."""
 
     entry = "a function begins at its first line (C++)"
     keeps = "a sketch survives power-off"
@@ -76,7 +76,6 @@ class SketchWriter(Structured):
         return self.finished(out, (("library", self.library.title),))
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         return self.pins.wires()
 
     def _function(self, name: str, actions: list[Action], block: int) -> list[OutLine]:
@@ -97,7 +96,6 @@ class SketchWriter(Structured):
         self.sheet.add(f"{name} = {value};", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position."""
         stepper = self.library.of(self.pins.stepper(action.axis))
         self.sheet.add(f"{stepper}setCurrentPosition({action.position});", action.line)
 
@@ -149,7 +147,6 @@ class SketchWriter(Structured):
             self.known[axis, "acceleration"] = wanted
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         sheet, line, profile = self.sheet, action.line, action.profile
         absolute = isinstance(action, MoveTo)
         if profile is not None:
@@ -238,11 +235,9 @@ class SketchWriter(Structured):
         self.sheet.add(f"{name}++;", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return a comparison."""
         return f"{name} {sign} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return a condition."""
         return " && ".join(
             f"digitalRead({self._input(each.number, source)}) == {level_name(each.level)}" for each in inputs
         )

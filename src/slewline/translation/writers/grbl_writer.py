@@ -58,11 +58,11 @@ class GrblWords:
         return LETTERS[self.first + axis - 1]
 
     def distance(self, axis: int, steps: int) -> str:
-        """Return a distance, or a position."""
+        """Return the word for a distance or a position."""
         return f"{self.letter(axis)}{number(steps / self.steps_per_mm, self.digits)}"
 
     def feed(self, rate: float) -> str:
-        """Return the word of a rate."""
+        """Return the F word for a rate."""
         return f"F{number(rate * 60 / self.steps_per_mm, 3)}"
 
 
@@ -117,7 +117,7 @@ def has_output(writer: LanguageWriter, action: SetOutput) -> bool:
 
 
 class GrblWriter(LanguageWriter):
-    """Writer for one program."""
+    """A writer of grbl G-code for one program."""
 
     needs = "a word needs a number"
     entry = "no jumps (grbl runs line by line)"
@@ -175,13 +175,12 @@ class GrblWriter(LanguageWriter):
         return [OutLine("", says + ", ".join(f"{text} ({what})" for text, what in rows))]
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = grbl_pins(self.first)
         return [*names, *((f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items())]
 
     # ------------------------------------------------------------------------------------------------------------ flow
     def tree(self, tree: Sequence[Node]) -> None:
-        """Write a tree, with its loops unrolled."""
+        """Write the commands of a program tree, with its loops unrolled."""
         for node in tree:
             if self.ended:
                 return
@@ -271,7 +270,6 @@ class GrblWriter(LanguageWriter):
         return f" {self.words.feed(profile.top)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line, axis = action.line, action.axis
         feed = self._feed(action.profile or self.registers.profile)
         if isinstance(action, MoveTo):
@@ -285,7 +283,6 @@ class GrblWriter(LanguageWriter):
         compare_times(self.sheet, action, self.acceleration, FROM_REST)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run."""
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:
@@ -298,7 +295,7 @@ class GrblWriter(LanguageWriter):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write coolant or spindle."""
+        """Write the command for coolant or spindle."""
         if has_output(self, action):
             self._add(OUTPUTS[action.number][1 - action.level], action.line)
             self.sheet.same(action.line)

@@ -47,7 +47,7 @@ PINS |= {4: ("Z", "pin D12, limit Z")}
 
 
 class ScriptWriter(Structured):
-    """Writer for one program."""
+    """A writer of a host script for one program."""
 
     nothing = "pass"
     entry = "a function begins at its first line (Python)"
@@ -101,7 +101,6 @@ class ScriptWriter(Structured):
         return [OutLine(""), *found] if found else []
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = grbl_pins(self.first)
         names += [(f"output{output}", pin) for output, (_, _, pin) in OUTPUTS.items()]
         return names + [(f"input{pin}", where) for pin, (_, where) in PINS.items()]
@@ -112,7 +111,6 @@ class ScriptWriter(Structured):
         self.assign(name, value, line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position."""
         self.sheet.add(f"grbl.set_position({action.position}{self._axis(action)})", action.line)
 
     def wait(self, action: WaitInput) -> None:
@@ -149,7 +147,6 @@ class ScriptWriter(Structured):
         judged(self, action, rate)
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line = action.line
         self._set_rate(action.profile.top if action.profile else None, line)
         if isinstance(action, MoveTo):
@@ -178,7 +175,7 @@ class ScriptWriter(Structured):
         self.sheet.nearly(line, PROBED)
 
     def output(self, action: SetOutput) -> None:
-        """Write coolant or spindle."""
+        """Write the command for coolant or spindle."""
         if has_output(self, action):
             self.sheet.add(f'grbl.send("{OUTPUTS[action.number][1 - action.level]}")', action.line)
             self.sheet.same(action.line)
@@ -198,11 +195,9 @@ class ScriptWriter(Structured):
         self.sheet.add(f"{name} += 1", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return a comparison."""
         return f"{name} {sign} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
-        """Return a condition."""
         known = [each for each in inputs if self._is_input(each.number, source)]
         return " and ".join(f"grbl.level({each.number}) == {each.level}" for each in known) or "False"
 

@@ -43,7 +43,7 @@ PINS = ("PA4", "PA5", "PA6", "PA7", "PB0", "PB1", "PB2", "PB3")
 
 
 class KlipperWriter(LanguageWriter):
-    """Writer for one program."""
+    """A writer of a Klipper configuration for one program."""
 
     needs = "MOVE needs a number"
     entry = "a macro begins at its first line"
@@ -181,7 +181,6 @@ class KlipperWriter(LanguageWriter):
         return " and ".join(rows)
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = [("step", "step_pin"), ("direction", "dir_pin"), ("enable", "enable_pin")]
         names += [("abort", "endstop_pin"), ("home", "endstop_pin")]
         names += [(f"output{n}", f"[output_pin output{n}]") for n in self.outputs]
@@ -209,7 +208,6 @@ class KlipperWriter(LanguageWriter):
         self.sheet.add(f"{{% set ns.{name} = {value} %}}", line)
 
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position."""
         self.register("at", action.position, action.line)
         self.sheet.add(f"MANUAL_STEPPER STEPPER=axis SET_POSITION={{ns.at{self._per_mm()}}}", action.line)
 
@@ -251,7 +249,6 @@ class KlipperWriter(LanguageWriter):
         return f" SPEED={self._mm(profile.top)} ACCEL={self._mm(acceleration)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         line, profile = action.line, action.profile
         if isinstance(action, MoveTo):
             if self.variable_sign:
@@ -269,7 +266,6 @@ class KlipperWriter(LanguageWriter):
         compare_times(self.sheet, action, acceleration, FROM_REST)
 
     def sign_of(self, action: RunEndless | Home) -> int | None:
-        """Return the direction of a run."""
         return self.registers.sign if action.sign is None else action.sign
 
     def search(self, action: RunEndless | Home, sign: int) -> None:

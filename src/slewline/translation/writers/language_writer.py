@@ -40,7 +40,7 @@ OF_AN_AXIS = (SetProfile, SetDistance, SetDirection, SetPosition, SetTarget, Set
 
 
 class LanguageWriter(ABC):
-    """Writer for one program.
+    """A writer of one program in a language.
 
     A language has a method for each kind of action, and defines its needs and limits:
 
@@ -182,7 +182,7 @@ class LanguageWriter(ABC):
         self.sheet.same(action.line, self.called)
 
     def call(self, block: int, at: str, line: int) -> None:
-        """Write the run of a stored program, from its start or from a label."""
+        """Write the command that runs a stored program, from its start or from a label."""
         self.sheet.add(self.calls(self.names.get(block, self.stem)), line)
         self.handed_over(block)
 
@@ -200,16 +200,16 @@ class LanguageWriter(ABC):
         self.sheet.same(action.line)
 
     def register(self, name: str, value: int, line: int) -> None:
-        """Write the setting of the distance, or of the direction, of relative moves."""
+        """Write the command that sets the distance, or the direction, of relative moves."""
         raise NotImplementedError
 
     @abstractmethod
     def profile(self, action: SetProfile) -> None:
-        """Write a rate, or a setting of the ramp."""
+        """Write the command that sets a rate or a value of the ramp."""
 
     @abstractmethod
     def preset(self, action: SetPosition) -> None:
-        """Write the setting of the position counter."""
+        """Write the command that sets the position counter."""
 
     @abstractmethod
     def move(self, action: MoveBy | MoveTo) -> None:

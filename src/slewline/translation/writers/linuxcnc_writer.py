@@ -41,7 +41,7 @@ FROM_REST = "LinuxCNC starts from standstill, with MAX_ACCELERATION"
 
 
 class LinuxCncWriter(Structured):
-    """Writer for one program."""
+    """A writer of LinuxCNC G-code for one program."""
 
     needs = "a word needs a number"
     entry = "a subroutine begins at its first line (O-codes, sub)"
@@ -104,14 +104,12 @@ class LinuxCncWriter(Structured):
         return self.commented(-1)
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = [("step", "joint 0, step"), ("direction", "joint 0, direction"), ("abort", "motion.probe-input")]
         names += [(f"output{at + 1}", f"motion.digital-out-{at:02}") for at in range(OUTPUTS)]
         return names + [(f"input{at + 1}", f"motion.digital-in-{at:02}") for at in range(INPUTS)]
 
     # -------------------------------------------------------------------------------------------------------- actions
     def register(self, name: str, value: int, line: int) -> None:
-        """Write the assignment of a number to a parameter."""
         self.assign({"distance": "steps"}.get(name, name), value, line)
 
     def preset(self, action: SetPosition) -> None:
@@ -165,7 +163,6 @@ class LinuxCncWriter(Structured):
         return f" {self._f(profile.top)}"
 
     def move(self, action: MoveBy | MoveTo) -> None:
-        """Write a move."""
         feed = self._feed(action.profile)
         if isinstance(action, MoveTo):
             position = action.position or 0
@@ -233,15 +230,12 @@ class LinuxCncWriter(Structured):
         return 100 + next(self.numbers)
 
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the assignment of a number to a parameter."""
         self.sheet.add(f"#<_{name}> = {value}", source)
 
     def count(self, name: str, source: int) -> None:
-        """Write the increment of a parameter by 1."""
         self.sheet.add(f"#<_{name}> = [#<_{name}> + 1]", source)
 
     def compare(self, name: str, sign: str, value: int) -> str:
-        """Return a comparison."""
         return f"#<_{name}> {({'==': 'EQ', '>=': 'GE', '<': 'LT'})[sign]} {value}"
 
     def condition(self, inputs: Sequence[Input], source: int) -> str:
@@ -262,19 +256,19 @@ class LinuxCncWriter(Structured):
         return f"[{condition}] EQ 0"
 
     def repeat(self, passes: int, source: int) -> str:
-        """Write o repeat."""
+        """Write the O-word of a repeat loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} repeat [{passes}]", source)
         return f"o{loop} endrepeat"
 
     def while_true(self, condition: str, source: int) -> str:
-        """Write o while."""
+        """Write the O-word of a while loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} while [{condition}]", source)
         return f"o{loop} endwhile"
 
     def as_long_as(self, node: AsLongAs) -> None:
-        """Write o do ... while."""
+        """Write the O-words of a do ... while loop."""
         loop = self._o()
         self.sheet.add(f"o{loop} do", node.head)
         self.sheet.depth += 1
@@ -286,7 +280,7 @@ class LinuxCncWriter(Structured):
         self.forget(node.body)
 
     def if_true(self, condition: str, source: int) -> tuple[str, str]:
-        """Write o if."""
+        """Write the O-word of an if branch."""
         branch = self._o()
         self.sheet.add(f"o{branch} if [{condition}]", source)
         return f"o{branch} else", f"o{branch} endif"

@@ -140,7 +140,7 @@ def seconds(ps: float) -> str:
 
 
 def digits_for(steps_per_mm: float) -> int:
-    """Return how many decimals of a millimetre are less than an eighth of a step."""
+    """Return the number of decimals of a millimetre that resolves an eighth of a step."""
     return max(0, math.ceil(math.log10(steps_per_mm * 8))) if steps_per_mm != 1 else 0
 
 

@@ -16,7 +16,7 @@ from .language_writer import LanguageWriter
 
 
 class Structured(LanguageWriter):
-    """Writer for one program; `nothing` is the language's empty statement."""
+    """A writer of one program in a language with loops; `nothing` is the language's empty statement."""
 
     nothing = ""
     true = "true"
@@ -34,11 +34,11 @@ class Structured(LanguageWriter):
     # ------------------------------------------------------------------------------------------------ the language
     @abstractmethod
     def assign(self, name: str, value: int, source: int) -> None:
-        """Write the assignment of a number to a variable."""
+        """Write the command that sets a variable to a number."""
 
     @abstractmethod
     def count(self, name: str, source: int) -> None:
-        """Write the increment of a variable by 1."""
+        """Write the command that increases a variable by 1."""
 
     @abstractmethod
     def compare(self, name: str, sign: str, value: int) -> str:
@@ -93,7 +93,7 @@ class Structured(LanguageWriter):
         self.registers.position = None
 
     def tree(self, tree: Sequence[Node]) -> None:
-        """Write a tree."""
+        """Write the commands of a program tree."""
         for node in tree:
             match node:
                 case Repeat():

@@ -63,7 +63,7 @@ def label(name: str) -> str:
 
 
 class TmclWriter(LanguageWriter):
-    """Writer for one program."""
+    """A writer of TMCL for one program."""
 
     needs = "MVP and ROR need a number"
     keeps = "the module keeps its program in EEPROM"
@@ -133,7 +133,6 @@ class TmclWriter(LanguageWriter):
         ]
 
     def wires(self) -> list[tuple[str, str]]:
-        """Return the wires and their pins."""
         names = [("step", "the motor itself"), ("direction", "the motor itself"), ("home", "home switch")]
         names += [(f"output{n}", f"GPIO{at}") for n, at in self.lines.items() if at < LINES]
         return names + [(f"input{n}", f"GPIO{at}") for n, at in self.inputs.items() if at < LINES]

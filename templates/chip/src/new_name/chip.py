@@ -13,7 +13,7 @@ PULSE = 2 * 10**6
 
 
 def runs(speed: int, steps: int) -> list[tuple[int, int]]:
-    """Return a move as runs of equal intervals: interval in picoseconds, and count.  A ramp has a run for every speed."""
+    """Return a move as runs of equal intervals (ps, and their number).  A ramp has a run for every speed."""
     return [(SECOND // speed, steps)]
 
 

@@ -142,7 +142,7 @@ class InputArbiter:
         return serial.take()
 
     async def taken(self, tick: int) -> None:
-        """End the work on a byte, at a tick: the next one may come."""
+        """Finish a byte, at a tick: the next one may come."""
         if self.held is self.port:
             await self.port.done(tick)
         else:

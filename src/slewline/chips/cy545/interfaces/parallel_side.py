@@ -132,7 +132,7 @@ class ParallelPort:
     async def done(self, tick: int = 0) -> None:
         """End the handshake of the byte in progress, if there is one: BUSY rises, at a tick or later.
 
-        It does not rise before IO_REQUEST has.
+        BUSY does not rise before IO_REQUEST.
         """
         chip, request = self.chip, self.request
         await chip.at_tick(tick)

@@ -83,7 +83,7 @@ class StepOutputs(phase_outputs.StepOutputs):
         return 1 if pulled else sign
 
     def promise(self, playing: Playing, sign: int) -> None:
-        """Promise PULSE of a train."""
+        """Promise the PULSE edges of a train."""
         self.pulse.play(StrobeView(playing, self.low))
 
     # ------------------------------------------------------------------------------------------------------- a motion

@@ -68,7 +68,7 @@ class Motion:
 
     # -------------------------------------------------------------------------------------- defined by a part
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return a function for the parameters of a motion that begins now, on request."""
+        """Return a function that computes the parameters of a motion that begins now."""
         raise NotImplementedError
 
     def planned(self) -> Plan:

@@ -43,7 +43,7 @@ class StepOutputs:
         self.direction.drive(1 if clockwise else 0)
 
     def show(self, levels: Sequence[int]) -> None:
-        """Drive the phases to some levels."""
+        """Drive the phases to the given levels."""
         for driver, level in zip(self.phases, levels, strict=True):
             driver.drive(level)
 

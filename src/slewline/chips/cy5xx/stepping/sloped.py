@@ -50,7 +50,7 @@ class Registers(registers.Registers):
         return self.values["factor"] or 256
 
     def at_start(self, crystal_hz: int, number: int, law: Law) -> RegistersAtStart:
-        """Return the parameters of a motion of some steps that begins now."""
+        """Return the parameters of a motion of `number` steps that begins now."""
         return RegistersAtStart(crystal_hz, self.values["rate"], self.slope, self.factor, number, law)
 
 
@@ -98,7 +98,7 @@ class Motion(motion.Motion):
     law: Law
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return a function for the parameters of this motion, which it loads."""
+        """Load the parameters for this motion."""
         self.at_start = self.registers.at_start(self.chip.crystal_hz, number, self.law)
         return self.at_start.parameters
 

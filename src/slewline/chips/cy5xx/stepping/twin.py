@@ -79,7 +79,7 @@ class Stepwise:
     held_high = False  # PULSE while STEP INHIBIT delays a step
 
     def parameters(self, number: int) -> Callable[[], MotionParameters]:
-        """Return a function for the parameters of a motion that begins now, on request."""
+        """Return a function that computes the parameters of a motion that begins now."""
         raise NotImplementedError
 
     def prepare(self) -> None:

@@ -58,7 +58,7 @@ class Motion:
         await self.through(profile.move(number, *self.counter.made), sign, text)
 
     async def through(self, plan: Plan, sign: int, text: str) -> None:
-        """Play a plan to its end, and let the last interval pass."""
+        """Play a whole plan, and let the last interval pass."""
         self.begin(text)
         end = await self.play(plan, sign)
         self.rest()

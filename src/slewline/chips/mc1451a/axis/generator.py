@@ -168,7 +168,7 @@ class ProfileGenerator:
         return contour(self.limits, abs(velocity))
 
     def schedule(self, n: int, law: Law, run: CycleRun) -> None:
-        """Check a run, and begin it with a cycle."""
+        """Check a run, and begin it at a cycle."""
         self.verify(n, law, run)
         self.pulses.schedule(n, law, run, self.phases if isinstance(law, SCurve) else None)
 

@@ -68,7 +68,7 @@ class Trajectory:
         self.feedback.read(n)
 
     def work(self, n: int) -> None:
-        """Decide cycle n."""
+        """Make the decisions of cycle n."""
         self.arrive(n)
         self.updates.settings(n)
         if self.state.update is not None:

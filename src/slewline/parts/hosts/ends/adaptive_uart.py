@@ -95,7 +95,7 @@ class AdaptiveUart(HostUart):
 
     @property
     def _word(self) -> CharacterFormat:
-        """Format of the chip."""
+        """Character format of the chip."""
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property

@@ -52,7 +52,7 @@ class StrappedUart(HostUart):
     # ------------------------------------------------------------------------------------------------ rate and format
     @property
     def usual_word(self) -> CharacterFormat:
-        """Format of modules."""
+        """Character format of modules."""
         return CharacterFormat(self.port.bits, self.port.parity, self.port.stop)
 
     @property
