@@ -27,6 +27,7 @@ from ..meaning import (
     Stop,
 )
 from ..move_times import measured, standing_time
+from ..special_commands import BY_HAND
 from ..translation_report import LineKind, LineVerdict, OutLine
 
 PS = 10**12
@@ -225,6 +226,8 @@ def unspoken(sheet: Draft, action: Action, keeps: str, language: str) -> bool:
             sheet.nearly(action.line, "nothing is erased: the result is a program of its own")
         case Stop():
             sheet.nearly(action.line, "nothing is left to stop: each move ends before the next command")
+        case Special() if action.remedy == BY_HAND:
+            sheet.nearly(action.line, f"{action.says}: left out, and so is its effect on the motion; {BY_HAND}")
         case Special() if action.needless:
             sheet.same(action.line, action.needless)
         case Special():
